@@ -1,0 +1,35 @@
+# Flags and helpers every target shares.
+
+add_library(thixo_options INTERFACE)
+target_include_directories(thixo_options INTERFACE ${PROJECT_SOURCE_DIR})
+# No fast-math and no -march=native: equal bytes on every CPU with AVX2.
+target_compile_options(thixo_options INTERFACE
+  -march=x86-64-v3 -Wall -Wextra -fno-math-errno -fno-trapping-math
+  $<$<CONFIG:Release>:-O3>)
+target_compile_definitions(thixo_options INTERFACE EIGEN_MAX_ALIGN_BYTES=32 EIGEN_DONT_PARALLELIZE)
+if(THIXO_SANITIZE)
+  target_compile_options(thixo_options INTERFACE -fsanitize=${THIXO_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(thixo_options INTERFACE -fsanitize=${THIXO_SANITIZE})
+endif()
+
+# thixo_library(NAME SOURCES ... LINK ... [PRIVATE_LINK ...] [DOUBLE])
+# DOUBLE adds NAME_double, the same sources with double state (Real = double), for tests of laws; the libraries in LINK that have
+# a _double variant are replaced by it.
+function(thixo_library name)
+  cmake_parse_arguments(A "DOUBLE" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
+  add_library(${name} STATIC ${A_SOURCES})
+  target_link_libraries(${name} PUBLIC thixo_options ${A_LINK} PRIVATE ${A_PRIVATE_LINK})
+  if(A_DOUBLE AND THIXO_TESTS)
+    set(double_link "")
+    foreach(l IN LISTS A_LINK)
+      if(TARGET ${l}_double)
+        list(APPEND double_link ${l}_double)
+      else()
+        list(APPEND double_link ${l})
+      endif()
+    endforeach()
+    add_library(${name}_double STATIC EXCLUDE_FROM_ALL ${A_SOURCES})
+    target_compile_definitions(${name}_double PUBLIC THIXO_DOUBLE)
+    target_link_libraries(${name}_double PUBLIC thixo_options ${double_link} PRIVATE ${A_PRIVATE_LINK})
+  endif()
+endfunction()

@@ -1,0 +1,56 @@
+#include "pipeline/base/log.h"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+
+#include "pipeline/base/timer.h"
+
+namespace thixo {
+namespace {
+std::atomic<bool> quiet_mode{false};
+
+std::string clock_text(double seconds) {
+    const int s = static_cast<int>(seconds + 0.5);
+    return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60) : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+}  // namespace
+
+void set_quiet(bool quiet) { quiet_mode = quiet; }
+
+void log_line(const char* level, const std::string& text) {
+    if (quiet_mode && *level == '\0') return;
+    const std::string line = fmt::format("{}{}\n", level, text);
+    std::fwrite(line.data(), 1, line.size(), stderr);  // one write, so that lines of two processes do not mix
+}
+
+Progress::Progress(std::string stage, int total, bool machine)
+    : stage_(std::move(stage)), total_(total), machine_(machine), terminal_(isatty(STDERR_FILENO) != 0), start_(wall_seconds()) {}
+
+void Progress::update(int done, const std::string& note) {
+    if (machine_) {
+        const std::string line = fmt::format("@progress {} {} {} {}\n", stage_, done, total_, note);
+        std::fwrite(line.data(), 1, line.size(), stderr);
+        return;
+    }
+    if (quiet_mode) return;
+    if (first_done_ < 0) first_done_ = done - 1;
+    const double elapsed = wall_seconds() - start_;
+    const int made = done - first_done_;
+    const double left = made > 0 ? elapsed / made * (total_ - done) : 0;
+    if (terminal_) {
+        const int width = 30, full = total_ > 0 ? width * done / total_ : width;
+        const std::string line = fmt::format("\r\033[K{:<7} [{}{}] {}/{}  {} left  {}", stage_, std::string(full, '#'),
+                                             std::string(width - full, '.'), done, total_, clock_text(left), note);
+        std::fwrite(line.data(), 1, line.size(), stderr);
+    } else {
+        log_line("", fmt::format("{} {}/{}  {}  {} left", stage_, done, total_, note, clock_text(left)));
+    }
+}
+
+void Progress::finish() {
+    if (terminal_ && !machine_ && !quiet_mode) std::fputc('\n', stderr);
+}
+
+}  // namespace thixo

@@ -1,0 +1,41 @@
+// Messages to a person, on stderr; results a program reads go to stdout.
+#pragma once
+
+#include <fmt/core.h>
+
+#include <string>
+
+namespace thixo {
+
+/// Sets how much is said: quiet keeps warnings and errors only.
+void set_quiet(bool quiet);
+
+void log_line(const char* level, const std::string& text);
+
+template <class... A>
+void log_info(fmt::format_string<A...> f, A&&... a) {
+    log_line("", fmt::format(f, std::forward<A>(a)...));
+}
+template <class... A>
+void log_warning(fmt::format_string<A...> f, A&&... a) {
+    log_line("warning: ", fmt::format(f, std::forward<A>(a)...));
+}
+
+/// Progress of one stage: a bar with the time left on a terminal, one plain line a frame when piped. With machine set
+/// (a stage under the driver) lines read "@progress <stage> <done> <total> <note>", which the driver turns into its own bar.
+class Progress {
+  public:
+    Progress(std::string stage, int total, bool machine = false);
+    void update(int done, const std::string& note);
+    void finish();
+
+  private:
+    std::string stage_;
+    int total_;
+    bool machine_;
+    bool terminal_;
+    double start_;
+    int first_done_ = -1;
+};
+
+}  // namespace thixo

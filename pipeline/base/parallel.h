@@ -1,0 +1,55 @@
+// The one parallel idiom: gather form over oneTBB. Iteration i writes only element i; sums run over fixed chunks in a fixed order.
+// Both give the same bits at any thread count.
+#pragma once
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace thixo {
+
+/// Limits the threads of the whole process for its remaining life (0: all cores). Call once, before any Embree device exists.
+void set_thread_count(int threads);
+int thread_count();
+
+/// f(i) for i in [0, n), in parallel. f may write element i only, and reads nothing that another iteration writes.
+template <class F>
+void parallel_for(std::size_t n, F&& f, std::size_t grain = 256) {
+    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, n, grain), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
+    });
+}
+
+inline constexpr std::size_t kChunk = 1024;
+
+/// f(begin, end, chunk) for fixed chunks of [0, n): chunk c is always the same range, whatever the thread count.
+template <class F>
+void parallel_chunks(std::size_t n, F&& f, std::size_t chunk = kChunk) {
+    const std::size_t chunks = (n + chunk - 1) / chunk;
+    oneapi::tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) { f(c * chunk, std::min(n, (c + 1) * chunk), c); });
+}
+
+/// Reduction in a fixed order: term(i) is folded by combine(T, T) within fixed chunks, then over the chunks.
+template <class T, class Term, class Combine>
+T parallel_reduce(std::size_t n, T identity, Term&& term, Combine&& combine) {
+    std::vector<T> partial((n + kChunk - 1) / kChunk, identity);
+    parallel_chunks(n, [&](std::size_t begin, std::size_t end, std::size_t c) {
+        T sum = identity;
+        for (std::size_t i = begin; i < end; ++i) sum = combine(sum, term(i));
+        partial[c] = sum;
+    });
+    T total = identity;
+    for (const T& p : partial) total = combine(total, p);
+    return total;
+}
+
+/// Sum of term(i) over [0, n), in double (or any type T with +).
+template <class T = double, class Term>
+T parallel_sum(std::size_t n, Term&& term, T zero = T(0)) {
+    return parallel_reduce(n, zero, term, [](const T& a, const T& b) -> T { return a + b; });
+}
+
+}  // namespace thixo

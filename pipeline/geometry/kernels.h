@@ -1,0 +1,62 @@
+// SPH smoothing kernels in 3D with compact support: zero for r >= h. Source: dissertation 4.3.2 (Mueller et al. 2003).
+// Units: r, h in m; a kernel in m^-3, its gradient in m^-4, its Laplacian in m^-5. Each integrates to one over its ball.
+#pragma once
+
+#include "pipeline/base/math.h"
+
+namespace thixo {
+
+/// w(r) = 315/(64 pi h^3) (1 - r^2/h^2)^3.  Takes r^2, so that density sums need no square root.
+struct Poly6 {
+    explicit Poly6(Real support)
+        : h2_inv(Real(1) / (support * support)), scale(Real(315.0 / (64.0 * kPi)) / cube(support)) {}
+    Real value(Real r2) const {
+        const Real q = Real(1) - r2 * h2_inv;
+        return q > 0 ? scale * q * q * q : Real(0);
+    }
+    /// grad w = gradient_factor(r^2) r_vec
+    Real gradient_factor(Real r2) const {
+        const Real q = Real(1) - r2 * h2_inv;
+        return q > 0 ? Real(-6) * scale * h2_inv * q * q : Real(0);
+    }
+    Real h2_inv, scale;
+};
+
+/// w(r) = 15/(pi h^3) (1 - r/h)^3, grad w = -45/(pi h^4) (1 - r/h)^2 r_vec/r: its gradient does not vanish at the centre, so that
+/// pressure keeps close particles apart.
+struct Spiky {
+    explicit Spiky(Real support) : h_inv(Real(1) / support), scale(Real(15.0 / kPi) / cube(support)) {}
+    Real value(Real r) const {
+        const Real q = Real(1) - r * h_inv;
+        return q > 0 ? scale * q * q * q : Real(0);
+    }
+    /// dw/dr; grad w = derivative(r) r_vec/r
+    Real derivative(Real r) const {
+        const Real q = Real(1) - r * h_inv;
+        return q > 0 ? Real(-3) * scale * h_inv * q * q : Real(0);
+    }
+    Real h_inv, scale;
+};
+
+/// w(r) = 15/(2 pi h^3) (-r^3/(2 h^3) + r^2/h^2 + h/(2 r) - 1), lap w = 45/(pi h^5) (1 - r/h), positive everywhere.
+struct ViscosityKernel {
+    explicit ViscosityKernel(Real support)
+        : h(support), h_inv(Real(1) / support), scale(Real(15.0 / (2.0 * kPi)) / cube(support)),
+          laplacian_scale(Real(45.0 / kPi) / (cube(support) * square(support))) {}
+    /// Requires r > 0: the kernel has a pole at its centre.
+    Real value(Real r) const {
+        const Real q = r * h_inv;
+        return q < 1 ? scale * (Real(-0.5) * q * q * q + q * q + Real(0.5) / q - Real(1)) : Real(0);
+    }
+    Real derivative(Real r) const {
+        const Real q = r * h_inv;
+        return q < 1 ? scale * h_inv * (Real(-1.5) * q * q + Real(2) * q - Real(0.5) / (q * q)) : Real(0);
+    }
+    Real laplacian(Real r) const {
+        const Real q = Real(1) - r * h_inv;
+        return q > 0 ? laplacian_scale * q : Real(0);
+    }
+    Real h, h_inv, scale, laplacian_scale;
+};
+
+}  // namespace thixo

@@ -1,0 +1,37 @@
+// Shapes as signed distance functions: negative inside, positive outside, in metres.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "pipeline/base/math.h"
+
+namespace thixo {
+
+struct Box3 {
+    Vec3 lower{0, 0, 0}, upper{0, 0, 0};
+};
+
+/// An immutable shape; copies share the same tree. Exact distance for primitives; a lower bound of its magnitude for combinations
+/// (as usual for signed-distance trees), with the sign always right.
+class Shape {
+  public:
+    struct Node {
+        virtual ~Node() = default;
+        virtual Real distance(const Vec3& x) const = 0;
+        /// Box that holds the inside and the surface; empty where the shape is unbounded (a plane, an inverted shape).
+        virtual std::optional<Box3> bounds() const = 0;
+    };
+    explicit Shape(std::shared_ptr<const Node> node) : node_(std::move(node)) {}
+    Real distance(const Vec3& x) const { return node_->distance(x); }
+    std::optional<Box3> bounds() const { return node_->bounds(); }
+    /// Outward unit gradient of the distance by central differences of width `step` [m]; zero vector where it vanishes.
+    Vec3 gradient(const Vec3& x, Real step) const;
+    const Node& node() const { return *node_; }
+
+  private:
+    std::shared_ptr<const Node> node_;
+};
+
+}  // namespace thixo

@@ -1,0 +1,56 @@
+// The animated surface (spec: chapter 6.6 of the dissertation): surfels that follow the particles.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/contract/scene.h"
+#include "pipeline/geometry/surfel.h"
+#include "sim/particles.h"
+#include "sim/walls.h"
+
+namespace thixo {
+
+/// The surface's whole state between updates; it is part of a checkpoint.
+struct SurfaceState {
+    SurfelCloud surfels;
+    std::vector<std::int64_t> id;       // unique for ever
+    std::vector<std::int32_t> body;     // of the particles it belongs to
+    std::vector<Vec3> rest;             // m0: where the surfel was made [m]
+    std::vector<Vec3> velocity;         // of the material at the surfel [m/s]
+    std::vector<Real> temperature;      // degC
+    std::int64_t next_id = 0;
+
+    std::size_t size() const { return id.size(); }
+};
+
+template <class S, class F>
+void for_each_array(S& s, F&& f)
+    requires requires { s.surfels; }
+{
+    f("position", s.surfels.position);
+    f("axis1", s.surfels.axis1);
+    f("axis2", s.surfels.axis2);
+    f("normal", s.surfels.normal);
+    f("id", s.id);
+    f("body", s.body);
+    f("rest", s.rest);
+    f("velocity", s.velocity);
+    f("temperature", s.temperature);
+}
+
+/// What an update did; goes to stats.jsonl.
+struct SurfaceReport {
+    std::size_t inserted = 0, deleted = 0;
+    int iterations = 0;
+    Real largest_move = 0;     // [m] of the last iteration
+    int unconverged = 0;       // projections that hit their cap on steps
+};
+
+/// Brings the surface up to date with the particles: displace, deform by the potentials, constrain, resample.
+/// The first call (no surfels yet) makes one surfel per surface particle and refines. Sets particles.surface_position = position.
+/// `spacing` is the particle spacing [m], `support` the particle kernel support h [m].
+SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls, const scene::Surface& params, Real spacing,
+                             Real support);
+
+}  // namespace thixo

@@ -1,37 +1,130 @@
-// Fixed-radius neighbours by a cell-linked grid over points sorted in cell order; k nearest on top of it.
+// Fixed-radius neighbours by a cell-linked grid over points kept in cell order; k nearest on top of it. Dissertation 7.1.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "pipeline/base/math.h"
 
 namespace thixo {
 
-/// Grid with cells of one support radius over the occupied box. The points must be in cell order when `build` is called without a
-/// permutation (see `sort_order`); neighbours of a cell row are then contiguous in memory.
+/// A grid of cubic cells, aligned to the world's origin. It holds its own copy of the points, sorted by (z, y, x) of their cells, so that
+/// three cells side by side along x are one contiguous range: a query walks nine ranges. Indices reported are those of the caller's
+/// points. Memory is bounded by the number of points, wherever they lie: where the occupied box has far more cells than points, the
+/// occupied cells are found by binary search over sorted keys instead of a table. Results depend neither on the thread count nor on which of
+/// the two is in use. Points that are not finite are never found and do no harm.
 class PointGrid {
   public:
-    /// Cells of edge `cell` [m]. Memory is bounded: where the occupied box would have too many cells, cells are hashed by sorted keys.
-    /// The result of every query is independent of the thread count, order included: ascending index within a cell, cells in fixed order.
+    /// Grid over `points` with cells of edge `cell` > 0 [m]. Points already in cell order (see `sort_order`) are recognised: for them building
+    /// is cheapest and reported indices ascend. Asserts cell > 0 and fewer than 2^32 - 1 points.
     void build(std::span<const Vec3> points, Real cell);
 
-    /// The permutation that sorts points by (cell key, id): new element k is old element order[k]. Deterministic.
+    /// The permutation that sorts points by (cell key, id): new element k is old element order[k]. A pure function of its arguments.
     static std::vector<Index> sort_order(std::span<const Vec3> points, std::span<const std::int64_t> ids, Real cell);
 
     Real cell() const { return cell_; }
+    std::size_t size() const { return count_; }
 
-    /// Calls f(j) for every point j in the 27 cells around x (all points with |x - x_j| < cell are among them).
+    /// Calls f(j) for every point j in the 27 cells around x; all points with |x - x_j| < cell are among them.
     template <class F>
     void for_each_candidate(const Vec3& x, F&& f) const;
 
-    /// Calls f(j, r2) for every point j with |x - x_j|^2 = r2 < radius^2. Requires radius <= cell.
+    /// Calls f(j, r2) for every point j with |x - x_j|^2 = r2 < radius^2, in the order of the grid. Requires radius <= cell.
     template <class F>
     void for_each_neighbour(const Vec3& x, Real radius, F&& f) const;
 
-    /// The k nearest points to x (ties by index), nearest first, searched in growing rings of cells up to max_radius.
+    /// The k nearest points to x within max_radius [m] as (squared distance, index), nearest first, ties by index. Searches growing rings of
+    /// cells, so the cost does not depend on max_radius where k points are near.
     void nearest(const Vec3& x, int k, Real max_radius, std::vector<std::pair<Real, Index>>& found) const;
+
+    // ---- the layout, for sweeps cell by cell (see NeighbourLists) -----------------------------------------------------------
+    struct Cell {
+        std::int32_t x, y, z;
+    };
+    struct Range {
+        Index begin, end;  // slots
+    };
+    /// A slot is a place in the grid's order. Coordinates of slots, readable kPadding places past the last.
+    static constexpr std::size_t kPadding = 16;
+    const Real* x() const { return x_.data(); }
+    const Real* y() const { return y_.data(); }
+    const Real* z() const { return z_.data(); }
+    /// Index of the caller's point in a slot, and whether the two are the same everywhere.
+    Index index(Index slot) const { return order_.empty() ? slot : order_[slot]; }
+    bool identity() const { return order_.empty(); }
+    Cell cell_of(const Vec3& p) const {
+        return {coordinate(p.x(), edge_inv_), coordinate(p.y(), edge_inv_), coordinate(p.z(), edge_inv_)};
+    }
+    Cell cell_of_slot(Index s) const { return cell_of(Vec3(x_[s], y_[s], z_[s])); }
+    /// Slots of the cells (x0..x1, y, z); empty outside the occupied box.
+    Range row(std::int32_t x0, std::int32_t x1, std::int32_t y, std::int32_t z) const {
+        x0 = std::max(x0, lower_.x);
+        x1 = std::min(x1, upper_.x);
+        if (x0 > x1 || y < lower_.y || y > upper_.y || z < lower_.z || z > upper_.z) return {0, 0};
+        return start_.empty() ? sparse_row(x0, x1, y, z) : Range{start_[dense_key(x0, y, z)], start_[dense_key(x1, y, z) + 1]};
+    }
+
+  private:
+    // Cells beyond the limit are folded into the outermost ones. Clamping brings points nearer in cells, never farther: no pair is lost.
+    static constexpr std::int32_t kLimit = (1 << 20) - 1;
+    static std::int32_t coordinate(Real v, double edge_inv) {
+        const double c = std::floor(static_cast<double>(v) * edge_inv);
+        return static_cast<std::int32_t>(c > -kLimit ? (c < kLimit ? c : kLimit) : -kLimit);
+    }
+    static std::uint64_t key(const Cell& c) {
+        const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + kLimit + 1); };
+        return part(c.z) << 42 | part(c.y) << 21 | part(c.x);
+    }
+    static double edge_inverse(Real cell);
+    static std::vector<Index> order_by(std::span<const std::uint64_t> keys, std::span<const std::int64_t> ids);
+    std::size_t dense_key(std::int32_t x, std::int32_t y, std::int32_t z) const {
+        return (static_cast<std::size_t>(z - lower_.z) * rows_ + static_cast<std::size_t>(y - lower_.y)) * columns_ +
+               static_cast<std::size_t>(x - lower_.x);
+    }
+    Range sparse_row(std::int32_t x0, std::int32_t x1, std::int32_t y, std::int32_t z) const;
+    void index_cells();
+
+    Real cell_ = 0;
+    double edge_inv_ = 0;  // 1 / edge [1/m]; the edge exceeds `cell` by a part in 10^5, so that rounding loses no pair
+    std::size_t count_ = 0;
+    Cell lower_{0, 0, 0}, upper_{-1, -1, -1};  // occupied box of cells, inclusive
+    std::size_t columns_ = 0, rows_ = 0;
+    std::vector<Real> x_, y_, z_;
+    std::vector<Index> order_;         // slot -> caller's index; empty: the same
+    std::vector<Index> start_;         // dense: first slot of each cell of the box, and the end
+    std::vector<std::uint64_t> keys_;  // key of each slot
 };
+
+template <class F>
+void PointGrid::for_each_candidate(const Vec3& x, F&& f) const {
+    const Cell c = cell_of(x);
+    for (std::int32_t z = c.z - 1; z <= c.z + 1; ++z)
+        for (std::int32_t y = c.y - 1; y <= c.y + 1; ++y) {
+            const Range range = row(c.x - 1, c.x + 1, y, z);
+            for (Index s = range.begin; s < range.end; ++s) f(index(s));
+        }
+}
+
+template <class F>
+void PointGrid::for_each_neighbour(const Vec3& x, Real radius, F&& f) const {
+    const Cell c = cell_of(x);
+    const Real limit = radius * radius;
+    for (std::int32_t z = c.z - 1; z <= c.z + 1; ++z)
+        for (std::int32_t y = c.y - 1; y <= c.y + 1; ++y) {
+            const Range range = row(c.x - 1, c.x + 1, y, z);
+            for (Index s = range.begin; s < range.end; s += 8) {
+                // Eight distances at once; those past the end are computed and not looked at.
+                Real r2[8];
+                for (int l = 0; l < 8; ++l) r2[l] = square(x_[s + l] - x.x()) + square(y_[s + l] - x.y()) + square(z_[s + l] - x.z());
+                const Index lanes = std::min<Index>(8, range.end - s);
+                for (Index l = 0; l < lanes; ++l)
+                    if (r2[l] < limit) f(index(s + l), r2[l]);
+            }
+        }
+}
 
 }  // namespace thixo

@@ -1,0 +1,39 @@
+// Neighbours of all points at once, kept for the sweeps that walk them several times in one step.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "pipeline/geometry/point_grid.h"
+
+namespace thixo {
+
+/// For every point i of a grid the indices j != i with |x_i - x_j| < radius, in the order of the grid (ascending where the points are in cell
+/// order). Deterministic at any thread count. Storage is kept between builds, so that a steady simulation allocates nothing.
+class NeighbourLists {
+  public:
+    /// Requires radius <= grid.cell() [m].
+    void build(const PointGrid& grid, Real radius);
+
+    std::size_t size() const { return begin_.size(); }
+    /// Neighbours of point i, itself excluded (a point in the very same place is a neighbour).
+    std::span<const Index> operator[](std::size_t i) const {
+        return {blocks_[block_[i]].indices.data() + begin_[i], count_[i]};
+    }
+    /// Sum of the lengths of all lists.
+    std::size_t total() const;
+
+  private:
+    // One block for each fixed chunk of slots: threads fill blocks of their own and nothing is copied afterwards.
+    struct Block {
+        std::vector<Index> indices;
+        std::vector<Real> x, y, z;     // candidates of the present cell
+        std::vector<Index> candidate;  // their slots
+    };
+    void fill(const PointGrid& grid, Real radius, Index slot_begin, Index slot_end, std::uint32_t block);
+
+    std::vector<Block> blocks_;
+    std::vector<std::uint32_t> block_, begin_, count_;
+};
+
+}  // namespace thixo

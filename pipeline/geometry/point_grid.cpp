@@ -1,0 +1,167 @@
+#include "pipeline/geometry/point_grid.h"
+
+#include <oneapi/tbb/parallel_sort.h>
+
+#include <numeric>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+
+namespace thixo {
+namespace {
+
+// A table of cells is used up to this many cells per point: 32 bytes a point; beyond, the occupied cells alone are kept.
+constexpr double kCellsPerPoint = 8;
+constexpr double kCellsAlways = 4096;
+
+bool finite(const Vec3& p) { return std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z()); }
+
+}  // namespace
+
+double PointGrid::edge_inverse(Real cell) {
+    THIXO_ASSERT(cell > 0 && std::isfinite(cell), "cell edge {} of a point grid", cell);
+    return 1.0 / (static_cast<double>(cell) * (1.0 + 1e-5));
+}
+
+std::vector<Index> PointGrid::order_by(std::span<const std::uint64_t> keys, std::span<const std::int64_t> ids) {
+    std::vector<Index> order(keys.size());
+    std::iota(order.begin(), order.end(), Index(0));
+    const auto before = [&](Index a, Index b) {
+        if (keys[a] != keys[b]) return keys[a] < keys[b];
+        if (!ids.empty() && ids[a] != ids[b]) return ids[a] < ids[b];
+        return a < b;
+    };
+    // From step to step few particles change their place: the check is cheap and most often enough, or nearly.
+    if (!std::is_sorted(order.begin(), order.end(), before)) oneapi::tbb::parallel_sort(order.begin(), order.end(), before);
+    return order;
+}
+
+std::vector<Index> PointGrid::sort_order(std::span<const Vec3> points, std::span<const std::int64_t> ids, Real cell) {
+    THIXO_ASSERT(ids.size() == points.size(), "{} ids for {} points", ids.size(), points.size());
+    const double inverse = edge_inverse(cell);
+    std::vector<std::uint64_t> keys(points.size());
+    parallel_for(points.size(), [&](std::size_t i) {
+        const Vec3& p = points[i];
+        keys[i] = key({coordinate(p.x(), inverse), coordinate(p.y(), inverse), coordinate(p.z(), inverse)});
+    });
+    return order_by(keys, ids);
+}
+
+void PointGrid::build(std::span<const Vec3> points, Real cell) {
+    cell_ = cell;
+    edge_inv_ = edge_inverse(cell);
+    count_ = points.size();
+    THIXO_ASSERT(count_ < kNone, "{} points are more than an index can count", count_);
+    keys_.resize(count_);
+    parallel_for(count_, [&](std::size_t i) { keys_[i] = key(cell_of(points[i])); });
+    order_.clear();
+    if (!std::is_sorted(keys_.begin(), keys_.end())) {
+        order_ = order_by(keys_, {});
+        std::vector<std::uint64_t> sorted(count_);
+        parallel_for(count_, [&](std::size_t s) { sorted[s] = keys_[order_[s]]; });
+        keys_.swap(sorted);
+    }
+    // Never closer to anything than infinity: padding and broken points fail every distance test.
+    const Real nowhere = std::numeric_limits<Real>::infinity();
+    for (auto* array : {&x_, &y_, &z_}) array->resize(count_ + kPadding);
+    for (std::size_t s = count_; s < count_ + kPadding; ++s) x_[s] = y_[s] = z_[s] = nowhere;
+    parallel_for(count_, [&](std::size_t s) {
+        const Vec3& p = points[index(static_cast<Index>(s))];
+        const bool good = finite(p);
+        x_[s] = good ? p.x() : nowhere;
+        y_[s] = good ? p.y() : nowhere;
+        z_[s] = good ? p.z() : nowhere;
+    });
+    index_cells();
+}
+
+void PointGrid::index_cells() {
+    const auto cell_of_key = [](std::uint64_t k) {
+        const auto part = [](std::uint64_t v) { return static_cast<std::int32_t>(v & 0x1fffff) - kLimit - 1; };
+        return Cell{part(k), part(k >> 21), part(k >> 42)};
+    };
+    start_.clear();
+    lower_ = {0, 0, 0};
+    upper_ = {-1, -1, -1};
+    if (count_ == 0) return;
+    struct Box {
+        Cell lower, upper;
+    };
+    const auto join = [](const Box& a, const Box& b) {
+        return Box{{std::min(a.lower.x, b.lower.x), std::min(a.lower.y, b.lower.y), std::min(a.lower.z, b.lower.z)},
+                   {std::max(a.upper.x, b.upper.x), std::max(a.upper.y, b.upper.y), std::max(a.upper.z, b.upper.z)}};
+    };
+    const Cell first = cell_of_key(keys_[0]);
+    const Box box = parallel_reduce(
+        count_, Box{first, first}, [&](std::size_t s) { const Cell c = cell_of_key(keys_[s]); return Box{c, c}; }, join);
+    lower_ = box.lower;
+    upper_ = box.upper;
+    columns_ = static_cast<std::size_t>(upper_.x - lower_.x) + 1;
+    rows_ = static_cast<std::size_t>(upper_.y - lower_.y) + 1;
+    const std::size_t layers = static_cast<std::size_t>(upper_.z - lower_.z) + 1;
+    const double cells = static_cast<double>(columns_) * static_cast<double>(rows_) * static_cast<double>(layers);
+    if (cells > std::max(kCellsAlways, kCellsPerPoint * static_cast<double>(count_))) return;
+    // start_[c] is the first slot whose cell is c or later: slot s fills the cells after its predecessor's up to its own.
+    start_.resize(static_cast<std::size_t>(cells) + 1);
+    const auto dense = [&](std::size_t s) {
+        const Cell c = cell_of_key(keys_[s]);
+        return dense_key(c.x, c.y, c.z);
+    };
+    parallel_for(count_ + 1, [&](std::size_t s) {
+        const std::size_t begin = s == 0 ? 0 : dense(s - 1) + 1;
+        const std::size_t end = s == count_ ? start_.size() : dense(s) + 1;
+        for (std::size_t c = begin; c < end; ++c) start_[c] = static_cast<Index>(s);
+    });
+}
+
+PointGrid::Range PointGrid::sparse_row(std::int32_t x0, std::int32_t x1, std::int32_t y, std::int32_t z) const {
+    const auto begin = std::lower_bound(keys_.begin(), keys_.end(), key({x0, y, z}));
+    const auto end = std::upper_bound(begin, keys_.end(), key({x1, y, z}));
+    return {static_cast<Index>(begin - keys_.begin()), static_cast<Index>(end - keys_.begin())};
+}
+
+void PointGrid::nearest(const Vec3& x, int k, Real max_radius, std::vector<std::pair<Real, Index>>& found) const {
+    found.clear();
+    if (k <= 0 || count_ == 0 || !finite(x)) return;
+    const Real limit = max_radius * max_radius;
+    const Cell c = cell_of(x);
+    const auto visit = [&](const Range& range) {
+        for (Index s = range.begin; s < range.end; ++s) {
+            const Real r2 = square(x_[s] - x.x()) + square(y_[s] - x.y()) + square(z_[s] - x.z());
+            const std::pair<Real, Index> entry(r2, index(s));
+            if (!(r2 < limit) || (found.size() == static_cast<std::size_t>(k) && !(entry < found.back()))) continue;
+            if (found.size() == static_cast<std::size_t>(k)) found.pop_back();
+            found.insert(std::upper_bound(found.begin(), found.end(), entry), entry);
+        }
+    };
+    // Rings that cannot meet the occupied box are skipped, as are those beyond its far side.
+    const auto outside = [](std::int32_t v, std::int32_t a, std::int32_t b) { return std::max({a - v, v - b, 0}); };
+    const auto reach = [](std::int32_t v, std::int32_t a, std::int32_t b) { return std::max(v - a, b - v); };
+    const std::int32_t first = std::max({outside(c.x, lower_.x, upper_.x), outside(c.y, lower_.y, upper_.y), outside(c.z, lower_.z, upper_.z)});
+    const std::int32_t last = std::max({reach(c.x, lower_.x, upper_.x), reach(c.y, lower_.y, upper_.y), reach(c.z, lower_.z, upper_.z)});
+    for (std::int32_t ring = first; ring <= last; ++ring) {
+        // Points of this ring and later are at least (ring - 1) cells away.
+        const Real safe = static_cast<Real>(std::max(ring - 1, 0)) * cell_;
+        if (safe >= max_radius) break;
+        if (found.size() == static_cast<std::size_t>(k) && found.back().first < safe * safe) break;
+        const std::int32_t z0 = std::max(c.z - ring, lower_.z), z1 = std::min(c.z + ring, upper_.z);
+        const std::int32_t y0 = std::max(c.y - ring, lower_.y), y1 = std::min(c.y + ring, upper_.y);
+        if ((z1 - z0 + 1.0) * (y1 - y0 + 1.0) > static_cast<double>(count_)) {
+            // Points strewn so thinly that walking rings costs more than looking at every one.
+            found.clear();
+            visit({0, static_cast<Index>(count_)});
+            break;
+        }
+        for (std::int32_t z = z0; z <= z1; ++z)
+            for (std::int32_t y = y0; y <= y1; ++y) {
+                if (std::max(std::abs(z - c.z), std::abs(y - c.y)) == ring) {
+                    visit(row(c.x - ring, c.x + ring, y, z));
+                } else {
+                    visit(row(c.x - ring, c.x - ring, y, z));
+                    visit(row(c.x + ring, c.x + ring, y, z));
+                }
+            }
+    }
+}
+
+}  // namespace thixo

@@ -11,7 +11,7 @@ namespace thixo {
 /// Frames as users write them: "1-100", "1-100x2", "7", "1,3,5-9". Ascending, no duplicates. Throws InputError.
 std::vector<int> parse_frame_range(const std::string& text);
 
-/// Arguments both stages take.
+/// Arguments both stages take. parse(print()) gives the same arguments; parse throws InputError where a word is not understood.
 struct CommonArgs {
     std::string out;                  // output folder, holds cache/, frames/, checkpoint/
     std::string frames;               // frame range as written; empty: all of the scene
@@ -21,6 +21,7 @@ struct CommonArgs {
     bool draft = false;
     bool quiet = false;
     bool machine_progress = false;    // "@progress ..." lines for the driver
+    std::string help;                 // not empty: --help was given; print this text and exit with 0
 };
 
 /// thixo-sim: SCENE -> out/cache.

@@ -1,0 +1,179 @@
+#include "pipeline/contract/stage_args.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+
+#include "pipeline/base/error.h"
+
+namespace thixo {
+namespace {
+
+constexpr int kLargestFrame = 999999;
+
+[[noreturn]] void bad_range(const std::string& text, std::string_view part, const char* why) {
+    throw InputError("frame range '{}': '{}' {}; write for example 1-100, 1-100x2, 7 or 1,3,5-9", text, part, why);
+}
+
+int frame_number(const std::string& text, std::string_view digits, std::string_view part) {
+    int number = 0;
+    const auto [end, failure] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+    if (digits.empty() || failure == std::errc::invalid_argument || end != digits.data() + digits.size() || digits[0] == '-')
+        bad_range(text, part, "is no frame number");
+    if (failure == std::errc::result_out_of_range || number > kLargestFrame) bad_range(text, part, "is above 999999, the last frame there can be");
+    return number;
+}
+
+void add_frames(const std::string& text, std::string_view part, std::vector<int>& frames) {
+    std::string_view rest = part;
+    int step = 1;
+    const std::size_t dash = rest.find('-');
+    if (const std::size_t x = rest.find('x'); x != std::string_view::npos) {
+        if (dash == std::string_view::npos || dash > x) bad_range(text, part, "has a step but no range");
+        step = frame_number(text, rest.substr(x + 1), part);
+        if (step == 0) bad_range(text, part, "has a step of 0");
+        rest = rest.substr(0, x);
+    }
+    const int first = frame_number(text, rest.substr(0, dash), part);
+    const int last = dash == std::string_view::npos ? first : frame_number(text, rest.substr(dash + 1), part);
+    if (last < first) bad_range(text, part, "ends before it starts");
+    for (int frame = first; frame <= last; frame += step) frames.push_back(frame);
+}
+
+// An option is one word "--name=value", so that a value may start with a dash, hold blanks, or hold further '='.
+void put(std::vector<std::string>& words, const char* name, const std::string& value) {
+    words.push_back(fmt::format("--{}={}", name, value));
+}
+void put_if(std::vector<std::string>& words, const char* name, bool set) {
+    if (set) words.push_back(fmt::format("--{}", name));
+}
+void put_text(std::vector<std::string>& words, const char* name, const std::string& value) {
+    if (!value.empty()) put(words, name, value);
+}
+
+std::vector<std::string> print_common(const CommonArgs& a) {
+    std::vector<std::string> words;
+    put_text(words, "out", a.out);
+    put_text(words, "frames", a.frames);
+    for (const std::string& s : a.set) put(words, "set", s);
+    if (a.threads != 0) put(words, "threads", std::to_string(a.threads));
+    if (a.seed) put(words, "seed", std::to_string(*a.seed));
+    put_if(words, "draft", a.draft);
+    put_if(words, "quiet", a.quiet);
+    put_if(words, "machine-progress", a.machine_progress);
+    return words;
+}
+
+// After "--" no word is an option, so a scene's path may start with a dash.
+void print_scene_path(std::vector<std::string>& words, const std::string& scene) {
+    if (scene.empty()) return;
+    words.push_back("--");
+    words.push_back(scene);
+}
+
+std::uint64_t seed_number(const std::string& text) {
+    std::uint64_t number = 0;
+    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (failure != std::errc() || end != text.data() + text.size())
+        throw InputError("--seed '{}' is no whole number from 0 to 18446744073709551615", text);
+    return number;
+}
+
+void add_common(CLI::App& app, CommonArgs& a) {
+    app.add_option("--out", a.out, "output folder: holds cache/, frames/ and checkpoint/")->required();
+    app.add_option("--frames", a.frames, "frames, for example 1-100x2; all of the scene when left out");
+    // One value a time: by default CLI11 would take every following word as a further value.
+    app.add_option_function<std::string>("--set", [&a](const std::string& s) { a.set.push_back(s); },
+                                         "key.path=value, changes a key of the scene; may be repeated")
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+        ->trigger_on_parse();
+    app.add_option("--threads", a.threads, "threads; 0 uses every core")->check(CLI::Range(0, 1024));
+    // Not by CLI11's conversion, which turns -1 into the largest number.
+    app.add_option_function<std::string>("--seed", [&a](const std::string& s) { a.seed = seed_number(s); },
+                                         "replaces the scene's solver.seed");
+    app.add_flag("--draft", a.draft, "half the particles per axis, half the resolution, few samples");
+    app.add_flag("--quiet", a.quiet, "warnings and errors only");
+    app.add_flag("--machine-progress", a.machine_progress, "progress lines for the driver");
+}
+
+std::string parse_words(CLI::App& app, std::vector<std::string> words) {
+    const auto options_end = std::find(words.begin(), words.end(), "--");
+    if (std::any_of(words.begin(), options_end, [](const std::string& w) { return w == "-h" || w == "--help"; })) return app.help();
+    std::reverse(words.begin(), words.end());  // CLI11 pops words from the back
+    try {
+        app.parse(std::move(words));
+    } catch (const CLI::ParseError& e) {
+        throw InputError("{}: {}; --help lists the arguments", app.get_name(), e.what());
+    }
+    return {};
+}
+
+}  // namespace
+
+std::vector<int> parse_frame_range(const std::string& text) {
+    std::vector<int> frames;
+    std::string_view rest = text;
+    for (bool more = true; more;) {
+        const std::size_t comma = rest.find(',');
+        add_frames(text, rest.substr(0, comma), frames);
+        if (frames.size() > 4 * kLargestFrame) bad_range(text, text, "names too many frames");
+        more = comma != std::string_view::npos;
+        if (more) rest = rest.substr(comma + 1);
+    }
+    std::sort(frames.begin(), frames.end());
+    frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+    return frames;
+}
+
+std::vector<std::string> SimArgs::print() const {
+    std::vector<std::string> words = print_common(*this);
+    put_if(words, "restart", restart);
+    put_if(words, "estimate", estimate);
+    put_if(words, "initial", initial);
+    print_scene_path(words, scene);
+    return words;
+}
+
+SimArgs SimArgs::parse(const std::vector<std::string>& args) {
+    SimArgs a;
+    CLI::App app("Simulates a scene and writes a cache.", "thixo-sim");
+    add_common(app, a);
+    app.add_flag("--restart", a.restart, "discard an existing cache");
+    app.add_flag("--estimate", a.estimate, "print estimated particles, memory and disk as JSON; simulate nothing");
+    app.add_flag("--initial", a.initial, "write the first frame only, no checkpoint");
+    app.add_option("scene", a.scene, "scene file")->required();
+    a.help = parse_words(app, args);
+    return a;
+}
+
+std::vector<std::string> RenderArgs::print() const {
+    std::vector<std::string> words = print_common(*this);
+    put_text(words, "look", look);
+    put_if(words, "follow", follow);
+    put_if(words, "restart", restart);
+    put_if(words, "preview", preview);
+    if (what != "auto") put(words, "what", what);
+    put_text(words, "attribute", attribute);
+    print_scene_path(words, scene);
+    return words;
+}
+
+RenderArgs RenderArgs::parse(const std::vector<std::string>& args) {
+    RenderArgs a;
+    CLI::App app("Renders the frames of a cache.", "thixo-render");
+    add_common(app, a);
+    app.add_option("--look", a.look, "look file, laid over the scene's look");
+    app.add_flag("--follow", a.follow, "wait for frames that a running simulation still makes");
+    app.add_flag("--restart", a.restart, "replace frames made with another look");
+    app.add_flag("--preview", a.preview, "quick pictures instead of ray tracing");
+    app.add_option("--what", a.what, "preview: particles, surfels or auto")->check(CLI::IsMember({"particles", "surfels", "auto"}));
+    app.add_option("--attribute", a.attribute, "preview: colour by this attribute");
+    app.add_option("scene", a.scene, "scene whose look replaces the cache's; the look stored in the cache when left out");
+    a.help = parse_words(app, args);
+    return a;
+}
+
+}  // namespace thixo

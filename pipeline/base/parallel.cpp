@@ -7,15 +7,28 @@
 
 namespace thixo {
 namespace {
-std::unique_ptr<oneapi::tbb::global_control> control;
-int threads_set = 0;
+
+struct Threads {
+    std::unique_ptr<oneapi::tbb::global_control> limit;
+    oneapi::tbb::task_arena arena;
+    int count = oneapi::tbb::info::default_concurrency();
+};
+// One a process, as the cores are. On the heap for ever: TBB's own statics may go first at exit.
+Threads& threads() {
+    static Threads& all = *new Threads;
+    return all;
+}
+
 }  // namespace
 
-void set_thread_count(int threads) {
-    threads_set = threads > 0 ? threads : oneapi::tbb::info::default_concurrency();
-    // Above the number of cores TBB needs to be told as well, or a run with 3 threads on 2 cores would test nothing.
-    control = std::make_unique<oneapi::tbb::global_control>(oneapi::tbb::global_control::max_allowed_parallelism, threads_set);
+void set_thread_count(int count) {
+    Threads& t = threads();
+    t.count = count > 0 ? count : oneapi::tbb::info::default_concurrency();
+    t.limit = std::make_unique<oneapi::tbb::global_control>(oneapi::tbb::global_control::max_allowed_parallelism, t.count);
+    t.arena.terminate();
+    t.arena.initialize(t.count);
 }
-int thread_count() { return threads_set > 0 ? threads_set : oneapi::tbb::info::default_concurrency(); }
+int thread_count() { return threads().count; }
+oneapi::tbb::task_arena& thread_arena() { return threads().arena; }
 
 }  // namespace thixo

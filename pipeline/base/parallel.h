@@ -4,6 +4,7 @@
 
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -15,11 +16,16 @@ namespace thixo {
 void set_thread_count(int threads);
 int thread_count();
 
+/// The arena of thread_count() slots in which every loop runs; TBB's own has never more slots than the machine has cores.
+oneapi::tbb::task_arena& thread_arena();
+
 /// f(i) for i in [0, n), in parallel. f may write element i only, and reads nothing that another iteration writes.
 template <class F>
 void parallel_for(std::size_t n, F&& f, std::size_t grain = 256) {
-    oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, n, grain), [&](const auto& range) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
+    thread_arena().execute([&] {
+        oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, n, grain), [&](const auto& range) {
+            for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
+        });
     });
 }
 
@@ -29,7 +35,9 @@ inline constexpr std::size_t kChunk = 1024;
 template <class F>
 void parallel_chunks(std::size_t n, F&& f, std::size_t chunk = kChunk) {
     const std::size_t chunks = (n + chunk - 1) / chunk;
-    oneapi::tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) { f(c * chunk, std::min(n, (c + 1) * chunk), c); });
+    thread_arena().execute([&] {
+        oneapi::tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) { f(c * chunk, std::min(n, (c + 1) * chunk), c); });
+    });
 }
 
 /// Reduction in a fixed order: term(i) is folded by combine(T, T) within fixed chunks, then over the chunks.

@@ -1,0 +1,72 @@
+#include "pipeline/base/error.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <functional>
+#include <new>
+
+namespace thixo {
+namespace {
+
+using Body = int (*)(int, char**);
+
+struct Outcome {
+    int code;
+    std::string message;
+};
+Outcome run(Body body) {
+    testing::internal::CaptureStderr();
+    const int code = run_guarded("thixo-x", body, 0, nullptr);
+    return {code, testing::internal::GetCapturedStderr()};
+}
+
+TEST(Error, EachKindHasItsExitCode) {
+    EXPECT_EQ(0, run([](int, char**) { return 0; }).code);
+    EXPECT_EQ(1, run([](int, char**) { return int(kDifferent); }).code);
+    EXPECT_EQ(2, run([](int, char**) -> int { throw InputError("a"); }).code);
+    EXPECT_EQ(3, run([](int, char**) -> int { throw DivergedError("a"); }).code);
+    EXPECT_EQ(4, run([](int, char**) -> int { throw CacheError("a"); }).code);
+    EXPECT_EQ(5, run([](int, char**) -> int { throw ResourceError("a"); }).code);
+    EXPECT_EQ(5, run([](int, char**) -> int { throw std::bad_alloc(); }).code);
+    EXPECT_EQ(130, run([](int, char**) -> int { throw InterruptedError(SIGINT); }).code);
+    EXPECT_EQ(143, run([](int, char**) -> int { throw InterruptedError(SIGTERM); }).code);
+}
+
+TEST(Error, TheMessageIsOneLineThatNamesTheProgram) {
+    const Outcome outcome =
+        run([](int, char**) -> int { throw InputError("no material '{}'; write one of {}", "watr", "water"); });
+    EXPECT_EQ("thixo-x: no material 'watr'; write one of water\n", outcome.message);
+}
+
+TEST(Error, ATextWithBracesPassesThrough) {
+    const Outcome outcome = run([](int, char**) -> int { throw CacheError("{}", "a file named {0}"); });
+    EXPECT_EQ("thixo-x: a file named {0}\n", outcome.message);
+}
+
+TEST(Error, AnUnexpectedExceptionIsReportedNotLost) {
+    const Outcome outcome = run([](int, char**) -> int { throw std::out_of_range("vector"); });
+    EXPECT_NE(0, outcome.code);
+    EXPECT_NE(std::string::npos, outcome.message.find("internal error: vector"));
+}
+
+TEST(Error, ABrokenPromiseAborts) {
+    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    EXPECT_DEATH(THIXO_ASSERT(1 > 2, "particle {}", 7), "error_test.cpp:.*assertion failed: 1 > 2: particle 7");
+}
+
+TEST(Error, SignalsAreNotedNotObeyed) {
+    // In a process of its own: handlers and the note outlive the test.
+    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    EXPECT_EXIT(
+        {
+            catch_interrupts();
+            const int before = interrupted();
+            std::raise(SIGTERM);
+            std::exit(before == 0 && interrupted() == SIGTERM ? 42 : 1);
+        },
+        testing::ExitedWithCode(42), "");
+}
+
+}  // namespace
+}  // namespace thixo

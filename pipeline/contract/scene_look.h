@@ -1,0 +1,136 @@
+// The look: what the renderer reads of the scene file.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/base/math.h"
+#include "pipeline/contract/scene_key.h"
+#include "pipeline/contract/scene_simulation.h"
+
+namespace thixo::scene {
+
+struct Camera {
+    Vec3d position{0, -3, 1}, look_at{0, 0, 0}, up{0, 0, 1};
+    double fov = 40;            // degrees, horizontal
+    double aperture = 0;        // m, lens radius
+    double focus_distance = 0;  // m; 0: distance to look_at
+    std::vector<Key> motion;    // moves the camera rigidly about its own position
+};
+template <class V>
+void visit(V& v, Camera& c) {
+    v.key("position", c.position, "m", any(), "the eye");
+    v.key("look_at", c.look_at, "m", any(), "point in the middle of the picture");
+    v.key("up", c.up, "", direction(), "direction that is up in the picture");
+    v.key("fov", c.fov, "degrees", between(0.1, 170), "horizontal field of view");
+    v.key("aperture", c.aperture, "m", at_least(0), "radius of the lens; 0: everything is sharp");
+    v.key("focus_distance", c.focus_distance, "m", at_least(0), "distance that is sharp; 0: the distance of look_at");
+    v.list("motion", c.motion, "moves the camera rigidly about its own position");
+}
+
+enum class LightType { sun, sky, area };
+template <>
+struct Words<LightType> {
+    static constexpr std::array<std::string_view, 3> list{"sun", "sky", "area"};
+};
+struct Light {
+    std::string name;
+    LightType type = LightType::sky;
+    Vec3d colour{1, 1, 1};         // linear Rec.709
+    double strength = 1;           // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]
+    Vec3d direction{0, 0, -1};     // sun: where the light goes; area: the side it shines to
+    double angle = 0.53;           // sun: angular diameter [degrees]
+    Vec3d position{0, 0, 3};       // area: centre [m]
+    Vec2d size{1, 1};              // area: edge lengths [m]
+    Vec3d horizon{1, 1, 1};        // sky: colour factor at the horizon
+    Vec3d ground{0.3, 0.3, 0.3};   // sky: colour factor below the horizon
+};
+template <class V>
+void visit(V& v, Light& l) {
+    v.key("type", l.type, "", required(), "sun: parallel light; sky: light from all sides; area: a rectangle that shines");
+    v.key("colour", l.colour, kColour, at_least(0), "colour, linear Rec.709");
+    v.key("strength", l.strength, "W/m^2, W/(m^2 sr)", at_least(0), "sun: irradiance; sky and area: radiance");
+    v.key("direction", l.direction, "", direction(), "sun: where the light goes; area: the side it shines to");
+    v.key("angle", l.angle, "degrees", between(0, 90), "sun: angular diameter; the real sun's is 0.53");
+    v.key("position", l.position, "m", any(), "area: centre");
+    v.key("size", l.size, "m", above(0), "area: edge lengths");
+    v.key("horizon", l.horizon, kColour, at_least(0), "sky: colour factor at the horizon");
+    v.key("ground", l.ground, kColour, at_least(0), "sky: colour factor below the horizon");
+}
+
+enum class AppearanceType { diffuse, plastic, conductor, dielectric };
+template <>
+struct Words<AppearanceType> {
+    static constexpr std::array<std::string_view, 4> list{"diffuse", "plastic", "conductor", "dielectric"};
+};
+struct Appearance {
+    std::string name;
+    AppearanceType type = AppearanceType::diffuse;
+    Vec3d colour{0.8, 0.8, 0.8};   // albedo, or reflectance at normal incidence of a conductor
+    Vec3d colour2{0.3, 0.3, 0.3};  // second colour of a checker
+    double checker = 0;            // m, edge of a checker field in world xy; 0: plain
+    double roughness = 0;          // GGX alpha; 0: smooth
+    double ior = 1.5;
+    Vec3d absorption{0, 0, 0};     // 1/m, dielectric
+    int priority = 0;              // nested dielectrics: the higher wins where two overlap
+};
+template <class V>
+void visit(V& v, Appearance& a) {
+    v.key("type", a.type, "", any(), "diffuse: matt; plastic: matt under a clear coat; conductor: metal; dielectric: water, glass");
+    v.key("colour", a.colour, kColour, between(0, 1), "albedo, linear Rec.709; of a conductor its reflectance at normal incidence");
+    v.key("colour2", a.colour2, kColour, between(0, 1), "second colour of a checker");
+    v.key("checker", a.checker, "m", at_least(0), "edge of the fields of a checker in world xy; 0: plain");
+    v.key("roughness", a.roughness, "1", between(0, 1), "GGX alpha; 0: smooth");
+    v.key("ior", a.ior, "1", between(1, 4), "index of refraction of plastic and dielectric; water 1.33, glass 1.5");
+    v.key("absorption", a.absorption, "1/m", at_least(0), "dielectric: loss of red, green and blue along the way inside");
+    v.key("priority", a.priority, "", between(-1000, 1000), "nested dielectrics: the higher wins where two overlap");
+}
+
+enum class ViewTransform { srgb, filmic };
+template <>
+struct Words<ViewTransform> {
+    static constexpr std::array<std::string_view, 2> list{"srgb", "filmic"};
+};
+struct Output {
+    int width = 960, height = 540;
+    int samples = 64;
+    int max_bounces = 12;
+    double exposure = 0;  // stops, PNG and film only
+    ViewTransform view = ViewTransform::filmic;
+    bool straight_shadows = true;  // shadow rays go straight through smooth dielectrics (a documented bias)
+    double clamp = 20;             // indirect radiance of one sample is limited to this; 0: no limit
+    bool transparent_background = false;
+    bool film = true;  // encode an mp4
+};
+template <class V>
+void visit(V& v, Output& o) {
+    v.key("width", o.width, "pixels", between(1, 32768), "width of the picture");
+    v.key("height", o.height, "pixels", between(1, 32768), "height of the picture");
+    v.key("samples", o.samples, "", between(1, 1000000), "light paths per pixel");
+    v.key("max_bounces", o.max_bounces, "", between(0, 1000), "longest path, in hits");
+    v.key("exposure", o.exposure, "stops", between(-50, 50), "brightness of PNG and film; EXR is untouched");
+    v.key("view", o.view, "", any(), "view transform of PNG and film");
+    v.key("straight_shadows", o.straight_shadows, "", any(),
+          "true: light goes straight through smooth dielectrics to a shaded point, which is brighter and less noisy than true caustics");
+    v.key("clamp", o.clamp, "W/(m^2 sr)", at_least(0), "limit of the indirect radiance of one sample; 0: no limit");
+    v.key("transparent_background", o.transparent_background, "", any(), "true: alpha 0 where nothing is hit");
+    v.key("film", o.film, "", any(), "true: encode an mp4 of all frames");
+}
+
+struct Look {
+    Camera camera;
+    std::vector<Light> lights;
+    std::vector<Appearance> appearances;
+    Vec3d background{0.8, 0.85, 0.9};  // seen by camera rays where no light's environment is
+    Output output;
+};
+template <class V>
+void visit(V& v, Look& l) {
+    v.block("camera", l.camera, "the camera");
+    v.named("lights", l.lights, "lights; where none is given, a sky and a sun");
+    v.named("appearances", l.appearances, "how surfaces look; materials and boundaries refer to them by name");
+    v.key("background", l.background, kColour, at_least(0), "radiance the camera sees where there is no sky");
+    v.block("output", l.output, "the pictures");
+}
+
+}  // namespace thixo::scene

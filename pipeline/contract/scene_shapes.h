@@ -1,0 +1,183 @@
+// Shapes of the scene file: one key names the kind, modifiers stand beside it.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "pipeline/base/math.h"
+#include "pipeline/contract/scene_key.h"
+
+namespace thixo::scene {
+
+struct Shape;
+
+struct Sphere {
+    double radius = 0.5;  // m
+};
+template <class V>
+void visit(V& v, Sphere& s) {
+    v.key("radius", s.radius, "m", above(0), "radius; the centre is the origin");
+}
+
+struct Ellipsoid {
+    Vec3d radii{0.5, 0.5, 0.5};  // m
+};
+template <class V>
+void visit(V& v, Ellipsoid& s) {
+    v.key("radii", s.radii, "m", above(0), "half-axes along x, y, z; the centre is the origin");
+}
+
+struct BoxShape {
+    Vec3d size{1, 1, 1};  // m
+    double rounding = 0;  // m
+};
+template <class V>
+void visit(V& v, BoxShape& s) {
+    v.key("size", s.size, "m", above(0), "edge lengths along x, y, z; the centre is the origin");
+    v.key("rounding", s.rounding, "m", at_least(0), "radius of the rounded edges, at most half the shortest edge");
+}
+
+struct Cylinder {  // axis z, centred
+    double radius = 0.5, height = 1;  // m
+    double rounding = 0;              // m
+};
+template <class V>
+void visit(V& v, Cylinder& s) {
+    v.key("radius", s.radius, "m", above(0), "radius about the z axis");
+    v.key("height", s.height, "m", above(0), "whole height; the centre is the origin");
+    v.key("rounding", s.rounding, "m", at_least(0), "radius of the rounded rims, at most the radius and half the height");
+}
+
+struct RoundedCone {  // two spheres and their hull, axis z from the origin
+    double radius1 = 0.5, radius2 = 0.25, height = 1;  // m
+};
+template <class V>
+void visit(V& v, RoundedCone& s) {
+    v.key("radius1", s.radius1, "m", above(0), "radius of the sphere at the origin");
+    v.key("radius2", s.radius2, "m", above(0), "radius of the sphere at (0, 0, height)");
+    v.key("height", s.height, "m", above(0), "distance of the two centres");
+}
+
+struct Capsule {
+    Vec3d from{0, 0, 0}, to{0, 0, 1};  // m
+    double radius = 0.25;              // m
+};
+template <class V>
+void visit(V& v, Capsule& s) {
+    v.key("from", s.from, "m", any(), "centre of the first end");
+    v.key("to", s.to, "m", any(), "centre of the second end");
+    v.key("radius", s.radius, "m", above(0), "radius");
+}
+
+struct Torus {  // axis z
+    double radius = 0.5, tube = 0.1;  // m
+};
+template <class V>
+void visit(V& v, Torus& s) {
+    v.key("radius", s.radius, "m", above(0), "radius of the ring about the z axis");
+    v.key("tube", s.tube, "m", above(0), "radius of the tube, at most the ring's");
+}
+
+struct Plane {  // solid where normal.x < offset
+    Vec3d normal{0, 0, 1};
+    double offset = 0;  // m
+};
+template <class V>
+void visit(V& v, Plane& s) {
+    v.key("normal", s.normal, "", direction(), "direction away from the solid half-space; any length");
+    v.key("offset", s.offset, "m", any(), "distance of the plane from the origin along its normal");
+}
+
+struct Revolve {  // closed polygon (r >= 0, z) turned about z
+    std::vector<Vec2d> profile;  // m
+};
+template <class V>
+void visit(V& v, Revolve& s) {
+    v.key("profile", s.profile, "m", required(), "closed polygon of points [r, z] with r >= 0, turned about the z axis");
+}
+
+struct MeshFile {  // file units carry no size: one of scale, height
+    std::string file;
+    double scale = 0;     // m per file unit; 0: from height
+    double height = 0;    // m; 0: from scale
+    std::string content;  // hash of the file's bytes, filled in when the scene is loaded
+};
+template <class V>
+void visit(V& v, MeshFile& s) {
+    v.file("file", s.file, required(), "closed triangle mesh, OBJ or PLY");
+    v.key("scale", s.scale, "m", at_least(0), "length of one unit of the file; 0: from height");
+    v.key("height", s.height, "m", at_least(0), "extent along z after reading; 0: from scale");
+    v.key("content", s.content, "", any(), "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
+}
+
+struct ShapeList {
+    std::vector<Shape> shapes;
+    double smooth = 0;  // blending radius [m]
+};
+struct Union : ShapeList {};
+struct Intersection : ShapeList {};
+struct Difference : ShapeList {};  // the first less all others
+struct NamedShape {                // an entry of `shapes`
+    std::string name;
+};
+template <class V>
+void visit(V& v, ShapeList& s) {
+    v.shapes("shapes", s.shapes, required(), "the shapes that are combined");
+    v.key("smooth", s.smooth, "m", at_least(0), "blending radius where two of them meet; 0: a sharp edge");
+}
+template <class V>
+void visit(V& v, NamedShape& s) {
+    v.reference("name", s.name, Refers::shape, required(), "an entry of the top-level block `shapes`");
+}
+
+struct Shape {
+    std::variant<std::monostate, Sphere, Ellipsoid, BoxShape, Cylinder, RoundedCone, Capsule, Torus, Plane, Revolve, MeshFile, Union,
+                 Intersection, Difference, NamedShape>
+        kind;
+    double scale = 1;          // applied first
+    Vec3d rotate{0, 0, 0};     // degrees about x, then y, then z; applied second
+    Vec3d translate{0, 0, 0};  // m; applied last
+    double offset = 0;         // m, grows (> 0) or shrinks the shape
+    double shell = 0;          // m, > 0: a hollow shell of this thickness, inwards from the surface
+    std::string where;         // file:line:column, for messages
+};
+/// The modifiers; the kinds are for_each_shape_kind's.
+template <class V>
+void visit(V& v, Shape& s) {
+    v.key("scale", s.scale, "1", above(0), "factor on the size, applied first");
+    v.key("rotate", s.rotate, "degrees", any(), "turn about x, then y, then z, applied second");
+    v.key("translate", s.translate, "m", any(), "shift, applied last");
+    v.key("offset", s.offset, "m", any(), "grows (above 0) or shrinks (below 0) the shape by this distance");
+    v.key("shell", s.shell, "m", at_least(0), "thickness of a hollow shell, inwards from the surface; 0: solid");
+}
+
+template <class K>
+struct ShapeKind {
+    using Type = K;
+    std::string_view name;
+    std::string_view short_key;  // the key meant where the kind is given a list or a word in place of a block; empty: none
+    std::string_view meaning;
+};
+
+/// f(ShapeKind<K>) for every kind.
+template <class F>
+void for_each_shape_kind(F&& f) {
+    f(ShapeKind<Sphere>{"sphere", "", "ball"});
+    f(ShapeKind<Ellipsoid>{"ellipsoid", "", "ellipsoid"});
+    f(ShapeKind<BoxShape>{"box", "", "box along the axes"});
+    f(ShapeKind<Cylinder>{"cylinder", "", "cylinder along z"});
+    f(ShapeKind<RoundedCone>{"rounded_cone", "", "hull of two spheres"});
+    f(ShapeKind<Capsule>{"capsule", "", "cylinder with round ends"});
+    f(ShapeKind<Torus>{"torus", "", "ring about z"});
+    f(ShapeKind<Plane>{"plane", "", "half-space"});
+    f(ShapeKind<Revolve>{"revolve", "profile", "polygon turned about z, such as a glass"});
+    f(ShapeKind<MeshFile>{"mesh", "", "closed mesh from a file"});
+    f(ShapeKind<Union>{"union", "shapes", "what is in any of the shapes"});
+    f(ShapeKind<Intersection>{"intersection", "shapes", "what is in all of the shapes"});
+    f(ShapeKind<Difference>{"difference", "shapes", "the first shape less all others"});
+    f(ShapeKind<NamedShape>{"named", "name", "an entry of the top-level block `shapes`"});
+}
+
+}  // namespace thixo::scene

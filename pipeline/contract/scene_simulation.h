@@ -1,0 +1,187 @@
+// The blocks of the scene file that the simulation reads.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pipeline/base/math.h"
+#include "pipeline/contract/scene_key.h"
+#include "pipeline/contract/scene_shapes.h"
+
+namespace thixo::scene {
+
+struct Key {  // one instant of a rigid motion
+    double time = 0;          // s
+    Vec3d position{0, 0, 0};  // m
+    Vec3d rotate{0, 0, 0};    // degrees about x, then y, then z
+};
+template <class V>
+void visit(V& v, Key& k) {
+    v.key("time", k.time, "s", required(), "instant; ascending in the list");
+    v.key("position", k.position, "m", any(), "shift from the place given in the scene");
+    v.key("rotate", k.rotate, "degrees", any(), "turn about x, then y, then z");
+}
+
+struct Frames {
+    int first = 1, last = 48;
+    double fps = 24;  // 1/s
+};
+template <class V>
+void visit(V& v, Frames& f) {
+    v.key("first", f.first, "", between(0, 999999), "number of the first frame, the state at time 0");
+    v.key("last", f.last, "", between(0, 999999), "number of the last frame");
+    v.key("fps", f.fps, "1/s", between(0.001, 1e6), "frames a second");
+}
+
+struct Boundary {
+    std::string name;
+    Shape shape;
+    bool inside = false;  // true: the shape is the room, matter stays inside it; false: it is an obstacle
+    bool no_slip = false;
+    std::vector<Key> motion;
+    std::string look;  // appearance; empty: the boundary's name
+    bool visible = true;
+};
+template <class V>
+void visit(V& v, Boundary& b) {
+    v.shape("shape", b.shape, required(), "the solid, or with `inside` the room");
+    v.key("inside", b.inside, "", any(), "true: matter stays inside the shape; false: the shape is an obstacle");
+    v.key("no_slip", b.no_slip, "", any(), "true: fluid sticks to the surface; false: it slides along it");
+    v.list("motion", b.motion, "moves the boundary");
+    v.reference("look", b.look, Refers::appearance, any(), "appearance; left out: the one of the boundary's own name");
+    v.key("visible", b.visible, "", any(), "false: not drawn");
+}
+
+struct World {
+    Vec3d gravity{0, 0, -9.81};  // m/s^2
+    std::vector<Boundary> boundaries;
+};
+template <class V>
+void visit(V& v, World& w) {
+    v.key("gravity", w.gravity, "m/s^2", between(-1e4, 1e4), "acceleration of free fall");
+    v.named("boundaries", w.boundaries, "walls, floors and vessels");
+}
+
+struct Material {
+    std::string name;
+    double density = 1000;       // kg/m^3, at rest
+    double viscosity = 0.001;    // Pa s, dynamic
+    double surface_tension = 0;  // N/m
+    double stiffness = 0;        // Pa, k_gas of the `eos` solver; 0: from the expected speed (1 % compression)
+    double gamma = 1;            // exponent of the `eos` solver
+    std::string look;            // appearance; empty: the material's name
+};
+template <class V>
+void visit(V& v, Material& m) {
+    v.key("density", m.density, "kg/m^3", above_to(0, 1e6), "density at rest");
+    v.key("viscosity", m.viscosity, "Pa s", between(0, 1e9), "dynamic viscosity; water 0.001, honey about 5");
+    v.key("surface_tension", m.surface_tension, "N/m", between(0, 1e3), "surface tension; water against air 0.072");
+    v.key("stiffness", m.stiffness, "Pa", between(0, 1e12),
+          "resistance to compression of the `eos` solver; 0: from the expected speed, for 1 % compression");
+    v.key("gamma", m.gamma, "1", between(1, 10), "exponent of the equation of state");
+    v.reference("look", m.look, Refers::appearance, any(), "appearance; left out: the one of the material's own name");
+}
+
+struct Body {
+    std::string name, material;
+    Shape shape;
+    Vec3d velocity{0, 0, 0};          // m/s
+    Vec3d angular_velocity{0, 0, 0};  // rad/s about the shape's centre of mass
+    double temperature = 20;          // degC
+};
+template <class V>
+void visit(V& v, Body& b) {
+    v.reference("material", b.material, Refers::material, required(), "what the body is made of");
+    v.shape("shape", b.shape, required(), "the room it fills at the start");
+    v.key("velocity", b.velocity, "m/s", between(-1e6, 1e6), "velocity at the start");
+    v.key("angular_velocity", b.angular_velocity, "rad/s", between(-1e6, 1e6), "spin at the start, about the centre of mass");
+    v.key("temperature", b.temperature, "degC", between(-273.15, 1e5), "temperature at the start");
+}
+
+struct Emitter {
+    std::string name, material;
+    Vec3d position{0, 0, 0}, direction{0, 0, -1};
+    double radius = 0.05;         // m, of the disc
+    double speed = 1;             // m/s
+    double start = 0, stop = 1e9; // s
+    double jitter = 0;            // in spacings, random offset in the disc's plane
+    double temperature = 20;      // degC
+    std::vector<Key> motion;      // moves the emitter
+};
+template <class V>
+void visit(V& v, Emitter& e) {
+    v.reference("material", e.material, Refers::material, required(), "what flows out");
+    v.key("position", e.position, "m", any(), "centre of the disc that the fluid leaves");
+    v.key("direction", e.direction, "", direction(), "direction of the flow; any length");
+    v.key("radius", e.radius, "m", above(0), "radius of the disc");
+    v.key("speed", e.speed, "m/s", above_to(0, 1e4), "speed of the flow");
+    v.key("start", e.start, "s", at_least(0), "time the flow starts");
+    v.key("stop", e.stop, "s", at_least(0), "time the flow stops");
+    v.key("jitter", e.jitter, "spacings", between(0, 0.5), "random shift of each particle in the disc's plane");
+    v.key("temperature", e.temperature, "degC", between(-273.15, 1e5), "temperature of what flows out");
+    v.list("motion", e.motion, "moves the emitter");
+}
+
+enum class Pressure { eos };
+template <>
+struct Words<Pressure> {
+    static constexpr std::array<std::string_view, 1> list{"eos"};
+};
+
+struct TimeStep {  // fixed = 0: adaptive
+    double fixed = 0;        // s
+    double maximum = 0.005;  // s
+    double cfl = 0.4;        // 1
+};
+template <class V>
+void visit(V& v, TimeStep& t) {
+    v.key("fixed", t.fixed, "s", between(0, 1), "step of constant size; 0: adaptive");
+    v.key("maximum", t.maximum, "s", above_to(0, 1), "largest adaptive step");
+    v.key("cfl", t.cfl, "1", above_to(0, 1), "part of its support a signal may cross in one adaptive step");
+}
+
+struct Solver {
+    double spacing = 0.01;  // m, between particles at rest
+    double support = 2;     // kernel support h in spacings
+    Pressure pressure = Pressure::eos;
+    double expected_speed = 0;           // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
+    double artificial_viscosity = 0.05;  // Monaghan's alpha, 1
+    TimeStep time_step;
+    std::uint64_t seed = 1;
+    int checkpoint_every = 10;  // frames
+};
+template <class V>
+void visit(V& v, Solver& s) {
+    v.key("spacing", s.spacing, "m", above_to(0, 1e6), "distance of neighbouring particles at rest: the detail of the simulation");
+    v.key("support", s.support, "spacings", between(1.2, 6), "support radius of the kernels");
+    v.key("pressure", s.pressure, "", any(), "pressure solver; eos: equation of state");
+    v.key("expected_speed", s.expected_speed, "m/s", between(0, 1e6),
+          "largest speed to expect, for the automatic stiffness; 0: from the scene's height, speeds and gravity");
+    v.key("artificial_viscosity", s.artificial_viscosity, "1", between(0, 10), "Monaghan's alpha; damps shocks");
+    v.block("time_step", s.time_step, "time steps");
+    v.key("seed", s.seed, "", at_least(0), "seed of all random numbers");
+    v.key("checkpoint_every", s.checkpoint_every, "frames", between(1, 999999), "frames between two checkpoints");
+}
+
+struct Surface {
+    bool enabled = true;
+    double radius = 0.5;                              // surfel radius r_s in spacings
+    double support = 3;                               // surfel support h_s in surfel radii
+    double iso = 0.5;                                 // iso-value of the colour field
+    double guide = 0.2, attract = 0.1, smooth = 0.6;  // weights of the potentials
+    int iterations = 6;                               // at most, per update
+};
+template <class V>
+void visit(V& v, Surface& s) {
+    v.key("enabled", s.enabled, "", any(), "false: no surface, particles only");
+    v.key("radius", s.radius, "spacings", between(0.05, 5), "radius of a surfel");
+    v.key("support", s.support, "surfel radii", between(1, 10), "how far a surfel looks for its neighbours");
+    v.key("iso", s.iso, "1", inside(0, 1), "value of the colour field that the guiding surface takes");
+    v.key("guide", s.guide, "1", between(0, 1), "weight of the potential that draws surfels to the guiding surface");
+    v.key("attract", s.attract, "1", between(0, 1), "weight of the potential that draws surfels to the particles");
+    v.key("smooth", s.smooth, "1", between(0, 1), "weight of the smoothing potential");
+    v.key("iterations", s.iterations, "", between(1, 1000), "deformation steps of one update, at most");
+}
+
+}  // namespace thixo::scene

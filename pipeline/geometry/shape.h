@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/base/math.h"
+#include "pipeline/geometry/mesh.h"
 
 namespace thixo {
 
@@ -14,7 +15,8 @@ struct Box3 {
 };
 
 /// An immutable shape; copies share the same tree. Exact distance for primitives; a lower bound of its magnitude for combinations
-/// (as usual for signed-distance trees), with the sign always right.
+/// (as usual for signed-distance trees), with the sign always right. Where bounds exist, the distance outside of them is never
+/// below the distance to that box. Constructors: shapes.h.
 class Shape {
   public:
     struct Node {
@@ -22,6 +24,9 @@ class Shape {
         virtual Real distance(const Vec3& x) const = 0;
         /// Box that holds the inside and the surface; empty where the shape is unbounded (a plane, an inverted shape).
         virtual std::optional<Box3> bounds() const = 0;
+        /// A closed mesh made from the shape's own description (corners, profile), `segments` around a full turn; empty where the
+        /// shape has none and the surface must be extracted from the distance.
+        virtual std::optional<TriangleMesh> exact_mesh(int /*segments*/) const { return std::nullopt; }
     };
     explicit Shape(std::shared_ptr<const Node> node) : node_(std::move(node)) {}
     Real distance(const Vec3& x) const { return node_->distance(x); }

@@ -1,0 +1,133 @@
+// What moves, grows, hollows or turns round a shape, and its volume.
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/mesh_io.h"
+#include "pipeline/geometry/shape_checks.h"
+#include "pipeline/geometry/shapes.h"
+
+namespace thixo {
+namespace {
+
+struct Transformed final : Shape::Node {
+    Transformed(Shape s, double f, const Quatd& r, const Vec3d& t)
+        : shape(std::move(s)), factor(Real(f)), inverse_factor(Real(1 / f)), inverse_rotation(r.conjugate().toRotationMatrix().cast<Real>()),
+          translation(t.cast<Real>()), rotation(r), exact_factor(f), exact_translation(t) {}
+    Real distance(const Vec3& x) const override {
+        return factor * shape.distance(inverse_rotation * (x - translation) * inverse_factor);
+    }
+    std::optional<Box3> bounds() const override {
+        const auto inner = shape.bounds();
+        if (!inner) return std::nullopt;
+        const Vec3 centre = (inner->lower + inner->upper) / 2, half = (inner->upper - inner->lower) / 2;
+        const Mat3 turn = inverse_rotation.transpose();
+        const Vec3 c = factor * (turn * centre) + translation, h = factor * (turn.cwiseAbs() * half);
+        return Box3{c - h, c + h};
+    }
+    std::optional<TriangleMesh> exact_mesh(int segments) const override {
+        auto mesh = shape.node().exact_mesh(segments);
+        if (mesh) transform_mesh(*mesh, exact_factor, rotation, exact_translation);
+        return mesh;
+    }
+    Shape shape;
+    Real factor, inverse_factor;
+    Mat3 inverse_rotation;
+    Vec3 translation;
+    Quatd rotation;
+    double exact_factor;
+    Vec3d exact_translation;
+};
+
+struct Offset final : Shape::Node {
+    Offset(Shape s, Real d) : shape(std::move(s)), by(d) {
+        if (const auto inner = shape.bounds()) {
+            const Real shrink = -(inner->upper - inner->lower).minCoeff() / 2;
+            box = grown(*inner, std::max(by, shrink));
+        }
+    }
+    Real distance(const Vec3& x) const override {
+        const Real d = shape.distance(x) - by;
+        if (by >= 0 || !box) return d;
+        const Real outside = distance_to(*box, x);  // beyond a corner of the shrunk box d alone may fall below it
+        return outside > 0 ? std::max(d, outside) : d;
+    }
+    std::optional<Box3> bounds() const override { return box; }
+    Shape shape;
+    Real by;
+    std::optional<Box3> box;
+};
+
+/// Between the surface and the same surface `thickness` further in.
+struct Shell final : Shape::Node {
+    Shell(Shape s, Real t) : shape(std::move(s)), thickness(t) {}
+    Real distance(const Vec3& x) const override {
+        const Real d = shape.distance(x);
+        return std::max(d, -d - thickness);
+    }
+    std::optional<Box3> bounds() const override { return shape.bounds(); }
+    Shape shape;
+    Real thickness;
+};
+
+struct Inverted final : Shape::Node {
+    explicit Inverted(Shape s) : shape(std::move(s)) {}
+    Real distance(const Vec3& x) const override { return -shape.distance(x); }
+    std::optional<Box3> bounds() const override { return std::nullopt; }
+    std::optional<TriangleMesh> exact_mesh(int segments) const override {
+        auto mesh = shape.node().exact_mesh(segments);
+        if (mesh) flip_mesh(*mesh);
+        return mesh;
+    }
+    Shape shape;
+};
+
+}  // namespace
+
+Shape transformed(Shape shape, double factor, const Quatd& rotation, const Vec3d& translation) {
+    positive_size(factor, "scale");
+    finite_vector(rotation.coeffs(), "rotation");
+    finite_vector(translation, "translation");
+    if (!(rotation.norm() > 0)) throw InputError("rotation is the zero quaternion; give a unit quaternion");
+    return Shape(std::make_shared<Transformed>(std::move(shape), factor, rotation.normalized(), translation));
+}
+Shape scaled(Shape shape, double factor) { return transformed(std::move(shape), factor, Quatd::Identity(), Vec3d::Zero()); }
+Shape rotated(Shape shape, const Quatd& rotation) { return transformed(std::move(shape), 1, rotation, Vec3d::Zero()); }
+Shape translated(Shape shape, const Vec3d& by) { return transformed(std::move(shape), 1, Quatd::Identity(), by); }
+
+Shape offset(Shape shape, double by) {
+    finite_number(by, "offset");
+    return Shape(std::make_shared<Offset>(std::move(shape), Real(by)));
+}
+Shape shell(Shape shape, double thickness) {
+    positive_size(thickness, "shell thickness");
+    return Shape(std::make_shared<Shell>(std::move(shape), Real(thickness)));
+}
+Shape inverted(Shape shape) { return Shape(std::make_shared<Inverted>(std::move(shape))); }
+
+double volume(const Shape& shape, double cell) {
+    positive_size(cell, "volume cell");
+    const auto bounds = shape.bounds();
+    if (!bounds) throw InputError("the volume of an unbounded shape is not finite; intersect it with a box");
+    const Box3 box = grown(*bounds, Real(cell));
+    const Eigen::Array3d count = ((box.upper - box.lower).cast<double>().array() / cell).ceil();
+    if (count.prod() > double(1ull << 36)) throw InputError("volume cell {} m is too fine for this shape; use a larger one", cell);
+    const std::size_t nx = std::size_t(count.x()), ny = std::size_t(count.y()), nz = std::size_t(count.z());
+    const auto column = [&](std::size_t k) {
+        double sum = 0;
+        for (std::size_t x = 0; x < nx; ++x) {
+            const Vec3d centre = box.lower.cast<double>() + cell * Vec3d(x + 0.5, double(k % ny) + 0.5, double(k / ny) + 0.5);
+            sum += clamp01(0.5 - double(shape.distance(centre.cast<Real>())) / cell);
+        }
+        return sum;
+    };
+    return parallel_sum(ny * nz, column) * cube(cell);
+}
+
+Quatd rotation_from_degrees(const Vec3d& degrees) {
+    const Vec3d a = degrees * (kPi / 180);
+    return Quatd(Eigen::AngleAxisd(a.z(), Vec3d::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3d::UnitY()) * Eigen::AngleAxisd(a.x(), Vec3d::UnitX()));
+}
+
+}  // namespace thixo

@@ -1,0 +1,100 @@
+// Union, intersection and difference of shapes, sharp or blended.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pipeline/base/error.h"
+#include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/shape_checks.h"
+#include "pipeline/geometry/shapes.h"
+
+namespace thixo {
+namespace {
+
+/// min(a, b) less the blend; never above min(a, b), its gradient a convex combination of the two gradients.
+Real smooth_min(Real a, Real b, Real radius) {
+    const Real overlap = radius - std::abs(a - b);
+    return std::min(a, b) - (overlap > 0 ? overlap * overlap / (4 * radius) : Real(0));
+}
+
+struct Union final : Shape::Node {
+    Union(std::vector<Shape> list, Real radius) : shapes(std::move(list)), smooth(radius) {
+        box = shapes[0].bounds();
+        for (const Shape& s : shapes) {
+            const auto other = s.bounds();
+            box = box && other ? std::optional(joined(*box, *other)) : std::nullopt;
+        }
+        // Every fold lowers the value by smooth/4 at most.
+        if (box) box = grown(*box, smooth / 4 * Real(shapes.size() - 1));
+    }
+    Real distance(const Vec3& x) const override {
+        Real d = shapes[0].distance(x);
+        for (std::size_t k = 1; k < shapes.size(); ++k) {
+            const Real other = shapes[k].distance(x);
+            d = smooth > 0 ? smooth_min(d, other, smooth) : std::min(d, other);
+        }
+        return d;
+    }
+    std::optional<Box3> bounds() const override { return box; }
+    std::vector<Shape> shapes;
+    Real smooth;
+    std::optional<Box3> box;
+};
+
+/// Intersection of the first with the others, or (less) with their complements.
+struct Intersection final : Shape::Node {
+    Intersection(std::vector<Shape> list, Real radius, bool less_) : shapes(std::move(list)), smooth(radius), less(less_) {
+        box = shapes[0].bounds();
+        for (std::size_t k = 1; k < shapes.size() && !less; ++k) {
+            const auto other = shapes[k].bounds();
+            box = box && other ? std::optional(common(*box, *other)) : (box ? box : other);
+        }
+    }
+    Real distance(const Vec3& x) const override {
+        Real d = shapes[0].distance(x);
+        for (std::size_t k = 1; k < shapes.size(); ++k) {
+            const Real other = less ? -shapes[k].distance(x) : shapes[k].distance(x);
+            d = smooth > 0 ? -smooth_min(-d, -other, smooth) : std::max(d, other);
+        }
+        // The maximum can be far too low beside a thin wedge; the box keeps it a usable bound, and what blends with it near it.
+        return box ? std::max(d, outside(x)) : d;
+    }
+    std::optional<Box3> bounds() const override { return box; }
+
+    /// Distance to the box where x is out of it; no bound within.
+    Real outside(const Vec3& x) const {
+        const Real d = distance_to(*box, x);
+        return d > 0 ? d : std::numeric_limits<Real>::lowest();
+    }
+    std::vector<Shape> shapes;
+    Real smooth;
+    bool less;
+    std::optional<Box3> box;
+};
+
+void check_list(const std::vector<Shape>& shapes, double smooth, const char* what) {
+    if (shapes.empty()) throw InputError("{} has no shapes; give it at least one", what);
+    size_not_negative(smooth, "smooth");
+}
+
+}  // namespace
+
+Shape union_of(std::vector<Shape> shapes, double smooth) {
+    check_list(shapes, smooth, "union");
+    if (shapes.size() == 1) return shapes[0];
+    return Shape(std::make_shared<Union>(std::move(shapes), Real(smooth)));
+}
+
+Shape intersection_of(std::vector<Shape> shapes, double smooth) {
+    check_list(shapes, smooth, "intersection");
+    if (shapes.size() == 1) return shapes[0];
+    return Shape(std::make_shared<Intersection>(std::move(shapes), Real(smooth), false));
+}
+
+Shape difference_of(std::vector<Shape> shapes, double smooth) {
+    check_list(shapes, smooth, "difference");
+    if (shapes.size() == 1) return shapes[0];
+    return Shape(std::make_shared<Intersection>(std::move(shapes), Real(smooth), true));
+}
+
+}  // namespace thixo

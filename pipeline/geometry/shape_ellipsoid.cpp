@@ -1,0 +1,59 @@
+// The ellipsoid: distance by the root of one monotone function.
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/geometry/primitive_mesh.h"
+#include "pipeline/geometry/shape_checks.h"
+#include "pipeline/geometry/shapes.h"
+
+namespace thixo {
+namespace {
+
+/// Distance of y (all components >= 0) to the ellipsoid with the half axes e. The closest point is c_k = e_k^2 y_k/(t + e_k^2) with t the
+/// largest root of sum (e_k y_k/(t + e_k^2))^2 = 1 (Eberly 2013); that function falls for t > -min e^2, so that bisection is safe.
+double ellipsoid_distance(const Vec3d& e, const Vec3d& y) {
+    int shortest;
+    e.minCoeff(&shortest);
+    const Eigen::Array3d e2 = e.array().square(), ey = e.array() * y.array();
+    const auto excess = [&](double t) { return (ey / (t + e2)).square().sum() - 1; };
+    double low = -e2[shortest] + ey[shortest], high = -e2[shortest] + ey.matrix().norm();
+    for (int i = 0; i < 120 && high - low > 1e-15 * (std::abs(low) + std::abs(high)); ++i) {
+        const double middle = (low + high) / 2;
+        (excess(middle) > 0 ? low : high) = middle;
+    }
+    const double t = (low + high) / 2;
+    Eigen::Array3d closest = Eigen::Array3d::Zero();
+    for (int k = 0; k < 3; ++k)
+        if (ey[k] > 0 && t + e2[k] > 0) closest[k] = e2[k] * y[k] / (t + e2[k]);
+    // In the plane of symmetry of the shortest axis, near the centre, the closest point leaves that plane: what the others leave of
+    // sum (c_k/e_k)^2 = 1.
+    double rest = 1 - (closest / e.array()).square().sum() + square(closest[shortest] / e[shortest]);
+    closest[shortest] = e[shortest] * std::sqrt(std::max(rest, 0.0));
+    return (closest - y.array()).matrix().norm();
+}
+
+struct Ellipsoid final : Shape::Node {
+    explicit Ellipsoid(const Vec3d& r) : radii(r) {}
+    Real distance(const Vec3& x) const override {
+        const Vec3d y = x.cast<double>().cwiseAbs();
+        const double d = ellipsoid_distance(radii, y);
+        return Real((y.array() / radii.array()).square().sum() < 1 ? -d : d);
+    }
+    std::optional<Box3> bounds() const override { return Box3{-radii.cast<Real>(), radii.cast<Real>()}; }
+    std::optional<TriangleMesh> exact_mesh(int segments) const override {
+        TriangleMesh mesh = sphere_mesh(1, segments);
+        for (Vec3f& v : mesh.vertices) v = v.cwiseProduct(radii.cast<float>());
+        for (Vec3f& n : mesh.normals) n = n.cwiseQuotient(radii.cast<float>()).normalized();
+        return mesh;
+    }
+    Vec3d radii;
+};
+
+}  // namespace
+
+Shape ellipsoid(const Vec3d& radii) {
+    for (int k = 0; k < 3; ++k) positive_size(radii[k], "ellipsoid radius");
+    return Shape(std::make_shared<Ellipsoid>(radii));
+}
+
+}  // namespace thixo

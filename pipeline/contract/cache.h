@@ -35,6 +35,7 @@ class CacheWriter {
     /// An empty cache in place of the one that may be there.
     static CacheWriter restart(const std::filesystem::path& out, CacheIdentity identity);
     /// Goes on with the cache that is there: keeps frames up to and with `last_kept`, drops later ones (they will be written again).
+    /// A complete cache of the same resolved scene, all kept, stays complete and is not written to.
     /// Throws CacheError (missing, damaged) and InputError where its simulation hash is another.
     static CacheWriter resume(const std::filesystem::path& out, CacheIdentity identity, int last_kept);
 
@@ -50,6 +51,7 @@ class CacheWriter {
 
   private:
     CacheWriter(const std::filesystem::path& out, Manifest manifest);
+    static CacheWriter open(const std::filesystem::path& out, Manifest manifest, bool unchanged);
     void publish();
     CacheFile store(const std::string& name, std::string_view bytes);
 

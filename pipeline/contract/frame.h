@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "pipeline/contract/point_set.h"
@@ -51,5 +52,11 @@ struct Frame {
     std::vector<FrameObstacle> obstacles;
     FrameTotals totals;
 };
+
+/// frame.NNNN.json: everything of a frame but its points (of those their counts). Throws DivergedError where a number is not finite.
+std::string print_frame_facts(const Frame& frame);
+
+/// Parses and checks; `file` is named in messages. The point sets stay empty. Throws CacheError.
+Frame parse_frame_facts(std::string_view text, const std::string& file);
 
 }  // namespace thixo

@@ -1,0 +1,183 @@
+#include "pipeline/contract/atomic_file.h"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <cstdio>
+#include <optional>
+#include <utility>
+
+#include "pipeline/base/error.h"
+
+namespace thixo {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::string_view kPrefix = ".thixo-";
+constexpr std::string_view kSuffix = ".tmp";
+constexpr auto kAbandoned = std::chrono::hours(1);  // of a temporary that another host may own
+
+/// An open file that closes itself.
+class Descriptor {
+  public:
+    explicit Descriptor(int fd) : fd_(fd) {}
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    int get() const { return fd_; }
+    int close() { return ::close(std::exchange(fd_, -1)); }
+
+  private:
+    int fd_;
+};
+
+/// Unlinks the temporary unless it has been renamed.
+struct Temporary {
+    fs::path path;
+    bool kept = false;
+    ~Temporary() {
+        if (!kept) ::unlink(path.c_str());
+    }
+};
+
+[[noreturn]] void fail(const fs::path& path, int error) {
+    throw ResourceError("cannot write '{}': {}; free space or choose another folder with --out", path.string(), std::strerror(error));
+}
+
+struct Fault {
+    std::size_t bytes = 0;
+    bool kill = false;
+};
+
+/// The fault a test asked for, if this call of write_whole is the one.
+std::optional<Fault> injected_fault() {
+    static std::atomic<int> calls{0};
+    const int call = ++calls;
+    const char* text = std::getenv("THIXO_WRITE_FAULT");
+    if (!text) return std::nullopt;
+    int nth = 0;
+    unsigned long long bytes = 0;
+    std::array<char, 8> how{};
+    if (std::sscanf(text, "%d:%llu:%7s", &nth, &bytes, how.data()) != 3) throw InputError("THIXO_WRITE_FAULT='{}' is not nth:bytes:how", text);
+    const bool kill = std::string_view(how.data()) == "kill";
+    if (kill ? call != nth : call < nth) return std::nullopt;
+    return Fault{static_cast<std::size_t>(bytes), kill};
+}
+
+/// 0 or the error number.
+int write_all(int fd, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t n = ::write(fd, bytes.data(), std::min<std::size_t>(bytes.size(), std::size_t(1) << 30));
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return n < 0 ? errno : EIO;
+        bytes.remove_prefix(static_cast<std::size_t>(n));
+    }
+    return 0;
+}
+
+int write_with_fault(int fd, std::string_view bytes, const std::optional<Fault>& fault) {
+    if (!fault) return write_all(fd, bytes);
+    if (const int error = write_all(fd, bytes.substr(0, fault->bytes))) return error;
+    if (fault->kill) ::raise(SIGKILL);
+    return ENOSPC;
+}
+
+std::string host_name() {
+    std::array<char, 256> name{};
+    if (::gethostname(name.data(), name.size() - 1) != 0) return "host";
+    return name.data();
+}
+
+fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
+
+std::string temporary_name(const fs::path& path) {
+    return fmt::format("{}{}-{}-{}{}", kPrefix, ::getpid(), host_name(), path.filename().string(), kSuffix);
+}
+
+/// Whether the process that made this temporary is gone: its number is free (or was given to us), or the file has not changed for long.
+bool abandoned(const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    pid_t pid = 0;
+    const char* first = name.data() + kPrefix.size();
+    const auto [end, bad] = std::from_chars(first, name.data() + name.size(), pid);
+    if (bad != std::errc() || pid <= 0) return false;
+    const std::string host = fmt::format("-{}-", host_name());
+    const bool here = std::string_view(end, static_cast<std::size_t>(name.data() + name.size() - end)).starts_with(host);
+    if (here && (pid == ::getpid() || (::kill(pid, 0) != 0 && errno == ESRCH))) return true;
+    std::error_code error;
+    const auto changed = entry.last_write_time(error);
+    return !error && fs::file_time_type::clock::now() - changed > kAbandoned;
+}
+
+}  // namespace
+
+void write_whole(const fs::path& path, std::string_view bytes) {
+    const std::optional<Fault> fault = injected_fault();
+    const fs::path folder = folder_of(path);
+    Temporary temporary{folder / temporary_name(path)};
+    Descriptor file(::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+    if (file.get() < 0) fail(path, errno);
+    if (const int error = write_with_fault(file.get(), bytes, fault)) fail(path, error);
+    if (::fsync(file.get()) != 0) fail(path, errno);
+    if (file.close() != 0) fail(path, errno);
+    if (::rename(temporary.path.c_str(), path.c_str()) != 0) fail(path, errno);
+    temporary.kept = true;
+    // The rename itself must survive a power cut before a later file may refer to this one.
+    const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (directory.get() < 0 || ::fsync(directory.get()) != 0) fail(path, errno);
+}
+
+std::string read_whole(const fs::path& path) {
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe must not block
+    if (file.get() < 0) {
+        if (errno == ENOENT || errno == ENOTDIR) throw CacheError("'{}' is missing", path.string());
+        throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
+    }
+    struct stat status {};
+    if (::fstat(file.get(), &status) != 0) throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
+    if (!S_ISREG(status.st_mode)) throw CacheError("'{}' is not a regular file", path.string());
+    std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
+        if (n == 0) break;
+        done += static_cast<std::size_t>(n);
+    }
+    bytes.resize(done);
+    return bytes;
+}
+
+void make_folder(const fs::path& folder) {
+    std::error_code error;
+    fs::create_directories(folder, error);
+    if (error) throw ResourceError("cannot make folder '{}': {}; choose another with --out", folder.string(), error.message());
+}
+
+int remove_stale_temporaries(const fs::path& folder) {
+    std::error_code error;
+    int removed = 0;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+        const std::string name = it->path().filename().string();
+        if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix) || !abandoned(*it)) continue;
+        std::error_code ignored;
+        if (fs::remove(it->path(), ignored)) ++removed;
+    }
+    return removed;
+}
+
+}  // namespace thixo

@@ -1,0 +1,111 @@
+#include "pipeline/contract/frame.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/contract/json_fields.h"
+#include "pipeline/contract/manifest.h"
+
+namespace thixo {
+namespace {
+
+constexpr std::int64_t kLargestId = INT32_MAX;
+
+/// JSON has no word for infinity: a total that is not finite has to stop here, not at the reader.
+void require_finite(const Json& value, const std::string& path, int frame) {
+    if (value.is_number_float() && !std::isfinite(value.get<double>()))
+        throw DivergedError("frame {}: {} is not finite; use a smaller time step", frame, path);
+    if (value.is_structured())
+        for (const auto& item : value.items()) require_finite(item.value(), path + (value.is_array() ? "[" : ".") + item.key() + (value.is_array() ? "]" : ""), frame);
+}
+
+Json body_json(const FrameBody& b) { return {{"id", b.id}, {"parent", b.parent}, {"name", b.name}, {"material", b.material}}; }
+
+Json obstacle_json(const FrameObstacle& o) {
+    return {{"name", o.name},           {"look", o.look},         {"asset", o.asset},
+            {"transform", o.transform}, {"velocity", o.velocity}, {"angular_velocity", o.angular_velocity}};
+}
+
+Json totals_json(const FrameTotals& t) {
+    return {{"mass", t.mass},
+            {"momentum", t.momentum},
+            {"angular_momentum", t.angular_momentum},
+            {"kinetic_energy", t.kinetic_energy},
+            {"potential_energy", t.potential_energy},
+            {"particle_volume", t.particle_volume},
+            {"surface_volume", t.surface_volume},
+            {"density_error", t.density_error},
+            {"air", t.air},
+            {"virtual_particles", t.virtual_particles}};
+}
+
+FrameBody parse_body(const Json& j, const JsonPlace& place) {
+    object_or_fail(j, place);
+    FrameBody b;
+    b.id = static_cast<int>(integer_at(j, "id", 0, kLargestId, place));
+    b.parent = static_cast<int>(integer_at(j, "parent", -1, kLargestId, place));
+    b.name = text_at(j, "name", place);
+    b.material = text_at(j, "material", place);
+    return b;
+}
+
+FrameObstacle parse_obstacle(const Json& j, const JsonPlace& place) {
+    object_or_fail(j, place);
+    FrameObstacle o;
+    o.name = text_at(j, "name", place);
+    o.look = text_at(j, "look", place);
+    o.asset = text_at(j, "asset", place);
+    o.transform = numbers_at<16>(j, "transform", place);
+    o.velocity = numbers_at<3>(j, "velocity", place);
+    o.angular_velocity = numbers_at<3>(j, "angular_velocity", place);
+    return o;
+}
+
+FrameTotals parse_totals(const Json& j, const JsonPlace& place) {
+    FrameTotals t;
+    t.mass = number_at(j, "mass", place);
+    t.momentum = numbers_at<3>(j, "momentum", place);
+    t.angular_momentum = numbers_at<3>(j, "angular_momentum", place);
+    t.kinetic_energy = number_at(j, "kinetic_energy", place);
+    t.potential_energy = number_at(j, "potential_energy", place);
+    t.particle_volume = number_at(j, "particle_volume", place);
+    t.surface_volume = number_at(j, "surface_volume", place);
+    t.density_error = number_at(j, "density_error", place);
+    t.air = integer_at(j, "air", 0, INT64_MAX, place);
+    t.virtual_particles = integer_at(j, "virtual_particles", 0, INT64_MAX, place);
+    return t;
+}
+
+}  // namespace
+
+std::string print_frame_facts(const Frame& frame) {
+    Json json = {{"frame", frame.number},
+                 {"time", frame.time},
+                 {"spacing", frame.spacing},
+                 {"particles", frame.particles.count},
+                 {"surfels", frame.surfels.count},
+                 {"totals", totals_json(frame.totals)},
+                 {"bodies", Json::array()},
+                 {"obstacles", Json::array()}};
+    for (const FrameBody& b : frame.bodies) json["bodies"].push_back(body_json(b));
+    for (const FrameObstacle& o : frame.obstacles) json["obstacles"].push_back(obstacle_json(o));
+    for (const char* key : {"time", "spacing", "totals", "obstacles"}) require_finite(json[key], key, frame.number);
+    return print_json(json, "frame " + std::to_string(frame.number));
+}
+
+Frame parse_frame_facts(std::string_view text, const std::string& file) {
+    const Json json = parse_json(text, file);
+    const JsonPlace place{file, ""};
+    object_or_fail(json, place);
+    Frame frame;
+    frame.number = static_cast<int>(integer_at(json, "frame", 0, kLargestFrameNumber, place));
+    frame.time = number_at(json, "time", place);
+    frame.spacing = number_at(json, "spacing", place);
+    frame.totals = parse_totals(object_at(json, "totals", place), place.in("totals"));
+    for (const Json& j : array_at(json, "bodies", place)) frame.bodies.push_back(parse_body(j, place.in("bodies")));
+    for (const Json& j : array_at(json, "obstacles", place)) frame.obstacles.push_back(parse_obstacle(j, place.in("obstacles")));
+    return frame;
+}
+
+}  // namespace thixo

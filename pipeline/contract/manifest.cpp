@@ -1,0 +1,150 @@
+#include "pipeline/contract/manifest.h"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/contract/hash.h"
+#include "pipeline/contract/json_fields.h"
+
+namespace thixo {
+namespace {
+
+constexpr std::string_view kHead = "{\n  \"checksum\": \"";  // what every manifest starts with; the digits follow
+constexpr std::size_t kDigits = 32;
+
+bool is_hash(std::string_view text) {
+    return text.size() == kDigits && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+Json file_json(const CacheFile& f) { return {{"name", f.name}, {"size", f.size}, {"hash", f.hash}}; }
+
+Json frame_json(const ManifestFrame& f) {
+    return {{"frame", f.number},
+            {"time", f.time},
+            {"particles", f.particles},
+            {"surfels", f.surfels},
+            {"files", {file_json(f.particle_file), file_json(f.surfel_file), file_json(f.facts_file)}}};
+}
+
+CacheFile parse_file(const Json& json, const JsonPlace& place) {
+    object_or_fail(json, place);
+    CacheFile f;
+    f.name = text_at(json, "name", place);
+    f.size = static_cast<std::uint64_t>(integer_at(json, "size", 0, INT64_MAX, place));
+    f.hash = text_at(json, "hash", place);
+    if (!is_hash(f.hash)) throw CacheError("'{}' is damaged: \"{}\" is not a checksum", place.file, place.in("hash").path);
+    return f;
+}
+
+/// A file of a frame has exactly one possible name, so no manifest can lead out of its folder.
+CacheFile parse_named_file(const Json& json, const std::string& name, const JsonPlace& place) {
+    CacheFile f = parse_file(json, place);
+    if (f.name != name) throw CacheError("'{}' is damaged: \"{}\" is not \"{}\"", place.file, place.in("name").path, name);
+    return f;
+}
+
+ManifestFrame parse_frame(const Json& json, const JsonPlace& place) {
+    object_or_fail(json, place);
+    ManifestFrame f;
+    f.number = static_cast<int>(integer_at(json, "frame", 0, kLargestFrameNumber, place));
+    f.time = number_at(json, "time", place);
+    f.particles = static_cast<std::uint64_t>(integer_at(json, "particles", 0, INT64_MAX, place));
+    f.surfels = static_cast<std::uint64_t>(integer_at(json, "surfels", 0, INT64_MAX, place));
+    const Json& files = array_at(json, "files", place);
+    if (files.size() != 3) throw CacheError("'{}' is damaged: \"{}\" does not list three files", place.file, place.in("files").path);
+    f.particle_file = parse_named_file(files[0], particle_file_name(f.number), place.in("files"));
+    f.surfel_file = parse_named_file(files[1], surfel_file_name(f.number), place.in("files"));
+    f.facts_file = parse_named_file(files[2], facts_file_name(f.number), place.in("files"));
+    return f;
+}
+
+void parse_lists(const Json& json, const JsonPlace& place, Manifest& m) {
+    for (const Json& j : array_at(json, "assets", place)) {
+        CacheFile f = parse_file(j, place.in("assets"));
+        if (f.name != asset_file_name(f.hash)) throw CacheError("'{}' is damaged: \"assets\" lists '{}' under another hash", place.file, f.name);
+        if (!m.assets.empty() && m.assets.back().name >= f.name)
+            throw CacheError("'{}' is damaged: \"assets\" is not in ascending order at '{}'", place.file, f.name);
+        m.assets.push_back(std::move(f));
+    }
+    for (const Json& j : array_at(json, "frames", place)) {
+        ManifestFrame f = parse_frame(j, place.in("frames"));
+        if (!m.frames.empty() && m.frames.back().number >= f.number)
+            throw CacheError("'{}' is damaged: frame {} follows frame {}", place.file, f.number, m.frames.back().number);
+        m.frames.push_back(std::move(f));
+    }
+}
+
+/// A newer format is told by its number, even where its checksum is kept in another way.
+void refuse_newer_format(const Json& json, const std::string& file) {
+    const auto it = json.is_object() ? json.find("format") : json.end();
+    if (!json.is_object() || it == json.end() || !it->is_number_integer()) return;
+    if (it->is_number_unsigned() && it->get<std::uint64_t>() > static_cast<std::uint64_t>(kCacheFormat))
+        throw CacheError("'{}' has cache format {}, this program reads 1 to {}; use a newer thixo", file, it->get<std::uint64_t>(), kCacheFormat);
+}
+
+bool checksum_matches(std::string_view text) {
+    if (!text.starts_with(kHead) || text.size() < kHead.size() + kDigits) return false;
+    return text.substr(kHead.size(), kDigits) == hash_hex_without(text, kHead.size(), kDigits);
+}
+
+}  // namespace
+
+std::string ManifestFrame::hash() const { return hash_hex(particle_file.hash + surfel_file.hash + facts_file.hash); }
+
+const ManifestFrame* Manifest::find(int number) const {
+    const auto it = std::lower_bound(frames.begin(), frames.end(), number, [](const ManifestFrame& f, int n) { return f.number < n; });
+    return it != frames.end() && it->number == number ? &*it : nullptr;
+}
+
+std::uint64_t Manifest::bytes() const {
+    std::uint64_t sum = 0;
+    for (const CacheFile& a : assets) sum += a.size;
+    for (const ManifestFrame& f : frames) sum += f.particle_file.size + f.surfel_file.size + f.facts_file.size;
+    return sum;
+}
+
+std::string particle_file_name(int frame) { return fmt::format("particles.{:04}.vdb", frame); }
+std::string surfel_file_name(int frame) { return fmt::format("surfels.{:04}.vdb", frame); }
+std::string facts_file_name(int frame) { return fmt::format("frame.{:04}.json", frame); }
+std::string asset_file_name(std::string_view hash) { return fmt::format("assets/{}.ply", hash); }
+
+std::string print_manifest(const Manifest& m) {
+    Json json = {{"checksum", std::string(kDigits, '0')},
+                 {"format", m.format},
+                 {"scene", m.scene},
+                 {"simulation_hash", m.simulation_hash},
+                 {"complete", m.complete},
+                 {"totals", {{"frames", m.frames.size()}, {"bytes", m.bytes()}}},
+                 {"scene_text", m.scene_text},
+                 {"assets", Json::array()},
+                 {"frames", Json::array()}};
+    for (const CacheFile& a : m.assets) json["assets"].push_back(file_json(a));
+    for (const ManifestFrame& f : m.frames) json["frames"].push_back(frame_json(f));
+    std::string text = print_json(json, "scene '" + m.scene + "'");
+    text.replace(kHead.size(), kDigits, hash_hex(text));
+    return text;
+}
+
+Manifest parse_manifest(std::string_view text, const std::string& file) {
+    const Json json = parse_json(text, file);
+    refuse_newer_format(json, file);
+    if (!checksum_matches(text)) throw CacheError("'{}' is damaged: its checksum does not match; simulate again with --restart", file);
+    const JsonPlace place{file, ""};
+    object_or_fail(json, place);
+    Manifest m;
+    m.format = static_cast<int>(integer_at(json, "format", 1, kCacheFormat, place));
+    m.scene = text_at(json, "scene", place);
+    m.simulation_hash = text_at(json, "simulation_hash", place);
+    m.complete = bool_at(json, "complete", place);
+    m.scene_text = text_at(json, "scene_text", place);
+    parse_lists(json, place, m);
+    const Json& totals = object_at(json, "totals", place);
+    const auto frames = integer_at(totals, "frames", 0, INT64_MAX, place.in("totals"));
+    if (static_cast<std::size_t>(frames) != m.frames.size()) throw CacheError("'{}' is damaged: its totals disagree with its frames", file);
+    return m;
+}
+
+}  // namespace thixo

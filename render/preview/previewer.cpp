@@ -181,7 +181,7 @@ struct Previewer::Device {
             buffers[1] = make_buffer(gl, GL_SHADER_STORAGE_BUFFER, std::span(splats.colour).subspan(begin, n));
             if (is_disc) buffers[2] = make_buffer(gl, GL_SHADER_STORAGE_BUFFER, std::span(splats.axes).subspan(2 * begin, 2 * n));
             for (unsigned k = 0; k < (is_disc ? 3u : 2u); ++k) gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, k, buffers[k]);
-            gl.DrawArrays(GL_TRIANGLES, 0, static_cast<int>(6 * n));
+            gl.DrawArrays(GL_TRIANGLES, 0, static_cast<int>(3 * n));
             gl.DeleteBuffers(3, buffers.data());
         }
     }
@@ -214,7 +214,8 @@ struct Previewer::Device {
         // By the camera alone, so that the lines stay while the fluid spreads.
         const double width = 2 * view.tan_x * view.distance;
         grid.set("grid_centre", static_cast<float>(view.focus().x()), static_cast<float>(view.focus().y()));
-        grid.set("reach", static_cast<float>(2.5 * width));
+        grid.set("dots", static_cast<float>(canvas.samples));
+        grid.set("reach", static_cast<float>(1.8 * width));
         grid.set("cell", static_cast<float>(std::pow(10, std::floor(std::log10(width) - 0.7))));
         gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
@@ -238,7 +239,7 @@ struct Previewer::Device {
         gl.BlendFunc(GL_ZERO, GL_SRC_COLOR);
         set_view(mesh_tint, view, near_plane, to_eye);
         mesh_tint.set("tint", tint_of(appearance));
-        mesh_tint.set("density", is_glass(appearance) ? 0.05f : 0.22f);
+        mesh_tint.set("density", is_glass(appearance) ? 0.05f : 0.35f);
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, mesh.positions);
         gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, mesh.normals);
         gl.DrawArrays(GL_TRIANGLES, 0, mesh.corners);

@@ -17,25 +17,26 @@ uniform vec3 sky;         // the world's z axis in eye space
 float shade(vec3 n) {
     float dome = 0.5 + 0.5 * dot(n, sky);
     float key = max(0.25 + 0.75 * dot(n, normalize(vec3(-0.45, 0.55, 0.70))), 0.0);
-    return min(0.36 + 0.26 * dome + 0.46 * key, 1.0);
+    return min(0.42 + 0.26 * dome + 0.44 * key, 1.0);
 }
 )";
 
-// Six vertices a splat, pulled from buffers by the vertex number.
+// Three vertices a splat, pulled from buffers by the vertex number: the triangle around the unit circle. Vertices, not pixels, are what
+// hundreds of thousands of splats cost.
 inline constexpr char kSplatInputsGlsl[] = R"(
 layout(std430, binding = 0) readonly buffer Centres { vec4 centres[]; };
 layout(std430, binding = 1) readonly buffer Colours { uint colours[]; };
-const vec2 corners[6] = vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
+const vec2 corners[3] = vec2[](vec2(-1.7320509, -1), vec2(1.7320509, -1), vec2(0, 2));
 )";
 
-// A quad through the centre, square to the line of sight, that just covers the sphere's cone: half-width d r/sqrt(d^2 - r^2).
+// A triangle through the centre, square to the line of sight, around the circle where the sphere's cone meets it: radius d r/sqrt(d^2 - r^2).
 inline constexpr char kSphereVertexGlsl[] = R"(
 flat out vec4 sphere;
 flat out vec3 colour;
 out vec3 ray;
 void main() {
-    uint i = uint(gl_VertexID) / 6u;
-    vec2 corner = corners[uint(gl_VertexID) % 6u];
+    uint i = uint(gl_VertexID) / 3u;
+    vec2 corner = corners[uint(gl_VertexID) % 3u];
     vec3 c = (to_eye * vec4(centres[i].xyz, 1)).xyz;
     float r = centres[i].w;
     float d2 = dot(c, c), cone2 = d2 - r * r;
@@ -72,8 +73,8 @@ layout(std430, binding = 2) readonly buffer Axes { vec4 axes[]; };
 flat out vec3 shaded;
 out vec2 place;
 void main() {
-    uint i = uint(gl_VertexID) / 6u;
-    place = corners[uint(gl_VertexID) % 6u];
+    uint i = uint(gl_VertexID) / 3u;
+    place = corners[uint(gl_VertexID) % 3u];
     mat3 turn = mat3(to_eye);
     vec3 c = (to_eye * vec4(centres[i].xyz, 1)).xyz;
     vec3 t1 = turn * axes[2u * i].xyz, t2 = turn * axes[2u * i + 1u].xyz;
@@ -126,7 +127,7 @@ void main() {
     pixel = vec4(mix(bottom, top, gl_FragCoord.y / height), 1);
     if (own <= 0.0) return;
     float dark = 0.55 * deeper(own, step_length) + 0.45 * deeper(own, 4.0 * step_length);
-    pixel = vec4(texelFetch(colours, at, 0).rgb * exp(-0.9 * dark), 1);
+    pixel = vec4(texelFetch(colours, at, 0).rgb * exp(-0.8 * dark), 1);
 }
 )";
 
@@ -198,17 +199,18 @@ void main() {
 inline constexpr char kGridFragmentGlsl[] = R"(
 uniform vec2 grid_centre;
 uniform float reach, cell;
+uniform float dots;        // samples per pixel and axis
 in vec2 ground;
 out vec4 pixel;
 float lines(float edge, float width) {
     vec2 x = ground / edge, pixels = max(fwidth(x), vec2(1e-6));
     vec2 off = abs(fract(x - 0.5) - 0.5) / pixels;
-    vec2 line = clamp(width + 0.5 - off, 0.0, 1.0) * clamp(0.35 / pixels - 1.0, 0.0, 1.0);
+    vec2 line = clamp(width * dots + 0.5 - off, 0.0, 1.0) * clamp(0.35 / (dots * pixels) - 0.5, 0.0, 1.0);
     return max(line.x, line.y);
 }
 void main() {
-    float fade = 1.0 - smoothstep(0.25, 1.0, length(ground - grid_centre) / reach);
-    float dark = max(0.13 * lines(cell, 0.5), 0.26 * lines(10.0 * cell, 0.7));
+    float fade = 1.0 - smoothstep(0.15, 1.0, length(ground - grid_centre) / reach);
+    float dark = max(0.15 * lines(cell, 0.2), 0.28 * lines(10.0 * cell, 0.35));
     pixel = vec4(vec3(1.0 - fade * dark), 1);
 }
 )";

@@ -1,0 +1,112 @@
+// The smooth surface that a cloud of surfels stands for, as the zero set of an implicit function. Dissertation 2.5.1 (Adamson & Alexa 2004).
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/point_grid.h"
+
+namespace thixo {
+
+/// Sums of the weighted average of surfels as seen from a point x: a(x) = sum w_i s_i / sum w_i, n(x) = unit(sum w_i n_i).
+struct SurfelAverage {
+    /// Adds a surfel of weight w at offset = s_i - x [m] with unit normal n_i.
+    void add(Real w, const Vec3& offset, const Vec3& n) {
+        weight += w;
+        position += w * offset;
+        normal += w * n;
+        planes -= w * n.dot(offset);
+    }
+    /// False where no surfel was added or the normals cancel: F is undefined there.
+    bool defined() const { return weight > 0 && normal.squaredNorm() > square(Real(1e-6) * weight); }
+    /// F(x) = n(x).(x - a(x)) [m], > 0 outside. Requires defined().
+    Real value() const { return -normal.dot(position) / (normal.norm() * weight); }
+    Vec3 unit_normal() const { return normal.normalized(); }
+
+    Real weight = 0;
+    Vec3 position{0, 0, 0};  // sum of w_i (s_i - x)
+    Vec3 normal{0, 0, 0};    // sum of w_i n_i
+    Real planes = 0;         // sum of w_i n_i.(x - s_i)
+};
+
+/// Which surfels take part. Thin sheets need it: the other side must not be averaged in.
+struct SurfelSelection {
+    Vec3 reference{0, 0, 0};               // unit normal to agree with; zero: any
+    Real least_cosine = Real(0.70710678);  // of the angle between a surfel's normal and the reference: 45 degrees
+    std::optional<std::int32_t> group{};   // body or sheet; empty: any
+};
+
+/// How a projection or a search for a root ended.
+enum class SurfaceStatus {
+    converged,
+    step_cap,     ///< the greatest number of steps was taken; the result is the last iterate
+    left_domain,  ///< an iterate has no surfel within the support: F is undefined there
+    no_root,      ///< a root was sought where F does not change sign
+};
+
+struct SurfaceProjection {
+    Vec3 position{0, 0, 0};  // [m]
+    Vec3 normal{0, 0, 0};    // n at the position, unit
+    int steps = 0;
+    SurfaceStatus status = SurfaceStatus::left_domain;
+};
+
+struct SurfaceRoot {
+    Real t = 0;  // from + t (to - from), in [0, 1]
+    int steps = 0;
+    SurfaceStatus status = SurfaceStatus::no_root;
+};
+
+/// When iterations stop.
+struct ProjectionLimits {
+    Real tolerance = Real(1e-4);  // the step is below this part of the support
+    int steps = 20;
+};
+
+class ImplicitSurface {
+  public:
+    /// F and what it is made of at one point.
+    struct Sample {
+        Real value = 0;             // F [m]
+        Vec3 average{0, 0, 0};      // a [m]
+        Vec3 normal{0, 0, 0};       // n, unit
+        Real planes = 0;            // mean signed distance sum w_i n_i.(x - s_i) / sum w_i from the surfels' planes [m] (Shen et al. 2004)
+        Vec3 gradient{0, 0, 0};     // grad F [1]; zero where only the value was asked for
+    };
+
+    /// Copies the surfels. `support` h_s > 0 [m]; `groups` (body or sheet of each surfel) may be empty.
+    void build(std::span<const Vec3> positions, std::span<const Vec3> normals, Real support, std::span<const std::int32_t> groups = {});
+
+    Real support() const { return support_; }
+
+    /// F(x) = n(x).(x - a(x)) with weights w_poly6(x - s_i, h_s). Empty outside the union of the chosen surfels' support balls, and where their
+    /// normals cancel: nothing is guessed there.
+    std::optional<Sample> evaluate(const Vec3& x, const SurfelSelection& selection = {}) const;
+    /// The same with grad F = n - (grad a)^T n + (grad n)^T (x - a).
+    std::optional<Sample> evaluate_gradient(const Vec3& x, const SurfelSelection& selection = {}) const;
+
+    /// x <- x - F(x) n(x), until the step is small.
+    SurfaceProjection project_simple(const Vec3& x, const SurfelSelection& selection = {}, const ProjectionLimits& limits = {}) const;
+    /// x' <- x0 - (n(x').(x0 - a(x'))) n(x'): ends nearly below the start point x0.
+    SurfaceProjection project_almost_orthogonal(const Vec3& x, const SurfelSelection& selection = {},
+                                                const ProjectionLimits& limits = {}) const;
+    /// x' <- x0 - q grad F(x'), q = n(x').(x0 - a(x')) / (n(x').grad F(x')): the foot point of x0 (2.52).
+    SurfaceProjection project_orthogonal(const Vec3& x, const SurfelSelection& selection = {}, const ProjectionLimits& limits = {}) const;
+
+    /// Root of F on the segment by Brent's method; F must be defined and of opposite signs at its ends. t is good to `tolerance`
+    /// of the support.
+    SurfaceRoot root(const Vec3& from, const Vec3& to, const SurfelSelection& selection = {}, const ProjectionLimits& limits = {}) const;
+
+  private:
+    template <class F>
+    void for_each_selected(const Vec3& x, const SurfelSelection& selection, F&& f) const;
+
+    Real support_ = 0;
+    PointGrid grid_;
+    std::vector<Vec3> position_, normal_;  // in the grid's order
+    std::vector<std::int32_t> group_;
+};
+
+}  // namespace thixo

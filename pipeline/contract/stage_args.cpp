@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/argument_words.h"
 
 namespace thixo {
 namespace {
@@ -43,17 +44,6 @@ void add_frames(const std::string& text, std::string_view part, std::vector<int>
     for (int frame = first; frame <= last; frame += step) frames.push_back(frame);
 }
 
-// An option is one word "--name=value", so that a value may start with a dash, hold blanks, or hold further '='.
-void put(std::vector<std::string>& words, const char* name, const std::string& value) {
-    words.push_back(fmt::format("--{}={}", name, value));
-}
-void put_if(std::vector<std::string>& words, const char* name, bool set) {
-    if (set) words.push_back(fmt::format("--{}", name));
-}
-void put_text(std::vector<std::string>& words, const char* name, const std::string& value) {
-    if (!value.empty()) put(words, name, value);
-}
-
 std::vector<std::string> print_common(const CommonArgs& a) {
     std::vector<std::string> words;
     put_text(words, "out", a.out);
@@ -65,13 +55,6 @@ std::vector<std::string> print_common(const CommonArgs& a) {
     put_if(words, "quiet", a.quiet);
     put_if(words, "machine-progress", a.machine_progress);
     return words;
-}
-
-// After "--" no word is an option, so a scene's path may start with a dash.
-void print_scene_path(std::vector<std::string>& words, const std::string& scene) {
-    if (scene.empty()) return;
-    words.push_back("--");
-    words.push_back(scene);
 }
 
 std::uint64_t seed_number(const std::string& text) {
@@ -99,18 +82,6 @@ void add_common(CLI::App& app, CommonArgs& a) {
     app.add_flag("--machine-progress", a.machine_progress, "progress lines for the driver");
 }
 
-std::string parse_words(CLI::App& app, std::vector<std::string> words) {
-    const auto options_end = std::find(words.begin(), words.end(), "--");
-    if (std::any_of(words.begin(), options_end, [](const std::string& w) { return w == "-h" || w == "--help"; })) return app.help();
-    std::reverse(words.begin(), words.end());  // CLI11 pops words from the back
-    try {
-        app.parse(std::move(words));
-    } catch (const CLI::ParseError& e) {
-        throw InputError("{}: {}; --help lists the arguments", app.get_name(), e.what());
-    }
-    return {};
-}
-
 }  // namespace
 
 std::vector<int> parse_frame_range(const std::string& text) {
@@ -133,7 +104,7 @@ std::vector<std::string> SimArgs::print() const {
     put_if(words, "restart", restart);
     put_if(words, "estimate", estimate);
     put_if(words, "initial", initial);
-    print_scene_path(words, scene);
+    put_path(words, scene);
     return words;
 }
 
@@ -157,7 +128,7 @@ std::vector<std::string> RenderArgs::print() const {
     put_if(words, "preview", preview);
     if (what != "auto") put(words, "what", what);
     put_text(words, "attribute", attribute);
-    print_scene_path(words, scene);
+    put_path(words, scene);
     return words;
 }
 

@@ -1,0 +1,22 @@
+// Words of a command line, as the argument structs print and parse them. For their .cpp files: it brings CLI11.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+namespace thixo {
+
+/// One word "--name=value", so that a value may start with a dash, hold blanks, or hold further '='.
+void put(std::vector<std::string>& words, const char* name, const std::string& value);
+/// "--name" where set.
+void put_if(std::vector<std::string>& words, const char* name, bool set);
+/// put where the value is not empty.
+void put_text(std::vector<std::string>& words, const char* name, const std::string& value);
+/// "--" and the path where it is not empty: after "--" no word is an option, so a path may start with a dash.
+void put_path(std::vector<std::string>& words, const std::string& path);
+
+/// Parses the words (program name left out) by the app. Returns the help text where --help is among them, else nothing. Throws InputError.
+std::string parse_words(CLI::App& app, std::vector<std::string> words);
+
+}  // namespace thixo

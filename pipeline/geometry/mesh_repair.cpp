@@ -1,10 +1,9 @@
-// What is wrong with a mesh, and small changes to it.
+#include "pipeline/geometry/mesh_repair.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>
-
-#include "pipeline/geometry/mesh_io.h"
 
 namespace thixo {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/bounds.h"
-#include "pipeline/geometry/mesh_io.h"
+#include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
 

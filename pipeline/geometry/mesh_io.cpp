@@ -1,0 +1,65 @@
+#include "pipeline/geometry/mesh_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "pipeline/base/error.h"
+#include "pipeline/geometry/colour_code.h"
+
+namespace thixo {
+namespace {
+
+std::string file_bytes(const std::string& path) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) throw InputError("{}: a folder; name a mesh file", path);
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw InputError("{}: cannot be opened: {}; check the path", path, std::strerror(errno));
+    std::string bytes(std::istreambuf_iterator<char>(file), {});
+    if (file.bad()) throw InputError("{}: cannot be read: {}", path, std::strerror(errno));
+    if (bytes.empty()) throw InputError("{}: the file is empty; export it again", path);
+    return bytes;
+}
+
+void append(std::string& out, const void* data, std::size_t size) { out.append(static_cast<const char*>(data), size); }
+
+}  // namespace
+
+TriangleMesh read_mesh(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (extension == ".obj") return parse_obj(file_bytes(path), path);
+    if (extension == ".ply") return parse_ply(file_bytes(path), path);
+    if (extension == ".stl") return parse_stl(file_bytes(path), path);
+    throw InputError("{}: '{}' is no known mesh format; use .obj, .ply or .stl", path, extension);
+}
+
+std::string write_ply(const TriangleMesh& mesh) {
+    const bool normals = !mesh.normals.empty(), colours = !mesh.colours.empty();
+    THIXO_ASSERT(!normals || mesh.normals.size() == mesh.vertices.size(), "a mesh needs as many normals as vertices");
+    THIXO_ASSERT(!colours || mesh.colours.size() == mesh.vertices.size(), "a mesh needs as many colours as vertices");
+    std::string out = fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", mesh.vertices.size());
+    out += "property float x\nproperty float y\nproperty float z\n";
+    if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
+    if (colours) out += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+    out += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n", mesh.triangles.size());
+    out.reserve(out.size() + mesh.vertices.size() * 27 + mesh.triangles.size() * 13);
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        append(out, mesh.vertices[i].data(), 12);
+        if (normals) append(out, mesh.normals[i].data(), 12);
+        if (colours)
+            for (int k = 0; k < 3; ++k) out.push_back(static_cast<char>(std::lround(255 * srgb_from_linear(mesh.colours[i][k]))));
+    }
+    for (const auto& t : mesh.triangles) {
+        out.push_back(3);
+        append(out, t.data(), 12);
+    }
+    return out;
+}
+
+}  // namespace thixo

@@ -1,0 +1,145 @@
+#include "pipeline/geometry/mesh_query.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pipeline/base/error.h"
+#include "pipeline/geometry/mesh_tree.h"
+
+namespace thixo {
+namespace {
+
+// A tree over 2^32 triangles split at medians is at most 32 deep; a traversal keeps one waiting node a level.
+constexpr int kStack = 64;
+
+/// Closest point of a triangle by the region of its barycentric plane (Ericson 2005, 5.1.5).
+Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 ab = b - a, ac = c - a, ap = p - a;
+    const Real d1 = ab.dot(ap), d2 = ac.dot(ap);
+    if (d1 <= 0 && d2 <= 0) return a;
+    const Vec3 bp = p - b;
+    const Real d3 = ab.dot(bp), d4 = ac.dot(bp);
+    if (d3 >= 0 && d4 <= d3) return b;
+    const Real vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+    const Vec3 cp = p - c;
+    const Real d5 = ab.dot(cp), d6 = ac.dot(cp);
+    if (d6 >= 0 && d5 <= d6) return c;
+    const Real vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+    const Real va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+    const Real sum = va + vb + vc;
+    return a + ab * (vb / sum) + ac * (vc / sum);
+}
+
+Real box_distance2(const TreeNode& node, const Vec3& x) {
+    return (node.lower - x).cwiseMax(x - node.upper).cwiseMax(Real(0)).squaredNorm();
+}
+
+/// Half the solid angle of a triangle seen from x, positive from behind (Van Oosterom & Strackee 1983).
+Real half_solid_angle(const TreeTriangle& t, const Vec3& x) {
+    const Vec3 a = t.a - x, b = t.b - x, c = t.c - x;
+    const Real la = a.norm(), lb = b.norm(), lc = c.norm();
+    const Real determinant = a.dot(b.cross(c));
+    const Real denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    if (determinant == 0 && denominator <= 0) return 0;  // in the triangle's own plane: seen edge on, or on it (the mean of both sides)
+    return std::atan2(determinant, denominator);
+}
+
+std::vector<TreeTriangle> checked_triangles(const TriangleMesh& mesh) {
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+        if (!(mesh.vertices[i].cwiseAbs().maxCoeff() < 1e9f))
+            throw InputError("mesh vertex {} is at ({}, {}, {}); coordinates must be finite and below 1e9", i, mesh.vertices[i].x(),
+                             mesh.vertices[i].y(), mesh.vertices[i].z());
+    std::vector<TreeTriangle> triangles;
+    triangles.reserve(mesh.triangles.size());
+    for (Index k = 0; k < mesh.triangles.size(); ++k) {
+        const auto& t = mesh.triangles[k];
+        for (const Index v : t)
+            if (v >= mesh.vertices.size())
+                throw InputError("mesh triangle {} names vertex {} of {}; the mesh is damaged", k, v, mesh.vertices.size());
+        const Vec3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+        const Vec3d n = (b.cast<double>() - a.cast<double>()).cross(c.cast<double>() - a.cast<double>());
+        if (n.squaredNorm() > 0) triangles.push_back({a.cast<Real>(), b.cast<Real>(), c.cast<Real>(), k});
+    }
+    if (triangles.empty()) throw InputError("the mesh has no triangle with an area; a surface of triangles is needed here");
+    return triangles;
+}
+
+}  // namespace
+
+MeshQuery::MeshQuery(TriangleMesh mesh)
+    : mesh_(std::move(mesh)), tree_(std::make_unique<const TriangleTree>(build_triangle_tree(checked_triangles(mesh_)))) {}
+MeshQuery::~MeshQuery() = default;
+MeshQuery::MeshQuery(MeshQuery&&) noexcept = default;
+MeshQuery& MeshQuery::operator=(MeshQuery&&) noexcept = default;
+
+Box3 MeshQuery::bounds() const { return {tree_->nodes[0].lower, tree_->nodes[0].upper}; }
+
+MeshQuery::Closest MeshQuery::closest(const Vec3& x) const {
+    struct Waiting {
+        Index node;
+        Real distance2;
+    } stack[kStack];
+    int top = 0;
+    stack[top++] = {0, box_distance2(tree_->nodes[0], x)};
+    Real best2 = std::numeric_limits<Real>::max();
+    Closest best{std::numeric_limits<Real>::max(), x, kNone};
+    while (top > 0) {
+        Waiting at = stack[--top];
+        if (at.distance2 > best2) continue;
+        for (;;) {  // down the nearer children, the farther ones wait
+            const TreeNode& node = tree_->nodes[at.node];
+            if (node.count > 0) {
+                for (Index k = node.first; k < node.first + node.count; ++k) {
+                    const TreeTriangle& t = tree_->triangles[k];
+                    const Vec3 p = closest_on_triangle(x, t.a, t.b, t.c);
+                    const Real d2 = (p - x).squaredNorm();
+                    if (d2 < best2 || (d2 == best2 && t.triangle < best.triangle)) best2 = d2, best.point = p, best.triangle = t.triangle;
+                }
+                break;
+            }
+            Waiting near{at.node + 1, box_distance2(tree_->nodes[at.node + 1], x)};
+            Waiting far{node.first, box_distance2(tree_->nodes[node.first], x)};
+            if (far.distance2 < near.distance2) std::swap(near, far);
+            if (far.distance2 <= best2) stack[top++] = far;
+            if (near.distance2 > best2) break;
+            at = near;
+        }
+    }
+    best.distance = std::sqrt(best2);
+    return best;
+}
+
+Real MeshQuery::winding_number(const Vec3& x, Real accuracy) const {
+    Index stack[kStack];
+    int top = 0;
+    stack[top++] = 0;
+    double angle = 0;  // sum of half solid angles
+    while (top > 0) {
+        const Index at = stack[--top];
+        const TreeNode& node = tree_->nodes[at];
+        const Vec3 r = node.centre - x;
+        const Real r2 = r.squaredNorm();
+        if (r2 > square(accuracy * node.radius)) {
+            angle += double(node.area_normal.dot(r) / (r2 * std::sqrt(r2))) / 2;
+        } else if (node.count > 0) {
+            for (Index k = node.first; k < node.first + node.count; ++k) angle += double(half_solid_angle(tree_->triangles[k], x));
+        } else {
+            stack[top++] = node.first;
+            stack[top++] = at + 1;
+        }
+    }
+    return Real(angle / (2 * kPi));
+}
+
+bool MeshQuery::inside(const Vec3& x) const { return winding_number(x) > Real(0.5); }
+
+Real MeshQuery::signed_distance(const Vec3& x) const {
+    const Real d = closest(x).distance;
+    return inside(x) ? -d : d;
+}
+
+}  // namespace thixo

@@ -1,0 +1,111 @@
+// Walks over text in memory: words and numbers, with the line for messages.
+#pragma once
+
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "pipeline/base/error.h"
+
+namespace thixo {
+
+class TextCursor {
+  public:
+    TextCursor(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+
+    /// The next word, past blanks and line ends; empty at the end of the text.
+    std::string_view word() {
+        skip_blanks(true);
+        return take();
+    }
+    /// The next word of this line; empty at its end. A backslash at the end of a line joins the next one to it.
+    std::string_view word_in_line() {
+        skip_blanks(false);
+        return take();
+    }
+    /// Goes behind the end of this line; false at the end of the text.
+    bool next_line() {
+        while (at_ < text_.size() && text_[at_] != '\n') ++at_;
+        if (at_ == text_.size()) return false;
+        ++at_, ++line_;
+        return true;
+    }
+    bool at_end() const { return at_ >= text_.size(); }
+    std::size_t line() const { return line_; }
+    std::size_t position() const { return at_; }
+    std::size_t left() const { return text_.size() - at_; }
+
+    /// Throws InputError unless the word is a finite number.
+    double number(std::string_view word) const {
+        double value = 0;
+        if (!word.empty() && word[0] == '+') word.remove_prefix(1);
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (error == std::errc::result_out_of_range && !word.empty()) return out_of_range(word);
+        if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) fail("'{}' is not a finite number", shown(word));
+        return value;
+    }
+    float coordinate(std::string_view word) const {
+        const double value = number(word);
+        if (std::abs(value) > 1e30) fail("coordinate {} is too large", value);
+        return static_cast<float>(value);
+    }
+    std::int64_t integer(std::string_view word) const {
+        std::int64_t value = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (error != std::errc() || end != word.data() + word.size()) fail("'{}' is not a whole number", shown(word));
+        return value;
+    }
+
+    template <class... A>
+    [[noreturn]] void fail(fmt::format_string<A...> f, A&&... a) const {
+        throw InputError("{}:{}: {}; the file is damaged or of another format: export it again", file_, line_, fmt::format(f, std::forward<A>(a)...));
+    }
+    /// A word fit for a message: printable and short.
+    static std::string shown(std::string_view word) {
+        std::string s(word.substr(0, 24));
+        for (char& c : s)
+            if (c < 32 || c > 126) c = '?';
+        return s;
+    }
+
+  private:
+    static bool blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+
+    void skip_blanks(bool over_lines) {
+        for (; at_ < text_.size(); ++at_) {
+            const char c = text_[at_];
+            if (blank(c)) continue;
+            if (c == '\n' && over_lines) {
+                ++line_;
+            } else if (c == '\\' && !over_lines && line_ends_at(at_ + 1)) {
+                while (text_[at_] != '\n') ++at_;
+                ++line_;
+            } else {
+                return;
+            }
+        }
+    }
+    bool line_ends_at(std::size_t at) const {
+        if (at < text_.size() && text_[at] == '\r') ++at;
+        return at < text_.size() && text_[at] == '\n';
+    }
+    std::string_view take() {
+        const std::size_t begin = at_;
+        while (at_ < text_.size() && !blank(text_[at_]) && text_[at_] != '\n') ++at_;
+        return text_.substr(begin, at_ - begin);
+    }
+    /// from_chars reports numbers too small to hold (1e-400) like those too large.
+    double out_of_range(std::string_view word) const {
+        const auto e = word.find_first_of("eE");
+        if (e != std::string_view::npos && e + 1 < word.size() && word[e + 1] == '-') return 0;
+        fail("'{}' is not a finite number", shown(word));
+    }
+
+    std::string_view text_;
+    const std::string& file_;
+    std::size_t at_ = 0, line_ = 1;
+};
+
+}  // namespace thixo

@@ -1,0 +1,211 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+
+#include "pipeline/base/error.h"
+#include "pipeline/contract/stage_args.h"
+#include "pipeline/driver/command.h"
+
+namespace thixo {
+namespace {
+
+constexpr const char* kHelp = R"(Usage: thixo VERB ... [OPTION...]      thixo VERB --help lists a verb's options
+  run SCENE                    simulate, render, encode: what is not there yet
+  sim SCENE                    the cache only; continues by itself
+  render SCENE-or-CACHE        the frames only
+  preview SCENE-or-CACHE       quick pictures of particles or surfels; of a scene its first instant
+  check A --against B          compare two frame folders or two caches
+  validate SCENE               all problems of a scene at once; particles, memory and disk it will need
+  info PATH                    what a scene, a cache or a frame holds
+  export CACHE                 frames for other tools: ply, vtp, csv
+The launcher ./thixo adds: setup (install packages), test [--all] (build and run the tests), --no-build.
+SCENE is a YAML file. CACHE is an output folder or its cache/. Output goes to ./out/<scene>, a draft's to ./out/<scene>.draft.
+Exit codes: 0 done; 1 a check found a difference; 2 bad usage or input; 3 the simulation diverged; 4 a cache is missing or damaged;
+5 out of memory or disk; 130 and 143 interrupted, the state is saved.
+)";
+
+/// Adds options to a verb by name, each written once for all verbs that have it.
+class Verb {
+  public:
+    Verb(CLI::App& app, const char* name, const char* what, const char* path, const char* path_what) {
+        sub_ = app.add_subcommand(name, what);
+        sub_->set_help_flag("--help,-h", "print this");
+        sub_->add_option(path, command.path, path_what)->required()->type_name("");
+    }
+    Verb& frames() {
+        sub_->add_option("--frames", command.frames, "frames such as 7, 1-100, 1-100x2 or 1,3,5-9; all when left out")
+            ->type_name("RANGE");
+        return *this;
+    }
+    Verb& out(const char* what = "output folder; ./out/<scene> when left out") {
+        sub_->add_option("--out", command.out, what)->type_name("DIR");
+        return *this;
+    }
+    Verb& scene() {  // what changes a scene as it is read
+        sub_->add_option("--set", command.set, "changes a key of the scene; may be repeated")
+            ->type_name("KEY.PATH=VALUE")
+            ->expected(1)
+            ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+            ->allow_extra_args(false);
+        sub_->add_flag("--draft", command.draft, "half the particles per axis, half the resolution, few samples");
+        return *this;
+    }
+    Verb& seed() {
+        sub_->add_option_function<std::string>(
+                "--seed", [this](const std::string& s) { read_seed(s); }, "replaces the scene's solver.seed")
+            ->type_name("N");
+        return *this;
+    }
+    Verb& threads() {
+        sub_->add_option("--threads", command.threads, "threads; every core when left out")
+            ->check(CLI::Range(0, 1024))
+            ->type_name("N");
+        return *this;
+    }
+    Verb& quiet() {
+        sub_->add_flag("--quiet", command.quiet, "warnings and errors only");
+        return *this;
+    }
+    Verb& json(const char* what = "the result as JSON") {
+        sub_->add_flag("--json", command.json, what);
+        return *this;
+    }
+    Verb& dry_run() {
+        sub_->add_flag("--dry-run", command.dry_run, "print the commands, start none");
+        return *this;
+    }
+    Verb& restart(const char* what) {
+        sub_->add_flag("--restart", command.restart, what);
+        return *this;
+    }
+    Verb& text(const char* name, std::string& value, const char* what, bool required = false) {
+        sub_->add_option(name, value, what)->required(required);
+        return *this;
+    }
+    Verb& choice(const char* name, std::string& value, const char* what, std::vector<std::string> choices,
+                 bool required = false) {
+        sub_->add_option(name, value, what)->check(CLI::IsMember(std::move(choices)))->required(required);
+        return *this;
+    }
+    Verb& flag(const char* name, bool& value, const char* what) {
+        sub_->add_flag(name, value, what);
+        return *this;
+    }
+    CLI::App& app() { return *sub_; }
+
+    Command command;
+
+  private:
+    void read_seed(const std::string& text) {
+        std::uint64_t number = 0;
+        const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+        if (failure != std::errc() || end != text.data() + text.size())
+            throw InputError("--seed '{}' is no whole number from 0 to 18446744073709551615", text);
+        command.seed = number;
+    }
+    CLI::App* sub_;
+};
+
+using Verbs = std::vector<std::unique_ptr<Verb>>;  // by pointer: CLI11 keeps addresses of the members
+
+Verb& add(Verbs& verbs, CLI::App& app, const char* name, const char* what, const char* path, const char* path_what) {
+    verbs.push_back(std::make_unique<Verb>(app, name, what, path, path_what));
+    return *verbs.back();
+}
+
+Verbs all_verbs(CLI::App& app) {
+    constexpr const char* kScene = "scene file";
+    constexpr const char* kEither = "scene file, output folder or its cache/";
+    constexpr const char* kLook = "look file, laid over the scene's look; its frames go to frames.<look>/";
+    Verbs verbs;
+    Verb& run = add(verbs, app, "run", "Simulates, renders and encodes what is not there yet.", "SCENE", kScene);
+    run.text("--look", run.command.look, kLook).restart("start the simulation and the frames over");
+    run.frames().scene().seed().out().threads().quiet().json().dry_run();
+
+    Verb& sim = add(verbs, app, "sim", "Simulates a scene into a cache; goes on where it stopped.", "SCENE", kScene);
+    sim.restart("discard the cache that is there").frames().scene().seed().out().threads().quiet().json().dry_run();
+
+    Verb& render =
+        add(verbs, app, "render", "Renders the frames of a cache that are not there yet.", "SCENE-or-CACHE", kEither);
+    render.text("--look", render.command.look, kLook).restart("replace frames made with another look");
+    render.frames()
+        .scene()
+        .out("the scene's output folder; ./out/<scene> when left out")
+        .threads()
+        .quiet()
+        .json()
+        .dry_run();
+
+    Verb& preview = add(verbs, app, "preview", "Quick pictures of a cache, or of a scene's first instant.",
+                        "SCENE-or-CACHE", kEither);
+    preview.choice("--what", preview.command.what, "particles, surfels or auto", {"auto", "particles", "surfels"});
+    preview.text("--attribute", preview.command.attribute, "colour by this attribute, for example v or density");
+    preview.frames()
+        .scene()
+        .seed()
+        .out("the scene's output folder; ./out/<scene> when left out")
+        .threads()
+        .quiet()
+        .json()
+        .dry_run();
+
+    Verb& check = add(verbs, app, "check", "Compares two frame folders or two caches; exit 1 where they differ.", "A",
+                      "frame folder or cache");
+    check.text("--against", check.command.against, "the reference: a frame folder or cache", true);
+    check.flag("--update", check.command.update, "make A the reference").frames().quiet().json().dry_run();
+
+    Verb& validate =
+        add(verbs, app, "validate", "Names all problems of a scene at once, else what it will need.", "SCENE", kScene);
+    validate.flag("--print", validate.command.print, "print the scene with every default written out");
+    validate.scene().seed().json();
+
+    Verb& info = add(verbs, app, "info", "Tells what a scene, a cache, a frame or a picture holds.", "PATH",
+                     "scene file, output folder, cache file or picture");
+    info.json();
+
+    Verb& exporting =
+        add(verbs, app, "export", "Writes frames of a cache for other tools.", "CACHE", "output folder or its cache/");
+    exporting.choice("--to", exporting.command.to, "ply, vtp or csv", {"ply", "vtp", "csv"}, true);
+    exporting.choice("--what", exporting.command.what, "particles (when left out) or surfels",
+                     {"particles", "surfels"});
+    exporting.frames().out("folder for the files; <CACHE>/export when left out").quiet().json();
+    return verbs;
+}
+
+}  // namespace
+
+Command parse_command(int argc, char** argv) {
+    CLI::App app("", "thixo");
+    app.set_help_flag("");
+    const Verbs verbs = all_verbs(app);
+    app.require_subcommand(1);
+
+    std::vector<std::string> words(argv + 1, argv + argc);
+    Command none;
+    if (words.empty())
+        throw InputError("no verb given; thixo --help lists them, thixo run configs/quickstart.yaml is a start");
+    if (words[0] == "--help" || words[0] == "-h" || words[0] == "help") none.text = kHelp;
+    if (words[0] == "--version") none.text = "thixo " THIXO_VERSION "\n";
+    if (!none.text.empty()) return none;
+
+    const auto chosen =
+        std::find_if(verbs.begin(), verbs.end(), [&](const auto& v) { return v->app().get_name() == words[0]; });
+    if (chosen == verbs.end()) throw InputError("there is no verb '{}'; thixo --help lists them", words[0]);
+    Verb& verb = **chosen;
+    verb.command.verb = words[0];
+    try {
+        std::reverse(words.begin(), words.end());  // CLI11 takes words from the back
+        app.parse(std::move(words));
+    } catch (const CLI::CallForHelp&) {
+        verb.command.text = verb.app().help("thixo");
+    } catch (const CLI::ParseError& e) {
+        throw InputError("{}: {}; thixo {} --help lists the options", verb.command.verb, e.what(), verb.command.verb);
+    }
+    if (!verb.command.frames.empty())
+        parse_frame_range(verb.command.frames);  // for its message, before anything starts
+    return verb.command;
+}
+
+}  // namespace thixo

@@ -1,0 +1,62 @@
+#include "pipeline/contract/info.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/contract/scene_io.h"
+#include "pipeline/driver/command.h"
+
+namespace thixo {
+namespace {
+
+template <class List>
+nlohmann::ordered_json names(const List& list) {
+    nlohmann::ordered_json found = nlohmann::ordered_json::array();
+    for (const auto& item : list) found.push_back(item.name);
+    return found;
+}
+
+nlohmann::ordered_json describe_scene(const scene::Scene& s) {
+    return {{"scene", s.name},
+            {"title", s.title},
+            {"frames", {{"first", s.frames.first}, {"last", s.frames.last}, {"fps", s.frames.fps}}},
+            {"spacing", s.solver.spacing},
+            {"boundaries", names(s.world.boundaries)},
+            {"materials", names(s.materials)},
+            {"bodies", names(s.bodies)},
+            {"emitters", names(s.emitters)},
+            {"lights", names(s.look.lights)},
+            {"appearances", names(s.look.appearances)},
+            {"width", s.look.output.width},
+            {"height", s.look.output.height},
+            {"samples", s.look.output.samples}};
+}
+
+/// A line a key, lists and blocks on one line.
+std::string text_of(const nlohmann::ordered_json& facts) {
+    std::string text;
+    for (const auto& [key, value] : facts.items())
+        text += fmt::format("{:<12} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+    return text;
+}
+
+}  // namespace
+
+int info_verb(const Command& command) {
+    if (!std::filesystem::exists(command.path)) throw InputError("{}: there is no such file or folder", command.path);
+    if (describes(command.path)) {
+        std::fputs(describe(command.path, command.json).c_str(), stdout);
+        return kDone;
+    }
+    if (std::filesystem::is_directory(command.path))
+        throw CacheError("{}: holds no cache; ./thixo sim SCENE makes one", command.path);
+    const nlohmann::ordered_json facts = describe_scene(scene::load_scene(command.path));
+    std::fputs(command.json ? (facts.dump() + "\n").c_str() : text_of(facts).c_str(), stdout);
+    return kDone;
+}
+
+}  // namespace thixo

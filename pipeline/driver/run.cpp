@@ -1,0 +1,53 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/log.h"
+#include "pipeline/contract/scene_io.h"
+#include "pipeline/driver/command.h"
+#include "pipeline/driver/conduct.h"
+#include "pipeline/driver/film.h"
+#include "pipeline/driver/job.h"
+
+namespace thixo {
+namespace fs = std::filesystem;
+namespace {
+
+void print_result(const Command& command, const Job& job, const fs::path& frames, const fs::path& film) {
+    if (command.json) {
+        nlohmann::ordered_json result{
+            {"out", job.out.string()}, {"cache", (job.out / "cache").string()}, {"frames", frames.string()}};
+        if (!film.empty()) result["film"] = film.string();
+        fmt::print("{}\n", result.dump());
+    } else if (!command.quiet) {
+        fmt::print("{}\n", film.empty() ? frames.string() : film.string());
+    }
+}
+
+}  // namespace
+
+int run_verb(const Command& command) {
+    const Job job = scene_job(command);
+    const scene::Output output = scene::overlay_look(job.scene->look, command.look, command.set).output;
+    const fs::path frames = frames_folder(job.out, command.look);
+    const fs::path film = output.film ? film_file(job.out, job.scene->name, command.look) : fs::path();
+
+    Stages stages{sim_args(command, job), render_args(command, job)};
+    if (command.dry_run) return print_calls({sim_call(stages), render_call(stages, true)});
+    if (!film.empty()) require_ffmpeg();
+
+    if (const int code = conduct(stages, {.terminal = isatty(STDERR_FILENO) != 0, .quiet = command.quiet});
+        code != kDone)
+        return code;
+    if (!film.empty() && film_is_stale(frames, film)) {
+        log_info("encoding {}", film.string());
+        make_film(frames, film, job.scene->frames.fps);
+    }
+    print_result(command, job, frames, film);
+    return kDone;
+}
+
+}  // namespace thixo

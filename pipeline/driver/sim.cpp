@@ -1,0 +1,22 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/driver/command.h"
+#include "pipeline/driver/job.h"
+
+namespace thixo {
+
+int sim_verb(const Command& command) {
+    const Job job = scene_job(command);
+    const ProgramCall call = stage_call("thixo-sim", sim_args(command, job).print());
+    if (command.dry_run) return print_calls({call});
+    const int code = run_to_end(call);
+    const std::string cache = (job.out / "cache").string();
+    if (code == kDone && command.json) fmt::print("{}\n", nlohmann::ordered_json{{"cache", cache}}.dump());
+    if (code == kDone && !command.json && !command.quiet) fmt::print("{}\n", cache);
+    return code;
+}
+
+}  // namespace thixo

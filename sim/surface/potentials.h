@@ -1,0 +1,40 @@
+// Step 2 of the animated surface: surfels follow the potentials' forces to rest. Dissertation 6.6.2.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/contract/scene.h"
+#include "sim/surface/liquid_shape.h"
+#include "sim/surface/surface.h"
+
+namespace thixo {
+
+/// Surfels while they are worked on: what of SurfaceState the steps need, with their component and a note which are lost.
+struct WorkingSurfels {
+    std::vector<Vec3>& position;
+    std::vector<Vec3>& normal;
+    const std::vector<std::int32_t>& component;
+    std::vector<char>& lost;  // no particle in reach, or ended up inside the body
+    std::size_t size() const { return position.size(); }
+};
+
+struct RelaxReport {
+    int iterations = 0;
+    Real largest_move = 0;  // [m], of the last iteration
+};
+
+/// Iterates s <- s + a (f_n + f_t) and n <- unit(k_guide n_guide + k_smooth n_smooth) for all surfels at once (Jacobi), a falling from 1, until
+/// the largest move is under a hundredth of the spacing, `params.iterations` times at most.
+///   f_n = n n.(k_guide f_guide + k_attract f_attract + k_smooth f_smooth),  f_t = f_repel - n n.f_repel
+///   f_guide   = psi_I(s) - s, one Newton step of each iteration
+///   f_attract = (mean of the particles in reach - s) + its distance 0.246 h at a flat surface: the force of 6.6 less its constant part, which
+///               would hold the whole surface inside the iso-surface. What is left pulls tips in and lifts hollows, as the
+///               surface of Zhu & Bridson 2005 does.
+///   f_smooth  = (psi_orth(s) - s) less its mean over the neighbours: the difference leaves an even curvature alone, where psi_orth by itself
+///               shrinks every drop (the volume drift 6.8 complains of). Neighbours: those within h_s whose normals agree within 45 degrees.
+///   f_repel   = a tenth of the sum over the ten nearest of those of (l - |s - s_j|) (s - s_j)/|s - s_j|, l the tenth's distance: with 6.6's l = h_s
+///               the force jumps whenever the set of ten changes, and surfels never come to rest
+/// Afterwards no surfel is outside the iso-value I_min = 0.6 I.
+RelaxReport relax(WorkingSurfels surfels, const LiquidShape& shape, const scene::Surface& params);
+
+}  // namespace thixo

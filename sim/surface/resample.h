@@ -1,0 +1,27 @@
+// Step 4 of the animated surface: surfels are added where they are sparse and taken away where they crowd. Dissertation 6.6.2.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/contract/scene.h"
+#include "sim/surface/liquid_shape.h"
+#include "sim/surface/surface.h"
+
+namespace thixo {
+
+struct ResampleReport {
+    std::size_t inserted = 0, deleted = 0;
+};
+
+/// Deletes the surfels marked as lost and thins out crowds, then fills gaps until none is left:
+/// - a surfel goes when another one of its side is nearer than 0.45 r_s;
+/// - a particle near the surface whose projected place has no surfel within r_s seeds one there;
+/// - a circle of radius r_s about a surfel must have no point farther than 0.8 r_s from every other surfel: the farthest such point gets one.
+/// So every empty circle in the surface is smaller than a surfel's disc, and discs leave no hole. New surfels lie on the smooth surface of
+/// their neighbours (not to pop), on the iso-surface where they have too few. Between the two distances nothing changes: a surface
+/// at rest keeps its surfels. New ids are given in the order of the surfels and particles they come from.
+ResampleReport resample(SurfaceState& surface, std::vector<std::int32_t>& component, const std::vector<char>& lost, const LiquidShape& shape,
+                        const Particles& particles, const scene::Surface& params);
+
+}  // namespace thixo

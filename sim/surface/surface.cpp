@@ -1,0 +1,93 @@
+#include "sim/surface/surface.h"
+
+#include <algorithm>
+
+#include "pipeline/base/parallel.h"
+#include "sim/surface/displace.h"
+#include "sim/surface/liquid_shape.h"
+#include "sim/surface/potentials.h"
+#include "sim/surface/resample.h"
+
+namespace thixo {
+namespace {
+
+/// The component of every surfel: the material of its body, so that liquids of one material join where they meet. A body none of whose
+/// particles is left has component -1, which no particle is of.
+std::vector<std::int32_t> components(const SurfaceState& surface, const Particles& particles) {
+    std::vector<std::pair<std::int32_t, std::int32_t>> material_of;
+    for (std::size_t j = 0; j < particles.size(); ++j)
+        if (j == 0 || particles.body[j] != particles.body[j - 1]) material_of.emplace_back(particles.body[j], particles.material[j]);
+    std::sort(material_of.begin(), material_of.end());
+    std::vector<std::int32_t> component(surface.size());
+    parallel_for(surface.size(), [&](std::size_t i) {
+        const auto found = std::lower_bound(material_of.begin(), material_of.end(), std::pair(surface.body[i], std::int32_t(-1)));
+        component[i] = found != material_of.end() && found->first == surface.body[i] ? found->second : -1;
+    });
+    return component;
+}
+
+/// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be.
+void fit_axes(SurfelCloud& cloud, Real radius) {
+    parallel_for(cloud.size(), [&](std::size_t i) {
+        const Vec3& n = cloud.normal[i];
+        Vec3 t = cloud.axis1[i] - n * n.dot(cloud.axis1[i]);
+        if (!(t.squaredNorm() > square(Real(1e-3) * radius))) {
+            Vec3 unused;
+            orthonormal_basis(n, t, unused);
+        }
+        cloud.axis1[i] = radius * t.normalized();
+        cloud.axis2[i] = radius * n.cross(t.normalized());
+    });
+}
+
+template <class T>
+void permute(std::vector<T>& array, const std::vector<Index>& order) {
+    std::vector<T> sorted(array.size());
+    for (std::size_t k = 0; k < order.size(); ++k) sorted[k] = array[order[k]];
+    array.swap(sorted);
+}
+
+void sort_by_cell_and_id(SurfaceState& surface, Real support) {
+    const auto order = PointGrid::sort_order(surface.surfels.position, surface.id, support);
+    for_each_array(surface, [&](const char*, auto& array) { permute(array, order); });
+}
+
+}  // namespace
+
+SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls, const scene::Surface& params, Real spacing,
+                             Real support) {
+    const Real radius = Real(params.radius) * spacing;
+    const bool first = surface.size() == 0;
+    std::vector<std::int32_t> component = components(surface, particles);
+    displace(surface, particles, component, support);
+
+    LiquidPoints points = gather_liquid(particles, walls, support);
+    set_colours(points, support);
+    const LiquidShape shape{points, walls, support, spacing, Real(params.iso)};
+    SurfelCloud& cloud = surface.surfels;
+    std::vector<char> lost(surface.size(), 0);
+    SurfaceReport report;
+    const auto deform = [&] {
+        lost.resize(surface.size(), 0);
+        const RelaxReport relaxed = relax({cloud.position, cloud.normal, component, lost}, shape, params);
+        report.iterations += relaxed.iterations;
+        report.largest_move = relaxed.largest_move;
+    };
+    const auto refill = [&] {
+        const ResampleReport r = resample(surface, component, lost, shape, particles, params);
+        lost.assign(surface.size(), 0);
+        report.inserted += r.inserted;
+        report.deleted += r.deleted;
+    };
+    if (first) refill();  // one surfel a surface particle, then all between them
+    deform();
+    refill();
+
+    fit_axes(cloud, radius);
+    interpolate_attributes(surface, particles, component, support);
+    sort_by_cell_and_id(surface, Real(params.support) * radius);
+    particles.surface_position = particles.position;
+    return report;
+}
+
+}  // namespace thixo

@@ -64,17 +64,16 @@ struct Fault {
 
 /// The fault a test asked for, if this call of write_whole is the one.
 std::optional<Fault> injected_fault() {
-    static std::atomic<int> calls{0};
-    const int call = ++calls;
     const char* text = std::getenv("THIXO_WRITE_FAULT");
     if (!text) return std::nullopt;
+    static std::atomic<int> calls{0};
+    const int call = ++calls;
     int nth = 0;
     unsigned long long bytes = 0;
     std::array<char, 8> how{};
     if (std::sscanf(text, "%d:%llu:%7s", &nth, &bytes, how.data()) != 3) throw InputError("THIXO_WRITE_FAULT='{}' is not nth:bytes:how", text);
-    const bool kill = std::string_view(how.data()) == "kill";
-    if (kill ? call != nth : call < nth) return std::nullopt;
-    return Fault{static_cast<std::size_t>(bytes), kill};
+    if (call < nth) return std::nullopt;
+    return Fault{static_cast<std::size_t>(bytes), std::string_view(how.data()) == "kill"};
 }
 
 /// 0 or the error number.

@@ -11,7 +11,7 @@ namespace thixo {
 /// Throws ResourceError (path and the system's reason) on any failure, and then neither `path` nor a temporary has changed.
 ///
 /// For tests of full disks and of kills the environment variable THIXO_WRITE_FAULT=<nth>:<bytes>:<how> makes the nth call of this process
-/// (from 1) fail after so many bytes: how = enospc (that call and all later ones report a full disk) or kill (SIGKILL to itself).
+/// since it was set (from 1) fail after so many bytes: how = enospc (that call and all later ones report a full disk) or kill (SIGKILL to itself).
 void write_whole(const std::filesystem::path& path, std::string_view bytes);
 
 /// The bytes of a regular file. Throws CacheError naming the file where it is missing or cannot be read.

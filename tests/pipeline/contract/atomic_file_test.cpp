@@ -1,0 +1,123 @@
+#include "pipeline/contract/atomic_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <csignal>
+
+#include "tests/pipeline/contract/cache_fixture.h"
+
+namespace thixo::test {
+namespace {
+
+std::size_t files_in(const fs::path& folder) {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+TEST(AtomicFile, WritesAndReplacesWholeFiles) {
+    const TemporaryFolder folder;
+    for (const std::string& bytes : {std::string("first"), std::string(3'000'000, 'x'), std::string()}) {
+        write_whole(folder / "file", bytes);
+        EXPECT_EQ(read_whole(folder / "file"), bytes);
+    }
+    EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, AFileSizeLimitLeavesTheOldFile) {
+    const TemporaryFolder folder;
+    write_whole(folder / "file", "old");
+    const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit limit{};
+    ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &limit), 0);
+    const rlimit small{100'000, limit.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
+    const std::string message = message_of([&] { write_whole(folder / "file", std::string(1'000'000, 'x')); }, kNoResource);
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    std::signal(SIGXFSZ, old_handler);
+    EXPECT_NE(message.find((folder / "file").string() + "': File too large"), std::string::npos) << message;
+    EXPECT_EQ(read_whole(folder / "file"), "old");
+    EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, AReadOnlyFolderKeepsWhatItHas) {
+    const TemporaryFolder folder;
+    write_whole(folder / "file", "old");
+    fs::permissions(folder.path(), fs::perms(0555));
+    // Root may write anywhere: become another user for the attempt.
+    const uid_t user = ::geteuid();
+    if (user == 0) {
+        ASSERT_EQ(::seteuid(65534), 0);
+    }
+    const std::string message = message_of([&] { write_whole(folder / "file", "new"); }, kNoResource);
+    const std::string no_folder = message_of([&] { make_folder(folder / "sub"); }, kNoResource);
+    if (user == 0) {
+        ASSERT_EQ(::seteuid(user), 0);
+    }
+    fs::permissions(folder.path(), fs::perms(0755));
+    EXPECT_NE(message.find("Permission denied"), std::string::npos) << message;
+    EXPECT_NE(no_folder.find("Permission denied"), std::string::npos) << no_folder;
+    EXPECT_EQ(read_whole(folder / "file"), "old");
+    EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, AFullDiskAtAnyByteLeavesTheOldFile) {
+    const TemporaryFolder folder;
+    write_whole(folder / "file", "old");
+    for (const int bytes : {0, 1, 4096, 999'999}) {
+        const int status = in_child("1:" + std::to_string(bytes) + ":enospc", [&] {
+            write_whole(folder / "file", std::string(1'000'000, 'x'));
+            return 0;
+        });
+        ASSERT_TRUE(WIFEXITED(status));
+        EXPECT_EQ(WEXITSTATUS(status), kNoResource);
+        EXPECT_EQ(read_whole(folder / "file"), "old");
+        EXPECT_EQ(files_in(folder.path()), 1u);
+    }
+}
+
+TEST(AtomicFile, AKilledWriterLeavesTheOldFileAndItsTemporaryIsRemovedLater) {
+    const TemporaryFolder folder;
+    write_whole(folder / "file", "old");
+    const int status = in_child("1:10:kill", [&] {
+        write_whole(folder / "file", "a new text that is longer");
+        return 0;
+    });
+    ASSERT_TRUE(WIFSIGNALED(status));
+    EXPECT_EQ(WTERMSIG(status), SIGKILL);
+    EXPECT_EQ(read_whole(folder / "file"), "old");
+    EXPECT_EQ(files_in(folder.path()), 2u);
+    EXPECT_EQ(remove_stale_temporaries(folder.path()), 1);
+    EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, TemporariesOfLivingProcessesAndOtherFilesStay) {
+    const TemporaryFolder folder;
+    char host[256] = {};
+    ASSERT_EQ(::gethostname(host, sizeof host - 1), 0);
+    // Our parent lives; the other host may live.
+    const std::string ours = ".thixo-" + std::to_string(::getppid()) + "-" + host + "-file.tmp", other = ".thixo-1-elsewhere.example-file.tmp";
+    for (const std::string& name : {ours, other, std::string("notes.tmp"), std::string(".thixo-x.tmp")}) write_whole(folder / name, "x");
+    EXPECT_EQ(remove_stale_temporaries(folder.path()), 0);
+    EXPECT_EQ(files_in(folder.path()), 4u);
+    fs::last_write_time(folder / other, fs::file_time_type::clock::now() - std::chrono::hours(2));
+    EXPECT_EQ(remove_stale_temporaries(folder.path()), 1);
+    EXPECT_EQ(remove_stale_temporaries(folder / "not there"), 0);
+}
+
+TEST(AtomicFile, AFolderThatIsMissingIsNamed) {
+    const TemporaryFolder folder;
+    const std::string message = message_of([&] { write_whole(folder / "no/file", "x"); }, kNoResource);
+    EXPECT_NE(message.find("no/file': No such file or directory"), std::string::npos) << message;
+}
+
+TEST(AtomicFile, ReadingNamesWhatIsNotAFile) {
+    const TemporaryFolder folder;
+    EXPECT_NE(message_of([&] { read_whole(folder / "none"); }, kBadCache).find("none' is missing"), std::string::npos);
+    EXPECT_NE(message_of([&] { read_whole(folder.path()); }, kBadCache).find("not a regular file"), std::string::npos);
+    ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+    EXPECT_NE(message_of([&] { read_whole(folder / "pipe"); }, kBadCache).find("not a regular file"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace thixo::test

@@ -1,0 +1,172 @@
+#include "pipeline/contract/image.h"
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/pipeline/contract/cache_fixture.h"
+
+namespace thixo::test {
+namespace {
+
+Image sample_image() {
+    Image image(37, 23);
+    for (const char* name : {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"}) {
+        const bool half = std::string(name) != "Z" && name[0] != 'N';
+        std::vector<float>& values = image.add(name, half);
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] = static_cast<float>(10 * random_unit(1, i, 0, image.channels.size()));
+    }
+    image.attributes = {{"thixo_frame", "7"}, {"thixo_look", "0123456789abcdef"}};
+    return image;
+}
+
+std::string refusal(const std::string& bytes, Checksum checksum = Checksum::if_present) {
+    return message_of([&] { decode_exr(bytes, "frame.exr", checksum); }, kBadCache);
+}
+
+TEST(Exr, KeepsFloatsExactlyAndHalvesToTheirPrecision) {
+    const Image image = sample_image();
+    const Image read = decode_exr(encode_exr(image), "frame.exr", Checksum::required);
+    EXPECT_EQ(read.width, 37);
+    EXPECT_EQ(read.height, 23);
+    EXPECT_EQ(read.attributes, image.attributes);
+    ASSERT_EQ(read.channels.size(), image.channels.size());
+    for (const ImageChannel& c : image.channels) {
+        const ImageChannel* r = read.find(c.name);
+        ASSERT_NE(r, nullptr) << c.name;
+        EXPECT_EQ(r->half, c.half);
+        for (std::size_t i = 0; i < c.values.size(); ++i) {
+            // A half has 11 significant bits: half a unit in the last place is 2^-11 of the value at most (2^-25 below 2^-14).
+            const float bound = c.half ? std::max(std::ldexp(c.values[i], -11), std::ldexp(1.0f, -25)) : 0.0f;
+            ASSERT_LE(std::abs(r->values[i] - c.values[i]), bound) << c.name << " " << i;
+        }
+    }
+}
+
+TEST(Exr, HalvesAreClampedToTheLargestHalfAndKeepNan) {
+    Image image(2, 2);
+    image.add("R") = {1e9f, -1e9f, std::numeric_limits<float>::quiet_NaN(), 65504.0f};
+    const Image read = decode_exr(encode_exr(image), "frame.exr");
+    const auto& r = read.get("R");
+    EXPECT_EQ(r[0], 65504.0f);
+    EXPECT_EQ(r[1], -65504.0f);
+    EXPECT_TRUE(std::isnan(r[2]));
+    EXPECT_EQ(r[3], 65504.0f);
+}
+
+TEST(Exr, EqualPicturesGiveEqualBytesWithoutADate) {
+    const std::string bytes = encode_exr(sample_image());
+    EXPECT_EQ(bytes, encode_exr(sample_image()));
+    for (const char* word : {"capDate", "Date", "host", "software", "owner"}) EXPECT_EQ(bytes.find(word), std::string::npos) << word;
+}
+
+TEST(Exr, EveryFlippedBitAndEveryTruncationIsFound) {
+    Image image(4, 3);
+    for (const char* name : {"R", "G", "B"})
+        for (float& v : image.add(name)) v = 0.5f;
+    const std::string bytes = encode_exr(image);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        std::string flipped = bytes;
+        flipped[i] = static_cast<char>(flipped[i] ^ (1 << (i % 8)));
+        ASSERT_NE(refusal(flipped, Checksum::required).find("'frame.exr'"), std::string::npos) << i;
+        ASSERT_NE(refusal(bytes.substr(0, i), Checksum::required).find("'frame.exr'"), std::string::npos) << i;
+    }
+}
+
+TEST(Exr, PicturesOfOtherProgramsAreReadUnlessTruncated) {
+    const TemporaryFolder folder;
+    const int width = 64, height = 48;
+    std::vector<float> values(static_cast<std::size_t>(width * height));
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(random_unit(3, i, 0, 0));
+    {
+        Imf::Header header(width, height);
+        header.compression() = Imf::ZIP_COMPRESSION;
+        header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+        Imf::FrameBuffer buffer;
+        buffer.insert("Y", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data()), 4, 4 * width));
+        Imf::OutputFile file((folder / "other.exr").c_str(), header);
+        file.setFrameBuffer(buffer);
+        file.writePixels(height);
+    }
+    const std::string bytes = read_whole(folder / "other.exr");
+    EXPECT_EQ(decode_exr(bytes, "other.exr").get("Y"), values);
+    EXPECT_NE(refusal(bytes, Checksum::required).find("no checksum"), std::string::npos);
+    for (std::size_t length = 0; length < bytes.size(); length += 37)
+        ASSERT_NE(refusal(bytes.substr(0, length)).find("'frame.exr' is damaged or not an EXR"), std::string::npos) << length;
+}
+
+TEST(Exr, HostileHeadersAreRefusedSoon) {
+    Image image(64, 64);
+    image.add("R");
+    std::string bytes = encode_exr(image);
+    // Another name for the checksum makes it another program's picture; then every value of the header may lie.
+    bytes.replace(bytes.find("thixo_checksum"), 14, "other_checksum");
+    const std::size_t window = bytes.find("dataWindow") + 11 + 6 + 4;
+    for (std::uint64_t k = 0; k < 300; ++k) {
+        std::string hostile = bytes;
+        for (std::size_t i = 0; i < 16; ++i)
+            if (random_bits(5, k, i, 0) % 2) hostile[window + i] = static_cast<char>(random_bits(5, k, i, 1));
+        const std::size_t at = random_bits(5, k, 99, 0) % 350;
+        hostile[at] = static_cast<char>(random_bits(5, k, 99, 1));
+        try {
+            decode_exr(hostile, "frame.exr");
+        } catch (const CacheError&) {
+        }
+    }
+}
+
+TEST(Exr, AFullDiskLeavesTheOldPicture) {
+    const TemporaryFolder folder;
+    write_exr(folder / "f.exr", sample_image());
+    const std::string old = read_whole(folder / "f.exr");
+    const int status = in_child("1:1000:enospc", [&] {
+        Image other(8, 8);
+        other.add("R");
+        write_exr(folder / "f.exr", other);
+        return 0;
+    });
+    EXPECT_EQ(WEXITSTATUS(status), kNoResource);
+    EXPECT_EQ(read_whole(folder / "f.exr"), old);
+    EXPECT_EQ(read_exr(folder / "f.exr", Checksum::required).width, 37);
+}
+
+TEST(Exr, AMissingChannelIsNamed) {
+    const Image image = sample_image();
+    EXPECT_NE(message_of([&] { image.get("variance.R"); }, kBadCache).find("'variance.R'"), std::string::npos);
+}
+
+TEST(Png, ComesBackAsItWas) {
+    const TemporaryFolder folder;
+    for (const int channels : {3, 4}) {
+        Image8 image{19, 11, channels, {}};
+        for (int i = 0; i < 19 * 11 * channels; ++i) image.values.push_back(static_cast<std::uint8_t>(random_bits(2, static_cast<std::uint64_t>(i), 0, 0)));
+        write_png(folder / "p.png", image);
+        const Image8 read = read_png(folder / "p.png");
+        EXPECT_EQ(read.width, 19);
+        EXPECT_EQ(read.height, 11);
+        EXPECT_EQ(read.channels, channels);
+        EXPECT_EQ(read.values, image.values);
+        EXPECT_EQ(encode_png(image), encode_png(image));
+        EXPECT_EQ(encode_png(image).find("tIME"), std::string::npos);
+    }
+}
+
+TEST(Png, DamageIsNamed) {
+    const TemporaryFolder folder;
+    Image8 image{64, 64, 3, {}};
+    for (std::uint64_t i = 0; i < 64 * 64 * 3; ++i) image.values.push_back(static_cast<std::uint8_t>(random_bits(2, i, 0, 0)));
+    const std::string bytes = encode_png(image);
+    for (std::size_t length = 0; length + 12 < bytes.size(); length += 501) {  // its last 12 bytes only say that it ends
+        write_whole(folder / "p.png", bytes.substr(0, length));
+        ASSERT_NE(message_of([&] { read_png(folder / "p.png"); }, kBadCache).find("p.png"), std::string::npos) << length;
+    }
+}
+
+}  // namespace
+}  // namespace thixo::test

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/geometry/colour_code.h"
+
 namespace thixo::preview {
 
 namespace {
@@ -57,12 +59,8 @@ Vec3f category_colour(std::int64_t value) {
 }
 
 Vec3f encode_srgb(const Vec3d& linear) {
-    Vec3f out;
-    for (int k = 0; k < 3; ++k) {
-        const double c = clamp01(linear[k]);
-        out[k] = static_cast<float>(c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055);
-    }
-    return out;
+    const Vec3f c = linear.cast<float>();
+    return {srgb_from_linear(c.x()), srgb_from_linear(c.y()), srgb_from_linear(c.z())};
 }
 
 std::uint32_t pack_colour(const Vec3f& colour) {

@@ -1,0 +1,181 @@
+#include "pipeline/check/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+
+#include "pipeline/check/compare_frames.h"
+#include "pipeline/check/compare_pictures.h"
+#include "pipeline/check/difference_picture.h"
+#include "pipeline/check/inputs.h"
+#include "pipeline/check/update.h"
+#include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/cache.h"
+#include "pipeline/contract/image.h"
+#include "pipeline/contract/stage_args.h"
+
+namespace thixo {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+FrameReport one_problem(const std::string& name, const std::string& problem, bool damaged = false) {
+    FrameReport report;
+    report.name = name;
+    report.problems.push_back(problem);
+    report.damaged = damaged;
+    return report;
+}
+
+// One side alone; still read, so that an extra frame that is damaged is called damaged.
+FrameReport unpaired(const std::string& name, bool in_a, const std::function<void()>& read) {
+    try {
+        read();
+    } catch (const CacheError& e) {
+        return one_problem(name, e.what(), true);
+    }
+    return one_problem(name, in_a ? "is not in the reference" : "is missing");
+}
+
+FrameReport compare_files(const std::string& name, const fs::path& a, const fs::path& b, const CheckArgs& args) {
+    try {
+        const Image image_a = read_exr(a), image_b = read_exr(b);
+        FrameReport report = compare_pictures(name, image_a, image_b, args.max_rel_mse);
+        if (!report.same() && !args.diff.empty() && report.has_picture) {
+            make_folder(args.diff);
+            write_png(fs::path(args.diff) / (fs::path(name).stem().string() + ".diff.png"), difference_picture(image_a, image_b));
+        }
+        return report;
+    } catch (const CacheError& e) {
+        return one_problem(name, e.what(), true);
+    }
+}
+
+void check_pictures(const CheckArgs& args, const std::vector<int>* frames, CheckReport& report) {
+    const fs::path a = args.path, b = args.against;
+    const std::vector<std::string> names_a = picture_names(a, frames), names_b = picture_names(b, frames);
+    const auto pairs = pair_names(names_a, names_b);
+    if (pairs.empty()) throw CacheError("'{}' and '{}' hold no picture of frames {}; render them first", args.path, args.against, args.frames);
+    for (const auto& [name, in_a, in_b] : pairs) {
+        if (in_a && in_b) report.frames.push_back(compare_files(name, a / name, b / name, args));
+        else report.frames.push_back(unpaired(name, in_a, [&, &file = name, &left = in_a] { read_exr((left ? a : b) / file); }));
+    }
+}
+
+void check_caches(const CheckArgs& args, const std::vector<int>* frames, CheckReport& report) {
+    const CacheReader a(args.path);
+    std::optional<CacheReader> b;
+    if (!args.update || CacheReader::exists(args.against)) b.emplace(args.against);
+    const auto wanted = [&](const std::optional<CacheReader>& reader) {
+        std::vector<int> numbers = reader ? reader->frames() : std::vector<int>();
+        if (frames) std::erase_if(numbers, [&](int n) { return !std::binary_search(frames->begin(), frames->end(), n); });
+        return numbers;
+    };
+    const auto pairs = pair_names(wanted(a), wanted(b));
+    if (pairs.empty()) throw CacheError("neither cache holds a frame to compare; simulate first");
+    for (const auto& [number, in_a, in_b] : pairs) {
+        const std::string name = fmt::format("frame {}", number);
+        if (!in_a || !in_b) {
+            report.frames.push_back(unpaired(name, in_a, [&, n = number, left = in_a] { (left ? a : *b).load_frame(n); }));
+            continue;
+        }
+        try {
+            report.frames.push_back(compare_frames(name, a.load_frame(number), b->load_frame(number)));
+        } catch (const CacheError& e) {
+            report.frames.push_back(one_problem(name, e.what(), true));
+        }
+    }
+    const auto asset_names = [](const Manifest& m) {
+        std::vector<std::string> names;
+        for (const CacheFile& f : m.assets) names.push_back(f.name);
+        return names;
+    };
+    // Assets are named by their content: equal names are equal bytes once load_asset has verified them.
+    for (const auto& [name, in_a, in_b] : pair_names(asset_names(a.manifest()), b ? asset_names(b->manifest()) : std::vector<std::string>())) {
+        const std::string hash = fs::path(name).stem().string();
+        try {
+            if (in_a) a.load_asset(hash);
+            if (in_b) b->load_asset(hash);
+            if (!in_a || !in_b) report.frames.push_back(one_problem(name, in_a ? "is not in the reference" : "is missing"));
+        } catch (const CacheError& e) {
+            report.frames.push_back(one_problem(name, e.what(), true));
+        }
+    }
+}
+
+void require_good(const CheckArgs& args, CheckKind kind, const std::vector<int>* frames) {
+    const auto require_finite = [](const std::string& file) {
+        const Image image = read_exr(file);
+        const std::size_t bad = compare_pictures(file, image, image, 0).picture.not_finite_a;
+        if (bad > 0) throw CacheError("'{}' holds {} values that are not finite and cannot be a reference; render it again", file, bad);
+    };
+    if (kind == CheckKind::picture) require_finite(args.path);
+    if (kind == CheckKind::folder)
+        for (const std::string& name : picture_names(args.path, frames)) require_finite((fs::path(args.path) / name).string());
+    if (kind != CheckKind::cache) return;
+    const CacheReader reader(args.path);
+    for (const int number : reader.frames()) {
+        const Frame frame = reader.load_frame(number);
+        const FrameReport own = compare_frames(fmt::format("frame {}", number), frame, frame);
+        if (!own.same()) throw CacheError("'{}' {}: {}; it cannot be a reference", args.path, own.name, own.problems.front());
+    }
+    for (const CacheFile& f : reader.manifest().assets) reader.load_asset(fs::path(f.name).stem().string());
+}
+
+Update make_reference(const CheckArgs& args, CheckKind kind, const std::vector<int>* frames) {
+    require_good(args, kind, frames);
+    if (kind == CheckKind::cache) return update_cache(args.path, args.against);
+    if (kind == CheckKind::picture) return update_picture(args.path, args.against);
+    return update_pictures(args.path, picture_names(args.path, frames), args.against, picture_names(args.against, frames));
+}
+
+void require_sense(const CheckArgs& args, CheckKind kind) {
+    std::error_code ignored;
+    if (args.max_rel_mse > 0 && kind == CheckKind::cache) throw InputError("--max-rel-mse is for pictures; caches are compared bit for bit");
+    if (args.update && kind == CheckKind::cache && !args.frames.empty())
+        throw InputError("--update of a cache takes all its frames; leave out --frames");
+    if (args.update && fs::exists(args.against, ignored) && fs::equivalent(args.path, args.against, ignored))
+        throw InputError("--update: '{}' and '{}' are the same place", args.path, args.against);
+}
+
+}  // namespace
+
+CheckReport check(const CheckArgs& args) {
+    const CheckKind kind = check_kind(args.path);
+    require_sense(args, kind);
+    std::error_code ignored;
+    const bool first_reference = args.update && (!fs::exists(args.against, ignored) || fs::is_empty(args.against, ignored));
+    if (!first_reference)
+        if (const CheckKind other = check_kind(args.against); other != kind)
+            throw InputError("'{}' is {}, '{}' is {}: only like can be compared with like", args.path, name_of(kind), args.against, name_of(other));
+    std::vector<int> range;
+    if (!args.frames.empty()) range = parse_frame_range(args.frames);
+    const std::vector<int>* frames = args.frames.empty() ? nullptr : &range;
+
+    CheckReport report;
+    report.a = args.path;
+    report.b = args.against;
+    report.kind = kind == CheckKind::cache ? "cache" : "pictures";
+    report.max_rel_mse = args.max_rel_mse;
+    if (!first_reference) {
+        if (kind == CheckKind::picture)
+            report.frames.push_back(compare_files(fs::path(args.path).filename().string(), args.path, args.against, args));
+        else if (kind == CheckKind::folder) check_pictures(args, frames, report);
+        else check_caches(args, frames, report);
+    }
+    if (args.update) {
+        report.update = make_reference(args, kind, frames);
+        report.updated = true;
+    }
+    return report;
+}
+
+ExitCode exit_code_of(const CheckReport& report) {
+    if (report.updated) return kDone;
+    return report.damaged() ? kBadCache : report.same() ? kDone : kDifferent;
+}
+
+}  // namespace thixo

@@ -1,0 +1,34 @@
+// Finished pictures on disk: their names, and what they were made from.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "pipeline/contract/image.h"
+
+namespace thixo::render {
+
+/// What a picture's bytes depend on; stated in the EXR's header.
+struct PictureIdentity {
+    std::string scene;       // name
+    std::string look;        // hash of look, appearance names and seed
+    std::string cache;       // hash of the cached frame
+    int frame = 0;
+    double time = 0;         // s
+    int samples = 0;
+};
+
+std::filesystem::path exr_path(const std::filesystem::path& folder, int frame);   // beauty.0001.exr
+std::filesystem::path png_path(const std::filesystem::path& folder, int frame);   // beauty.0001.png
+
+enum class PictureState {
+    absent,     // or damaged, or made from another cache frame: to be rendered
+    done,       // there, of this look and this cache frame
+    other_look  // there, of another look
+};
+PictureState picture_state(const std::filesystem::path& folder, const PictureIdentity& identity);
+
+/// Writes the PNG, then the EXR with the identity in its header: where the EXR is, both are. Throws ResourceError.
+void write_picture(const std::filesystem::path& folder, const PictureIdentity& identity, Image image, const Image8& display);
+
+}  // namespace thixo::render

@@ -1,0 +1,130 @@
+#include "render/frame_world.h"
+
+#include <algorithm>
+
+#include "render/media.h"
+
+namespace thixo::render {
+namespace {
+
+class Appearances {
+  public:
+    Appearances(World& world, const scene::Look& look, std::vector<std::string>& missing)
+        : world_(world), look_(look), missing_(missing) {}
+
+    /// A new object that looks like the appearance of this name.
+    Index add_object(const std::string& name) {
+        const auto known = index_.find(name);
+        if (known != index_.end()) return add(known->second);
+        const auto found = std::find_if(look_.appearances.begin(), look_.appearances.end(), [&](const auto& a) { return a.name == name; });
+        scene::Appearance appearance;
+        appearance.name = name;
+        appearance.colour = {0.5, 0.5, 0.5};
+        if (found != look_.appearances.end())
+            appearance = *found;
+        else
+            missing_.push_back(name);
+        index_[name] = Index(world_.materials.size());
+        world_.materials.push_back(make_material(appearance));
+        return add(index_[name]);
+    }
+
+  private:
+    Index add(Index material) {
+        world_.material_of.push_back(material);
+        return Index(world_.material_of.size() - 1);
+    }
+    World& world_;
+    const scene::Look& look_;
+    std::vector<std::string>& missing_;
+    std::map<std::string, Index> index_;
+};
+
+std::string look_of_material(const scene::Scene& scene, const std::string& material) {
+    for (const scene::Material& m : scene.materials)
+        if (m.name == material) return m.look.empty() ? m.name : m.look;
+    return material;
+}
+
+std::string look_of_obstacle(const scene::Scene& scene, const FrameObstacle& obstacle) {
+    for (const scene::Boundary& b : scene.world.boundaries)
+        if (b.name == obstacle.name) return b.look.empty() ? b.name : b.look;
+    return obstacle.look.empty() ? obstacle.name : obstacle.look;
+}
+
+template <class T>
+std::vector<T> optional_attribute(const PointSet& points, const char* name) {
+    return points.find(name) ? points.get<T>(name) : std::vector<T>();
+}
+
+/// Layers are the pairs (body, sheet) in ascending order.
+void set_layers(SurfelSet& set, const PointSet& points, const std::map<int, Index>& object_of_body) {
+    const std::vector<std::int32_t> body = optional_attribute<std::int32_t>(points, "body");
+    const std::vector<std::int32_t> sheet = optional_attribute<std::int32_t>(points, "sheet");
+    std::map<std::pair<int, int>, std::uint32_t> layers;
+    const auto key = [&](std::size_t i) { return std::pair(body.empty() ? object_of_body.begin()->first : body[i], sheet.empty() ? 0 : sheet[i]); };
+    for (std::size_t i = 0; i < points.count; ++i) layers.emplace(key(i), 0u);
+    for (auto& [pair, layer] : layers) {
+        const auto object = object_of_body.find(pair.first);
+        if (object == object_of_body.end()) throw CacheError("surfels belong to body {}, which the frame does not list", pair.first);
+        layer = std::uint32_t(set.object.size());
+        set.object.push_back(object->second);
+    }
+    set.layer.resize(points.count);
+    for (std::size_t i = 0; i < points.count; ++i) set.layer[i] = layers.at(key(i));
+}
+
+SurfelSet surfels_of(const Frame& frame, const std::map<int, Index>& object_of_body) {
+    SurfelSet set;
+    const PointSet& points = frame.surfels;
+    if (points.count == 0) return set;
+    if (object_of_body.empty()) throw CacheError("frame {} has surfels but lists no body", frame.number);
+    set.cloud.position = points.get<Vec3f>("P");
+    set.cloud.axis1 = points.get<Vec3f>("t1");
+    set.cloud.axis2 = points.get<Vec3f>("t2");
+    set.rest = optional_attribute<Vec3f>(points, "rest");
+    set.velocity = optional_attribute<Vec3f>(points, "v");
+    set.temperature = optional_attribute<float>(points, "temperature");
+    set_layers(set, points, object_of_body);
+    return set;
+}
+
+MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle) {
+    Eigen::Matrix4d m;
+    for (int k = 0; k < 16; ++k) m(k / 4, k % 4) = obstacle.transform[std::size_t(k)];
+    const Mat3d linear = m.topLeftCorner<3, 3>(), normals = linear.inverse().transpose();
+    const Vec3d shift = m.topRightCorner<3, 1>();
+    MeshObject object;
+    object.mesh.triangles = mesh.triangles;
+    for (const Vec3f& v : mesh.vertices) object.mesh.vertices.push_back((linear * v.cast<double>() + shift).cast<float>());
+    for (const Vec3f& n : mesh.normals) object.mesh.normals.push_back((normals * n.cast<double>()).normalized().cast<float>());
+    return object;
+}
+
+}  // namespace
+
+World make_world(const Frame& frame, const AssetMeshes& meshes, const scene::Scene& scene, const scene::Look& look,
+                 std::vector<std::string>& missing) {
+    World world;
+    Appearances appearances(world, look, missing);
+    std::map<int, Index> object_of_body;
+    for (const FrameBody& b : frame.bodies) object_of_body[b.id] = appearances.add_object(look_of_material(scene, b.material));
+    std::vector<MeshObject> placed_meshes;
+    for (const FrameObstacle& o : frame.obstacles) {
+        const auto mesh = meshes.find(o.asset);
+        if (o.asset.empty() || mesh == meshes.end()) continue;
+        placed_meshes.push_back(placed(mesh->second, o));
+        placed_meshes.back().object = appearances.add_object(look_of_obstacle(scene, o));
+        placed_meshes.back().solid = world.material(placed_meshes.back().object).dielectric();
+    }
+    world.rays = std::make_unique<RayScene>(surfels_of(frame, object_of_body), std::move(placed_meshes));
+    for (const scene::Light& l : look.lights) world.lights.push_back(make_light(l));
+    world.background = look.background.cast<float>();
+    const scene::Output& output = look.output;
+    world.settings = {output.max_bounces, output.straight_shadows, float(output.clamp), output.transparent_background};
+    world.camera = camera_at(look.camera, frame.time, output.width, output.height);
+    world.camera_interior = interior_at(world, world.camera.position);
+    return world;
+}
+
+}  // namespace thixo::render

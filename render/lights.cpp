@@ -1,0 +1,102 @@
+#include "render/lights.h"
+
+#include <limits>
+
+namespace thixo::render {
+
+using scene::LightType;
+
+Light make_light(const scene::Light& l) {
+    Light light;
+    light.type = l.type;
+    light.radiance = (l.colour * l.strength).cast<float>();
+    light.horizon = l.horizon.cast<float>();
+    light.ground = l.ground.cast<float>();
+    const Vec3f direction = l.direction.normalized().cast<float>();
+    if (l.type == LightType::sun) {
+        const double half = std::max(l.angle, 0.01) * kPi / 360;
+        light.normal = -direction;
+        light.cone = float(2 * square(std::sin(half / 2)));
+        light.radiance /= float(kPi * square(std::sin(half)));
+    }
+    if (l.type == LightType::area) {
+        light.normal = direction;
+        light.centre = l.position.cast<float>();
+        const Vec3f across = Vec3f(0, 0, 1).cross(direction);
+        const Vec3f u = across.norm() > 1e-4f ? across.normalized() : Vec3f(1, 0, 0);
+        light.edge1 = u * float(l.size.x() / 2);
+        light.edge2 = direction.cross(u) * float(l.size.y() / 2);
+        light.area = float(l.size.x() * l.size.y());
+    }
+    return light;
+}
+
+Vec3f infinite_radiance(const Light& light, const Vec3f& d) {
+    if (light.type == LightType::sun)
+        return (d - light.normal).squaredNorm() < 2 * light.cone ? light.radiance : Vec3f(Vec3f::Zero());
+    if (d.z() < 0) return light.radiance.cwiseProduct(light.ground);
+    return light.radiance.cwiseProduct(light.horizon + (Vec3f::Ones() - light.horizon) * d.z());
+}
+
+LightSample sample_light(const Light& light, const Vec3f& position, const Vec3f& n, const Vec2f& u) {
+    LightSample s;
+    s.distance = std::numeric_limits<float>::infinity();
+    switch (light.type) {
+        case LightType::sun:
+            s.direction = to_world(sample_cone(u, light.cone), light.normal);
+            s.radiance = light.radiance;
+            s.pdf = 1 / (2 * kPif * light.cone);
+            break;
+        case LightType::sky: {
+            const Vec3f local = sample_cosine(u);
+            s.direction = to_world(local, n);
+            s.radiance = infinite_radiance(light, s.direction);
+            s.pdf = local.z() / kPif;
+            break;
+        }
+        case LightType::area: {
+            const Vec3f to = light.centre + (2 * u.x() - 1) * light.edge1 + (2 * u.y() - 1) * light.edge2 - position;
+            s.distance = to.norm();
+            s.direction = to / std::max(s.distance, 1e-20f);
+            const float cosine = -light.normal.dot(s.direction);
+            if (cosine <= 0) return s;
+            s.radiance = light.radiance;
+            s.pdf = s.distance * s.distance / (cosine * light.area);
+            break;
+        }
+    }
+    return s;
+}
+
+float light_pdf(const Light& light, const Vec3f& n, const Vec3f& d, float distance) {
+    switch (light.type) {
+        case LightType::sun: return (d - light.normal).squaredNorm() < 2 * light.cone ? 1 / (2 * kPif * light.cone) : 0;
+        case LightType::sky: return std::max(0.0f, n.dot(d)) / kPif;
+        case LightType::area: return distance * distance / (std::max(1e-6f, -light.normal.dot(d)) * light.area);
+    }
+    return 0;
+}
+
+float hit_area(const Light& light, const Vec3f& origin, const Vec3f& d) {
+    constexpr float missed = std::numeric_limits<float>::infinity();
+    const float cosine = light.normal.dot(d);
+    if (cosine >= 0) return missed;
+    const float t = light.normal.dot(light.centre - origin) / cosine;
+    if (!(t > 0)) return missed;
+    const Vec3f y = origin + t * d - light.centre;
+    const bool within = std::abs(y.dot(light.edge1)) <= light.edge1.squaredNorm() && std::abs(y.dot(light.edge2)) <= light.edge2.squaredNorm();
+    return within ? t : missed;
+}
+
+float light_strength(const Light& l, const Vec3f& position) {
+    float solid_angle = kPif;
+    if (l.type == LightType::sun) solid_angle = 2 * kPif * l.cone;
+    if (l.type == LightType::area) {
+        const Vec3f to = position - l.centre;
+        const float d2 = to.squaredNorm() + l.area;
+        solid_angle = l.area * std::max(0.05f, l.normal.dot(to) / std::sqrt(d2)) / d2;
+    }
+    return luminance(l.radiance) * solid_angle;
+}
+
+}  // namespace thixo::render

@@ -1,0 +1,285 @@
+#include "render/path.h"
+
+#include "render/media.h"
+#include "render/microfacet.h"
+
+namespace thixo::render {
+namespace {
+
+/// How the ray came here since the last surface that is not a mirror or a clear interface.
+/// clear: by smooth dielectrics; mirrored: at last one metal or coat did it.
+enum class Chain { direct, clear, clear_reflected, mirrored };
+
+struct State {
+    Ray ray;
+    Interior interior;
+    Vec3f throughput{1, 1, 1};
+    Vec3f radiance{0, 0, 0};
+    float compression = 1;      // product of (n after / n before)^2: throughput times this is what roulette goes by
+    int shaded = 0;             // surfaces that are neither mirror nor clear, so far
+    int bounces = 0;
+    Chain chain = Chain::direct;
+    float pdf = std::numeric_limits<float>::infinity();   // of the direction, at the last shaded surface
+    Vec3f position{0, 0, 0}, normal{0, 0, 0};             // there
+    float total_strength = 0;                             // of the lights there; 0: every one was asked
+};
+
+/// Fresnel reflection of light that goes straight through an interface: as met from the side with the lower index, whichever way it goes,
+/// so that a slab costs the same as with refraction and nothing is reflected totally.
+float straight_reflectance(const Interface& interface, const Hit& hit, const Vec3f& direction) {
+    const float high = std::max(interface.before, interface.after), low = std::min(interface.before, interface.after);
+    return fresnel(std::min(1.0f, std::abs(hit.normal.dot(direction))), high / low);
+}
+
+class Path {
+  public:
+    Path(const World& world, const Ray& ray, Sampler& sampler, FirstHit& first, Strategy strategy)
+        : world_(world), sampler_(sampler), first_(first), strategy_(strategy) {
+        s_.ray = ray;
+        s_.interior = world.camera_interior;
+    }
+
+    Vec3f follow() {
+        // Clear passages do not count as bounces; the larger limit ends rays caught in damaged geometry.
+        for (int segments = 0; segments < 16 * (world_.settings.max_bounces + 2); ++segments) {
+            Hit hit;
+            const bool found = nearest_hit(world_, s_.ray, s_.interior, hit);
+            if (area_light_before(found ? hit.t : kInfinity)) break;
+            if (!found) {
+                escape();
+                break;
+            }
+            s_.throughput = s_.throughput.cwiseProduct(transmitted(world_, medium_of(world_, s_.interior), hit.t));
+            const Material& material = world_.material(hit.object);
+            note_first(hit, material);
+            if (material.dielectric() ? !interact(hit) : !shade(hit, material)) break;
+            if (!roulette()) break;
+        }
+        return s_.radiance;
+    }
+
+  private:
+    void note_first(const Hit& hit, const Material& material) {
+        if (s_.bounces > 0 || first_.found) return;
+        first_.found = true;
+        first_.depth = (hit.position - world_.camera.position).dot(world_.camera.forward);
+        first_.normal = hit.normal.dot(s_.ray.direction) < 0 ? hit.normal : Vec3f(-hit.normal);
+        first_.albedo = material.dielectric() ? Vec3f(Vec3f::Ones()) : material.colour_at(hit.position);
+    }
+
+    /// Adds light. What took more than one scattering is limited, since single samples of it can be arbitrarily bright.
+    void add(const Vec3f& light, bool indirect) {
+        Vec3f c = s_.throughput.cwiseProduct(light);
+        const float largest = c.maxCoeff();
+        if (!std::isfinite(largest)) return;
+        if (indirect && world_.settings.clamp > 0 && largest > world_.settings.clamp) c *= world_.settings.clamp / largest;
+        s_.radiance += c;
+    }
+
+    /// Share of samples light i gets at the last shaded surface: at least a little, for what light_strength does not know.
+    float share(std::size_t i) const {
+        if (s_.total_strength <= 0) return 1;
+        return 0.9f * light_strength(world_.lights[i], s_.position) / s_.total_strength + 0.1f / float(world_.lights.size());
+    }
+
+    /// Weight of light i met by chance in the ray's direction.
+    float chance_weight(std::size_t i, float distance) const {
+        if (s_.shaded == 0) return 1;
+        // With straight shadows the refracted light is counted by shadow rays, and what clear surfaces reflect of small lights is left out:
+        // it is the noise that straight shadows are to avoid.
+        const bool small = world_.lights[i].type != scene::LightType::sky;
+        if (world_.settings.straight_shadows && (s_.chain == Chain::clear || (s_.chain == Chain::clear_reflected && small))) return 0;
+        if (s_.chain != Chain::direct || strategy_ == Strategy::surfaces) return 1;
+        if (strategy_ == Strategy::lights) return 0;
+        return mis_weight(s_.pdf, share(i) * light_pdf(world_.lights[i], s_.normal, s_.ray.direction, distance));
+    }
+    /// Met light is indirect unless seen directly or by the first shaded surface.
+    bool indirect_chance() const { return s_.bounces > 0 && !(s_.shaded == 1 && s_.chain == Chain::direct); }
+
+    bool area_light_before(float limit) {
+        std::size_t nearest = 0;
+        float t = limit;
+        for (std::size_t i = 0; i < world_.lights.size(); ++i) {
+            if (world_.lights[i].infinite()) continue;
+            const float ti = hit_area(world_.lights[i], s_.ray.origin, s_.ray.direction);
+            if (ti < t) {
+                t = ti;
+                nearest = i;
+            }
+        }
+        if (t >= limit) return false;
+        if (s_.bounces == 0) first_.found = true;
+        const float weight = chance_weight(nearest, t);
+        const Vec3f left = transmitted(world_, medium_of(world_, s_.interior), t);
+        if (weight > 0) add(weight * world_.lights[nearest].radiance.cwiseProduct(left), indirect_chance());
+        return true;
+    }
+
+    /// Out of the scene. A ray that still counts as inside something found a gap in its surface; it loses nothing on an endless way.
+    void escape() {
+        bool sky = false;
+        for (std::size_t i = 0; i < world_.lights.size(); ++i) {
+            if (!world_.lights[i].infinite()) continue;
+            sky |= world_.lights[i].type == scene::LightType::sky;
+            const Vec3f light = infinite_radiance(world_.lights[i], s_.ray.direction);
+            if (light.maxCoeff() <= 0) continue;
+            if (s_.bounces == 0 && world_.settings.transparent_background) continue;
+            const float weight = chance_weight(i, kInfinity);
+            if (weight > 0) add(weight * light, indirect_chance());
+        }
+        if (!sky && s_.shaded == 0 && !(s_.bounces == 0 && world_.settings.transparent_background)) add(world_.background, false);
+    }
+
+    /// A smooth dielectric: reflects or refracts by chance. False: the path ends.
+    bool interact(const Hit& hit) {
+        const Interface interface = interface_at(world_, s_.interior, hit);
+        if (!interface.real) {
+            s_.interior = interface.behind;
+            s_.ray = {pass(hit, s_.ray.direction), s_.ray.direction};
+            return true;
+        }
+        if (++s_.bounces > world_.settings.max_bounces) return false;
+        const float choose = sampler_.next();
+        // The smooth normal decides unless it sends the ray to the wrong side of the surface; then the surface itself does.
+        if (!refract(hit, interface, hit.normal, choose)) refract(hit, interface, hit.geometric, choose);
+        return true;
+    }
+
+    bool refract(const Hit& hit, const Interface& interface, const Vec3f& outward, float choose) {
+        const Vec3f d = s_.ray.direction;
+        const bool front = hit.geometric.dot(d) < 0;
+        const Vec3f n = front ? outward : Vec3f(-outward), side = front ? hit.geometric : Vec3f(-hit.geometric);
+        const float cosine = std::min(1.0f, -n.dot(d));
+        if (cosine <= 0) return false;
+        const float eta = interface.after / interface.before;
+        float cos_t;
+        const float reflectance = fresnel(cosine, eta, cos_t);
+        if (choose < reflectance) {
+            const Vec3f r = d + 2 * cosine * n;
+            if (side.dot(r) <= 0 && outward != hit.geometric) return false;
+            s_.ray = {leave(hit, r), r.normalized()};
+            if (s_.chain != Chain::mirrored) s_.chain = Chain::clear_reflected;
+            return true;
+        }
+        const Vec3f t = d / eta + (cosine / eta - cos_t) * n;
+        if (side.dot(t) >= 0 && outward != hit.geometric) return false;
+        s_.ray = {pass(hit, d), t.normalized()};
+        s_.interior = interface.behind;
+        if (s_.chain == Chain::direct) s_.chain = Chain::clear;
+        s_.throughput /= eta * eta;   // radiance is densest where the index is highest
+        s_.compression *= eta * eta;
+        return true;
+    }
+
+    /// An opaque surface: light from the lights, then on in a direction of its choice. False: the path ends.
+    bool shade(const Hit& hit, const Material& material) {
+        if (++s_.bounces > world_.settings.max_bounces) return false;
+        const Vec3f out = -s_.ray.direction;
+        const Vec3f side = hit.geometric.dot(out) > 0 ? hit.geometric : Vec3f(-hit.geometric);
+        Vec3f n = hit.normal.dot(side) > 0 ? hit.normal : Vec3f(-hit.normal);
+        if (n.dot(out) < 1e-3f) n = side;
+        Vec3f a, b;
+        orthonormal_basis(n, a, b);
+        const auto local = [&](const Vec3f& w) { return Vec3f(w.dot(a), w.dot(b), w.dot(n)); };
+        const Vec3f wo = local(out), colour = material.colour_at(hit.position);
+        ++s_.shaded;
+        s_.position = hit.position;
+        s_.normal = n;
+        if (strategy_ != Strategy::surfaces) light_up(hit, material, colour, wo, n, side, local);
+        const float choose = sampler_.next();
+        const Scatter scattered = scatter(material, colour, wo, choose, sampler_.next2());
+        if (scattered.weight.maxCoeff() <= 0) return false;
+        const Vec3f direction = (scattered.direction.x() * a + scattered.direction.y() * b + scattered.direction.z() * n).normalized();
+        if (side.dot(direction) <= 0) return false;
+        s_.throughput = s_.throughput.cwiseProduct(scattered.weight);
+        s_.pdf = scattered.pdf;
+        s_.chain = Chain::direct;
+        if (scattered.mirror()) {  // no shadow ray could have brought what comes this way
+            --s_.shaded;
+            s_.chain = Chain::mirrored;
+        }
+        s_.ray = {leave(hit, direction), direction};
+        return true;
+    }
+
+    /// Next-event estimation: every light at the first shaded surface, one by its share at later ones.
+    template <class Local>
+    void light_up(const Hit& hit, const Material& material, const Vec3f& colour, const Vec3f& wo, const Vec3f& n, const Vec3f& side,
+                  Local&& local) {
+        const std::size_t count = world_.lights.size();
+        if (count == 0) return;
+        s_.total_strength = 0;
+        if (s_.shaded == 1) {
+            for (std::size_t i = 0; i < count; ++i) light_from(i, hit, material, colour, wo, n, side, local);
+            return;
+        }
+        for (const Light& light : world_.lights) s_.total_strength += light_strength(light, hit.position);
+        float u = sampler_.next();
+        std::size_t i = 0;
+        while (i + 1 < count && u >= share(i)) u -= share(i++);
+        light_from(i, hit, material, colour, wo, n, side, local);
+    }
+
+    template <class Local>
+    void light_from(std::size_t i, const Hit& hit, const Material& material, const Vec3f& colour, const Vec3f& wo, const Vec3f& n,
+                    const Vec3f& side, Local&& local) {
+        const LightSample light = sample_light(world_.lights[i], hit.position, n, sampler_.next2());
+        if (light.pdf <= 0 || side.dot(light.direction) <= 0) return;
+        float pdf = 0;
+        const Vec3f f = evaluate(material, colour, wo, local(light.direction), pdf);
+        if (f.maxCoeff() <= 0) return;
+        Ray shadow{leave(hit, light.direction), light.direction, 0, light.distance * (1 - 1e-4f)};
+        bool through = false;
+        const Vec3f left = transmittance(world_, shadow, s_.interior, through);
+        if (left.maxCoeff() <= 0) return;
+        const float chance = share(i) * light.pdf;
+        // Light that came through a dielectric cannot be met by chance (chance_weight).
+        const float weight = through || strategy_ == Strategy::lights ? 1 : mis_weight(chance, pdf);
+        add(f.cwiseProduct(light.radiance).cwiseProduct(left) * (weight / chance), s_.shaded > 1);
+    }
+
+    bool roulette() {
+        if (s_.bounces < 4) return true;
+        const float survive = std::min(0.95f, s_.throughput.maxCoeff() * s_.compression);
+        if (survive >= 0.95f) return true;
+        if (sampler_.next() >= survive) return false;
+        s_.throughput /= survive;
+        return true;
+    }
+
+    const World& world_;
+    Sampler& sampler_;
+    FirstHit& first_;
+    Strategy strategy_;
+    State s_;
+};
+
+}  // namespace
+
+Vec3f transmittance(const World& world, Ray ray, Interior interior, bool& through) {
+    Vec3f left = Vec3f::Ones();
+    float from = 0;
+    for (int surfaces = 0; surfaces < 64; ++surfaces) {
+        Hit hit;
+        const bool found = world.rays->intersect(ray, interior, hit);
+        if (found && !world.material(hit.object).dielectric()) return Vec3f::Zero();
+        const float to = found ? hit.t : ray.tmax;
+        left = left.cwiseProduct(transmitted(world, medium_of(world, interior), to - from));
+        if (!found) return left;
+        const Interface interface = interface_at(world, interior, hit);
+        if (interface.real) {
+            if (!world.settings.straight_shadows) return Vec3f::Zero();
+            through = true;
+            left *= 1 - straight_reflectance(interface, hit, ray.direction);
+        }
+        interior = interface.behind;
+        ray.tmin = from = hit.t;
+    }
+    return left;
+}
+
+Vec3f radiance(const World& world, const Ray& camera_ray, Sampler& sampler, FirstHit& first, Strategy strategy) {
+    return Path(world, camera_ray, sampler, first, strategy).follow();
+}
+
+}  // namespace thixo::render

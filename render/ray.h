@@ -1,0 +1,78 @@
+// Rays, what they hit, and what they are inside of.
+#pragma once
+
+#include <array>
+#include <limits>
+
+#include "pipeline/base/math.h"
+
+namespace thixo::render {
+
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// x(t) = origin + t direction, tmin <= t <= tmax. Requires a unit direction: t is in metres.
+struct Ray {
+    Vec3f origin{0, 0, 0};
+    Vec3f direction{0, 0, 1};
+    float tmin = 0;
+    float tmax = kInfinity;
+};
+
+/// The closed objects a ray is inside of, in the order of entering. What does not fit is dropped: eight nested objects are more than
+/// any picture has, and losing one costs a shade, not the frame.
+class Interior {
+  public:
+    bool contains(Index object) const {
+        for (int i = 0; i < count_; ++i)
+            if (objects_[i] == object) return true;
+        return false;
+    }
+    void add(Index object) {
+        if (count_ < kCapacity && !contains(object)) objects_[count_++] = object;
+    }
+    void remove(Index object) {
+        int kept = 0;
+        for (int i = 0; i < count_; ++i)
+            if (objects_[i] != object) objects_[kept++] = objects_[i];
+        count_ = kept;
+    }
+    int count() const { return count_; }
+    Index operator[](int i) const { return objects_[i]; }
+
+  private:
+    static constexpr int kCapacity = 8;
+    std::array<Index, kCapacity> objects_{};
+    int count_ = 0;
+};
+
+/// Attributes of surfels, blended with the weights that placed the hit.
+struct SurfelAttributes {
+    Vec3f rest{0, 0, 0};      // m0 [m]
+    Vec3f velocity{0, 0, 0};  // [m/s]
+    float temperature = 0;    // [degC]
+};
+
+struct Hit {
+    float t = kInfinity;            // [m]
+    Vec3f position{0, 0, 0};        // [m]
+    Vec3f normal{0, 0, 1};          // for shading, unit, outward of the object
+    Vec3f geometric{0, 0, 1};       // of the surface itself, unit, outward; tells the side
+    Index object = kNone;           // index of the object in the scene
+    bool entering = true;           // the ray goes from outside to inside
+    bool blended = false;           // on surfels, not on a mesh
+    float offset = 0;               // rays that bounce off start this far from the surface [m]
+    float rounding = 0;             // of the position [m]
+};
+
+/// Where a ray that bounces off towards `direction` starts: clear of the surface, on the side it goes to.
+inline Vec3f leave(const Hit& hit, const Vec3f& direction) {
+    return hit.position + hit.geometric * (hit.geometric.dot(direction) > 0 ? hit.offset : -hit.offset);
+}
+
+/// Where a ray that came along `direction` and goes through the surface starts: a rounding before it, so that it meets whatever touches the
+/// surface there. The surface itself it cannot meet again: it is on the other side now (RayScene::intersect).
+inline Vec3f pass(const Hit& hit, const Vec3f& direction) {
+    return hit.position + hit.geometric * (hit.geometric.dot(direction) > 0 ? -hit.rounding : hit.rounding);
+}
+
+}  // namespace thixo::render

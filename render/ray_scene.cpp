@@ -1,0 +1,225 @@
+#include "render/ray_scene.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+
+#include "pipeline/base/error.h"
+#include "render/surfel_blend.h"
+
+namespace thixo::render {
+namespace {
+
+constexpr unsigned kSurfelGeometry = 0;
+
+/// Embree's ray context with what the surfel callback collects. The base comes first: Embree hands it back by address.
+struct Query {
+    RTCIntersectContext context;
+    const Ray* ray;
+    const Interior* interior;
+    Candidates candidates;
+};
+
+void throw_if_failed(RTCDevice device) {
+    const RTCError error = rtcGetDeviceError(device);
+    if (error == RTC_ERROR_NONE) return;
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw ResourceError("out of memory for the ray tracer; use a smaller scene or a machine with more");
+    throw ResourceError("Embree failed with error {}; is this machine without AVX2?", int(error));
+}
+
+RTCDevice make_device() {
+    // One instruction set on every machine: equal bytes. No thread count: Embree follows the limit of the process.
+    RTCDevice device = rtcNewDevice("max_isa=avx2,start_threads=0");
+    if (!device) throw ResourceError("Embree could not start (error {})", int(rtcGetDeviceError(nullptr)));
+    return device;
+}
+
+/// Not unit.
+Vec3f face_normal(const TriangleMesh& mesh, Index triangle) {
+    const auto& [a, b, c] = mesh.triangles[triangle];
+    return (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+}
+
+}  // namespace
+
+struct RayScene::Impl {
+    SurfelSet surfels;
+    SurfelBlocks packed;
+    std::vector<MeshObject> meshes;  // geometry id less one
+    RTCDevice device = nullptr;
+    RTCScene scene = nullptr;
+
+    Impl(SurfelSet s, std::vector<MeshObject> m) : surfels(std::move(s)), meshes(std::move(m)) {
+        device = make_device();
+        scene = rtcNewScene(device);
+        packed = pack_surfels(surfels.cloud, surfels.layer);
+        if (!packed.blocks.empty()) add_surfels();
+        for (std::size_t i = 0; i < meshes.size(); ++i) add_mesh(meshes[i], unsigned(i) + 1);
+        rtcCommitScene(scene);
+        throw_if_failed(device);
+    }
+    ~Impl() {
+        if (scene) rtcReleaseScene(scene);
+        if (device) rtcReleaseDevice(device);
+    }
+
+    void add_surfels() {
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+        rtcSetGeometryUserPrimitiveCount(geometry, unsigned(packed.blocks.size()));
+        rtcSetGeometryUserData(geometry, this);
+        rtcSetGeometryBoundsFunction(geometry, &block_bounds, nullptr);
+        rtcSetGeometryIntersectFunction(geometry, &meet_block);
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene, geometry, kSurfelGeometry);
+        rtcReleaseGeometry(geometry);
+    }
+
+    void add_mesh(const MeshObject& object, unsigned id) {
+        const TriangleMesh& mesh = object.mesh;
+        if (mesh.triangles.empty()) return;
+        RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+        auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f),
+                                                                     mesh.vertices.size()));
+        auto* triangles = static_cast<std::array<Index, 3>*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(std::array<Index, 3>), mesh.triangles.size()));
+        throw_if_failed(device);
+        std::copy(mesh.vertices.begin(), mesh.vertices.end(), vertices);
+        std::copy(mesh.triangles.begin(), mesh.triangles.end(), triangles);
+        if (object.solid) {
+            rtcSetGeometryUserData(geometry, const_cast<MeshObject*>(&object));
+            rtcSetGeometryIntersectFilterFunction(geometry, &keep_own_side);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene, geometry, id);
+        rtcReleaseGeometry(geometry);
+    }
+
+    static void block_bounds(const RTCBoundsFunctionArguments* args) {
+        const Bounds& b = static_cast<const Impl*>(args->geometryUserPtr)->packed.bounds[args->primID];
+        *args->bounds_o = {b.lower.x(), b.lower.y(), b.lower.z(), 0, b.upper.x(), b.upper.y(), b.upper.z(), 0};
+    }
+
+    /// Collects; what the surfels blend to is found when the whole window is known. Only the end of the search moves.
+    static void meet_block(const RTCIntersectFunctionNArguments* args) {
+        if (!args->valid[0]) return;
+        const Impl& self = *static_cast<const Impl*>(args->geometryUserPtr);
+        Query& query = *reinterpret_cast<Query*>(args->context);
+        gather(self.packed.blocks[args->primID], args->primID, *query.ray, *query.interior, self.surfels.object, query.candidates);
+        float& tfar = reinterpret_cast<RTCRayHit*>(args->rayhit)->ray.tfar;
+        tfar = std::min(tfar, query.candidates.end);
+    }
+
+    /// Drops hits of a solid that a ray on this side of it cannot have.
+    static void keep_own_side(const RTCFilterFunctionNArguments* args) {
+        const MeshObject& object = *static_cast<const MeshObject*>(args->geometryUserPtr);
+        const Query& query = *reinterpret_cast<const Query*>(args->context);
+        const Index triangle = reinterpret_cast<const RTCHit*>(args->hit)->primID;
+        const bool entering = face_normal(object.mesh, triangle).dot(query.ray->direction) < 0;
+        if (entering == query.interior->contains(object.object)) args->valid[0] = 0;
+    }
+
+    bool intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const;
+    void surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit, SurfelAttributes* attributes) const;
+    void mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) const;
+};
+
+namespace {
+
+/// Rounding of a position of this size, with room: what a ray that leaves there must step over.
+float rounding(const Vec3f& position) { return 4e-6f * std::max(position.cwiseAbs().maxCoeff(), 1e-3f); }
+
+}  // namespace
+
+void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit,
+                                SurfelAttributes* attributes) const {
+    hit.t = found.t;
+    hit.position = ray.origin + found.t * ray.direction;
+    hit.object = surfels.object[found.layer];
+    hit.entering = !interior.contains(hit.object);
+    // At silhouettes the fitted normal may lean to the other side by its error; the side of the ray decides.
+    constexpr float grazing = 1e-3f;
+    const float along = found.normal.dot(ray.direction), limited = hit.entering ? std::min(along, -grazing) : std::max(along, grazing);
+    hit.normal = hit.geometric = along == limited ? found.normal : (found.normal + (limited - along) * ray.direction).normalized();
+    hit.blended = true;
+    hit.rounding = rounding(hit.position);
+    hit.offset = 2e-3f * found.radius + hit.rounding;
+    if (!attributes) return;
+    *attributes = {};
+    for (int i = 0; i < found.count; ++i) {
+        const Index k = found.source[i];
+        if (!surfels.rest.empty()) attributes->rest += found.weight[i] * surfels.rest[k];
+        if (!surfels.velocity.empty()) attributes->velocity += found.weight[i] * surfels.velocity[k];
+        if (!surfels.temperature.empty()) attributes->temperature += found.weight[i] * surfels.temperature[k];
+    }
+}
+
+void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) const {
+    const MeshObject& object = meshes[found.hit.geomID - 1];
+    const TriangleMesh& mesh = object.mesh;
+    const auto& [a, b, c] = mesh.triangles[found.hit.primID];
+    const float u = found.hit.u, v = found.hit.v;
+    hit.t = found.ray.tfar;
+    // From the triangle, not along the ray: the error is then that of the position alone.
+    hit.position = (1 - u - v) * mesh.vertices[a] + u * mesh.vertices[b] + v * mesh.vertices[c];
+    hit.geometric = face_normal(mesh, found.hit.primID).normalized();
+    hit.normal = hit.geometric;
+    if (!mesh.normals.empty()) {
+        const Vec3f smooth = (1 - u - v) * mesh.normals[a] + u * mesh.normals[b] + v * mesh.normals[c];
+        if (smooth.dot(hit.geometric) > 0) hit.normal = smooth.normalized();
+    }
+    hit.object = object.object;
+    hit.entering = hit.geometric.dot(ray.direction) < 0;
+    hit.blended = false;
+    hit.rounding = hit.offset = rounding(hit.position);
+}
+
+bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const {
+    Ray window = ray;
+    // A window that held discs but no surface ends at most a support's length on; a ray that never gets through a thousand of them is
+    // inside damaged data, and is let go.
+    for (int windows = 0; windows < 1000; ++windows) {
+        Query query;
+        rtcInitIntersectContext(&query.context);
+        query.ray = &window;
+        query.interior = &interior;
+        RTCRayHit found;
+        found.ray = {ray.origin.x(), ray.origin.y(), ray.origin.z(), window.tmin, ray.direction.x(), ray.direction.y(), ray.direction.z(), 0,
+                     ray.tmax, 0xffffffffu, 0, 0};
+        found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(scene, &query.context, &found);
+        const float window_end = query.candidates.end;
+        const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
+        const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
+        SurfelHit surfel;
+        if (query.candidates.count > 0 &&
+            first_crossing(packed.blocks, window, interior, surfels.object, query.candidates, end, surfel)) {
+            surfel_hit(ray, interior, surfel, hit, attributes);
+            return true;
+        }
+        if (mesh_found) {
+            mesh_hit(ray, found, hit);
+            return true;
+        }
+        if (window_end >= ray.tmax) return false;
+        window.tmin = std::max(window_end, std::nextafter(window.tmin, kInfinity));
+    }
+    return false;
+}
+
+RayScene::RayScene(SurfelSet surfels, std::vector<MeshObject> meshes) : impl_(std::make_unique<Impl>(std::move(surfels), std::move(meshes))) {}
+RayScene::~RayScene() = default;
+
+bool RayScene::intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const {
+    return impl_->intersect(ray, interior, hit, attributes);
+}
+std::size_t RayScene::dropped_surfels() const { return impl_->packed.dropped; }
+
+void RayScene::bounds(Vec3f& lower, Vec3f& upper) const {
+    RTCBounds b;
+    rtcGetSceneBounds(impl_->scene, &b);
+    lower = {b.lower_x, b.lower_y, b.lower_z};
+    upper = {b.upper_x, b.upper_y, b.upper_z};
+}
+
+}  // namespace thixo::render

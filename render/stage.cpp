@@ -1,0 +1,178 @@
+#include "render/stage.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <set>
+#include <thread>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/log.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/cache.h"
+#include "pipeline/contract/hash.h"
+#include "pipeline/contract/scene_hash.h"
+#include "pipeline/contract/scene_io.h"
+#include "pipeline/geometry/mesh_io.h"
+#include "pipeline/geometry/vertex_normals.h"
+#include "render/film.h"
+#include "render/frame_files.h"
+#include "render/frame_world.h"
+#include "render/preview/preview.h"
+#include "render/view_transform.h"
+
+namespace thixo::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+void rest_or_stop() {
+    if (const int signal = interrupted()) throw InterruptedError(signal);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (const int signal = interrupted()) throw InterruptedError(signal);
+}
+
+CacheReader open_cache(const RenderArgs& args) {
+    // A follower may be started before the simulation has written anything.
+    while (args.follow && !CacheReader::exists(args.out)) rest_or_stop();
+    return CacheReader(args.out);
+}
+
+/// Everything but the cached frame that a picture's bytes depend on.
+std::string look_identity(const scene::Scene& scene, std::uint64_t seed) {
+    std::string text = scene::look_hash(scene.look) + fmt::format(" {}", seed);
+    for (const scene::Material& m : scene.materials) text += fmt::format(" {}={}", m.name, m.look);
+    for (const scene::Boundary& b : scene.world.boundaries) text += fmt::format(" {}={}", b.name, b.look);
+    return hash_hex(text);
+}
+
+class Stage {
+  public:
+    explicit Stage(const RenderArgs& args)
+        : args_(args), reader_(open_cache(args)), scene_(resolve_scene(args, reader_.scene_text())),
+          seed_(args.seed.value_or(scene_.solver.seed)), look_(look_identity(scene_, seed_)) {
+        folder_ = fs::path(args.out) / (args.look.empty() ? "frames" : "frames." + fs::path(args.look).stem().string());
+    }
+
+    int run() {
+        const std::vector<int> frames = frames_asked();
+        if (!args_.restart) refuse_other_looks(frames);
+        make_folder(folder_);
+        remove_stale_temporaries(folder_);
+        Progress progress("render", int(frames.size()), args_.machine_progress);
+        std::vector<int> missing;
+        int done = 0;
+        progress.update(0, "");
+        for (const int number : frames) {
+            if (wait_for(number))
+                progress.update(++done, make_picture(number));
+            else
+                missing.push_back(number);
+        }
+        progress.finish();
+        if (!missing.empty())
+            throw CacheError("{}: frame {}{} is not in the cache; simulate it first", reader_.folder().string(), missing.front(),
+                             missing.size() > 1 ? fmt::format(" (and {} more)", missing.size() - 1) : "");
+        return kDone;
+    }
+
+  private:
+    std::vector<int> frames_asked() const {
+        if (!args_.frames.empty()) return parse_frame_range(args_.frames);
+        if (!args_.follow) {
+            if (reader_.frames().empty()) throw CacheError("{}: the cache holds no frame yet; simulate first", reader_.folder().string());
+            return reader_.frames();
+        }
+        const scene::Scene cached = scene::parse_scene(reader_.scene_text(), "manifest.json", {}, scene::Files::ignore);
+        std::vector<int> frames;
+        for (int n = cached.frames.first; n <= cached.frames.last; ++n) frames.push_back(n);
+        return frames;
+    }
+
+    PictureIdentity identity(int number) const {
+        const ManifestFrame* f = reader_.manifest().find(number);
+        return {reader_.manifest().scene, look_, f ? f->hash() : "", number, f ? f->time : 0, scene_.look.output.samples};
+    }
+
+    void refuse_other_looks(const std::vector<int>& frames) const {
+        for (const int number : frames)
+            if (picture_state(folder_, identity(number)) == PictureState::other_look)
+                throw InputError("{} was made with another look; --restart replaces it, a look of its own (--look FILE) or --out DIR keeps it",
+                                 exr_path(folder_, number).string());
+    }
+
+    /// True where the frame is cached; with --follow, once it is. False: it will not come.
+    bool wait_for(int number) {
+        while (!reader_.has_frame(number)) {
+            if (!args_.follow || (reader_.complete() && !reader_.refresh())) return false;
+            if (reader_.refresh()) continue;
+            rest_or_stop();
+        }
+        if (const int signal = interrupted()) throw InterruptedError(signal);
+        return true;
+    }
+
+    void load_meshes(const Frame& frame) {
+        for (const FrameObstacle& o : frame.obstacles) {
+            if (o.asset.empty() || meshes_.contains(o.asset)) continue;
+            meshes_[o.asset] = parse_ply(reader_.load_asset(o.asset), "assets/" + o.asset + ".ply");
+        }
+    }
+
+    void warn(const std::vector<std::string>& missing, const World& world, const Frame& frame) {
+        for (const std::string& name : missing)
+            if (warned_.insert(name).second) log_warning("look.appearances has no '{}'; it is drawn in matt grey", name);
+        if (world.rays->dropped_surfels() > 0)
+            log_warning("frame {}: {} surfels have no area or are not finite; they are left out", frame.number, world.rays->dropped_surfels());
+        if (frame.surfels.count == 0 && frame.particles.count > 0 && warned_.insert("\n").second)
+            log_warning("frame {} has particles but no surfels (surface.enabled is off): the matter is not drawn; see preview", frame.number);
+    }
+
+    /// Renders and writes the picture unless it is there; returns what happened, for the progress line.
+    std::string make_picture(int number) {
+        const PictureIdentity id = identity(number);
+        if (picture_state(folder_, id) == PictureState::done) return fmt::format("frame {} was there", number);
+        const Frame frame = reader_.load_frame(number);
+        load_meshes(frame);
+        std::vector<std::string> missing;
+        const World world = make_world(frame, meshes_, scene_, scene_.look, missing);
+        warn(missing, world, frame);
+        FilmSettings film;
+        film.samples = scene_.look.output.samples;
+        film.seed = random_bits(seed_, std::uint64_t(number), 0, 0x66696c6dull);  // another pattern of noise in every frame
+        Image image = render(world, film);
+        const Image8 display = to_display(image, scene_.look.output.view, scene_.look.output.exposure);
+        write_picture(folder_, id, std::move(image), display);
+        return fmt::format("frame {}", number);
+    }
+
+    RenderArgs args_;
+    CacheReader reader_;
+    scene::Scene scene_;
+    std::uint64_t seed_;
+    std::string look_;
+    fs::path folder_;
+    AssetMeshes meshes_;
+    std::set<std::string> warned_;
+};
+
+}  // namespace
+
+scene::Scene resolve_scene(const RenderArgs& args, const std::string& cache_scene_text) {
+    scene::Scene scene = args.scene.empty() ? scene::parse_scene(cache_scene_text, "manifest.json", args.set, scene::Files::ignore)
+                                            : scene::load_scene(args.scene, args.set);
+    if (!args.look.empty()) scene.look = scene::overlay_look(scene.look, args.look, args.set);
+    if (args.draft) scene::apply_draft(scene.look);
+    return scene;
+}
+
+int run_stage(const RenderArgs& args) {
+    set_quiet(args.quiet);
+    set_thread_count(args.threads);
+    catch_interrupts();
+    if (args.preview) return run_preview(args, resolve_scene(args, open_cache(args).scene_text()).look);
+    return Stage(args).run();
+}
+
+}  // namespace thixo::render

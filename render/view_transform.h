@@ -1,0 +1,18 @@
+// Scene-linear light to what a screen shows.
+#pragma once
+
+#include "pipeline/contract/image.h"
+#include "pipeline/contract/scene.h"
+
+namespace thixo::render {
+
+/// 2^exposure x, then the curve, then the sRGB transfer function; result in [0, 1]. Curves, monotone in x:
+///   srgb    min(x, 1)
+///   filmic  x below a = 0.5, above it a shoulder a + (1 - a)(1 - exp(-(x - a)/(1 - a))): middle tones stay as they are, and highlights
+///           run into white without an edge
+float view_transform(float x, scene::ViewTransform view, double exposure);
+
+/// 8-bit picture of the R G B (A) channels; alpha is kept where it is below one anywhere.
+Image8 to_display(const Image& image, scene::ViewTransform view, double exposure);
+
+}  // namespace thixo::render

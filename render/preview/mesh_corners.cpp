@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "pipeline/geometry/mesh_io.h"
+#include "pipeline/geometry/mesh_repair.h"
 
 namespace thixo::preview {
 

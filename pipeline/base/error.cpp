@@ -12,7 +12,8 @@ void note_signal(int number) { pending_signal = number; }
 }  // namespace
 
 InterruptedError::InterruptedError(int signal_number)
-    : Error(signal_number == SIGINT ? kInterrupted : kTerminated, "interrupted; the state is saved, the same command continues") {}
+    : Error(signal_number == SIGINT ? kInterrupted : kTerminated,
+            "interrupted; the state is saved, the same command continues") {}
 
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv) {
     try {
@@ -22,7 +23,8 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
         fmt::print(stderr, "{}: {}\n", program, e.what());
         return e.code();
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "{}: out of memory; use fewer particles, a smaller picture, or a machine with more\n", program);
+        fmt::print(stderr, "{}: out of memory; use fewer particles, a smaller picture, or a machine with more\n",
+                   program);
         return kNoResource;
     } catch (const std::exception& e) {
         fmt::print(stderr, "{}: internal error: {}\n", program, e.what());
@@ -38,6 +40,7 @@ void assertion_failed(const char* file, int line, const char* expression, const 
 void catch_interrupts() {
     std::signal(SIGINT, note_signal);
     std::signal(SIGTERM, note_signal);
+    std::signal(SIGXFSZ, SIG_IGN);
 }
 int interrupted() { return pending_signal; }
 

@@ -66,7 +66,8 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
         if (!(expression)) ::thixo::assertion_failed(__FILE__, __LINE__, #expression, fmt::format(__VA_ARGS__)); \
     } while (false)
 
-/// Installs handlers that only note SIGINT and SIGTERM. Loops ask interrupted() at safe points.
+/// Installs handlers that only note SIGINT and SIGTERM; loops ask interrupted() at safe points. A write beyond the limit on file sizes
+/// (ulimit -f) fails from then on, as on a full disk, where it would have ended the process.
 void catch_interrupts();
 /// 0, or the number of the signal that arrived.
 int interrupted();

@@ -10,12 +10,13 @@
 namespace thixo {
 namespace {
 std::atomic<bool> quiet_mode{false};
+}  // namespace
 
 std::string clock_text(double seconds) {
     const int s = static_cast<int>(seconds + 0.5);
-    return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60) : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+    return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60)
+                    : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
-}  // namespace
 
 void set_quiet(bool quiet) { quiet_mode = quiet; }
 
@@ -26,7 +27,7 @@ void log_line(const char* level, const std::string& text) {
 }
 
 Progress::Progress(std::string stage, int total, bool machine)
-    : stage_(std::move(stage)), total_(total), machine_(machine), terminal_(isatty(STDERR_FILENO) != 0), start_(wall_seconds()) {}
+    : stage_(std::move(stage)), total_(total), machine_(machine), terminal_(isatty(STDERR_FILENO) != 0) {}
 
 void Progress::update(int done, const std::string& note) {
     if (machine_) {
@@ -35,17 +36,17 @@ void Progress::update(int done, const std::string& note) {
         return;
     }
     if (quiet_mode) return;
-    if (first_done_ < 0) first_done_ = done - 1;
-    const double elapsed = wall_seconds() - start_;
-    const int made = done - first_done_;
-    const double left = made > 0 ? elapsed / made * (total_ - done) : 0;
+    if (!start_) start_ = Start{done, wall_seconds()};
+    const int made = done - start_->done;
+    const std::string left =
+        made > 0 ? fmt::format("  {} left", clock_text((wall_seconds() - start_->time) / made * (total_ - done))) : "";
     if (terminal_) {
         const int width = 30, full = total_ > 0 ? width * done / total_ : width;
-        const std::string line = fmt::format("\r\033[K{:<7} [{}{}] {}/{}  {} left  {}", stage_, std::string(full, '#'),
-                                             std::string(width - full, '.'), done, total_, clock_text(left), note);
+        const std::string line = fmt::format("\r\033[K{:<7} [{}{}] {}/{}{}  {}", stage_, std::string(full, '#'),
+                                             std::string(width - full, '.'), done, total_, left, note);
         std::fwrite(line.data(), 1, line.size(), stderr);
     } else {
-        log_line("", fmt::format("{} {}/{}  {}  {} left", stage_, done, total_, note, clock_text(left)));
+        log_line("", fmt::format("{} {}/{}  {}{}", stage_, done, total_, note, left));
     }
 }
 

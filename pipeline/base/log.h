@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <optional>
 #include <string>
 
 namespace thixo {
@@ -21,11 +22,15 @@ void log_warning(fmt::format_string<A...> f, A&&... a) {
     log_line("warning: ", fmt::format(f, std::forward<A>(a)...));
 }
 
+/// 0:07, 12:34, 1:02:03
+std::string clock_text(double seconds);
+
 /// Progress of one stage: a bar with the time left on a terminal, one plain line a frame when piped. With machine set
 /// (a stage under the driver) lines read "@progress <stage> <done> <total> <note>", which the driver turns into its own bar.
 class Progress {
   public:
     Progress(std::string stage, int total, bool machine = false);
+    /// The first update says what was there before the work; the time left is that of the frames after it.
     void update(int done, const std::string& note);
     void finish();
 
@@ -34,8 +39,11 @@ class Progress {
     int total_;
     bool machine_;
     bool terminal_;
-    double start_;
-    int first_done_ = -1;
+    struct Start {
+        int done;
+        double time;  // s
+    };
+    std::optional<Start> start_;
 };
 
 }  // namespace thixo

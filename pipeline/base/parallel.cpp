@@ -24,7 +24,8 @@ Threads& threads() {
 void set_thread_count(int count) {
     Threads& t = threads();
     t.count = count > 0 ? count : oneapi::tbb::info::default_concurrency();
-    t.limit = std::make_unique<oneapi::tbb::global_control>(oneapi::tbb::global_control::max_allowed_parallelism, t.count);
+    t.limit =
+        std::make_unique<oneapi::tbb::global_control>(oneapi::tbb::global_control::max_allowed_parallelism, t.count);
     t.arena.terminate();
     t.arena.initialize(t.count);
 }

@@ -1,16 +1,21 @@
+#include "pipeline/contract/check_args.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/job.h"
 
 namespace thixo {
 
 int check_verb(const Command& command) {
-    std::vector<std::string> words{"--against=" + command.against};
-    if (!command.frames.empty()) words.push_back("--frames=" + command.frames);
-    if (command.update) words.push_back("--update");
-    if (command.json) words.push_back("--json");
-    if (command.quiet) words.push_back("--quiet");
-    words.insert(words.end(), {"--", command.path});
-    const ProgramCall call = stage_call("thixo-check", std::move(words));
+    CheckArgs args;
+    args.path = command.path;
+    args.against = command.against;
+    args.frames = command.frames;
+    args.max_rel_mse = command.max_rel_mse;
+    args.diff = command.diff;
+    args.threads = command.threads;
+    args.update = command.update;
+    args.json = command.json;
+    args.quiet = command.quiet;
+    const ProgramCall call = stage_call("thixo-check", args.print());
     return command.dry_run ? print_calls({call}) : run_to_end(call);
 }
 

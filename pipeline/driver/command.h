@@ -21,7 +21,8 @@ struct Command {
     std::string look;             // run, render
     std::string what, attribute;  // preview, export
     std::string to;               // export
-    std::string against;          // check
+    std::string against, diff;    // check
+    double max_rel_mse = 0;       // check
     bool update = false;          // check
     bool print = false;           // validate
     std::string text;             // not empty: help or version; print this and exit with 0

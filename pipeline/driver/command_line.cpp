@@ -84,6 +84,10 @@ class Verb {
         sub_->add_option(name, value, what)->required(required);
         return *this;
     }
+    Verb& number(const char* name, double& value, const char* what) {
+        sub_->add_option(name, value, what)->check(CLI::NonNegativeNumber)->type_name("X");
+        return *this;
+    }
     Verb& choice(const char* name, std::string& value, const char* what, std::vector<std::string> choices,
                  bool required = false) {
         sub_->add_option(name, value, what)->check(CLI::IsMember(std::move(choices)))->required(required);
@@ -154,7 +158,11 @@ Verbs all_verbs(CLI::App& app) {
     Verb& check = add(verbs, app, "check", "Compares two frame folders or two caches; exit 1 where they differ.", "A",
                       "frame folder or cache");
     check.text("--against", check.command.against, "the reference: a frame folder or cache", true);
-    check.flag("--update", check.command.update, "make A the reference").frames().quiet().json().dry_run();
+    check.flag("--update", check.command.update, "make A the reference");
+    check.text("--diff", check.command.diff, "folder for a picture of every difference");
+    check.number("--max-rel-mse", check.command.max_rel_mse,
+                 "largest relative mean square error of a picture's channel; 0: equal bit for bit");
+    check.frames().threads().quiet().json().dry_run();
 
     Verb& validate =
         add(verbs, app, "validate", "Names all problems of a scene at once, else what it will need.", "SCENE", kScene);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "pipeline/base/log.h"
+
 namespace thixo {
 namespace {
 
@@ -21,12 +23,6 @@ std::string_view next_word(std::string_view& rest) {
 bool read_count(std::string_view word, int& value) {
     const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
     return failure == std::errc() && end == word.data() + word.size() && value >= 0;
-}
-
-std::string clock_text(double seconds) {
-    const int s = static_cast<int>(seconds + 0.5);
-    return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60)
-                    : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
 }  // namespace

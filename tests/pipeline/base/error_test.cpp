@@ -1,8 +1,11 @@
 #include "pipeline/base/error.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <functional>
 #include <new>
 
@@ -64,6 +67,21 @@ TEST(Error, SignalsAreNotedNotObeyed) {
             const int before = interrupted();
             std::raise(SIGTERM);
             std::exit(before == 0 && interrupted() == SIGTERM ? 42 : 1);
+        },
+        testing::ExitedWithCode(42), "");
+}
+
+TEST(Error, AWriteBeyondTheFileSizeLimitFailsInsteadOfKilling) {
+    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    EXPECT_EXIT(
+        {
+            catch_interrupts();
+            rlimit limit;
+            limit.rlim_cur = limit.rlim_max = 10;
+            setrlimit(RLIMIT_FSIZE, &limit);
+            std::FILE* file = std::tmpfile();
+            const bool written = std::fwrite("more than ten bytes", 1, 19, file) == 19 && std::fflush(file) == 0;
+            std::exit(written ? 1 : errno == EFBIG ? 42 : 2);
         },
         testing::ExitedWithCode(42), "");
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 
 #include "pipeline/base/error.h"
@@ -28,7 +29,8 @@ void put_path(std::vector<std::string>& words, const std::string& path) {
 
 std::string parse_words(CLI::App& app, std::vector<std::string> words) {
     const auto options_end = std::find(words.begin(), words.end(), "--");
-    if (std::any_of(words.begin(), options_end, [](const std::string& w) { return w == "-h" || w == "--help"; })) return app.help();
+    if (std::any_of(words.begin(), options_end, [](const std::string& w) { return w == "-h" || w == "--help"; }))
+        return app.help();
     std::reverse(words.begin(), words.end());  // CLI11 pops words from the back
     try {
         app.parse(std::move(words));

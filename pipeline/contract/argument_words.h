@@ -1,9 +1,12 @@
-// Words of a command line, as the argument structs print and parse them. For their .cpp files: it brings CLI11.
+// Words of a command line, as the argument structs print and parse them.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace thixo {
 
@@ -16,7 +19,8 @@ void put_text(std::vector<std::string>& words, const char* name, const std::stri
 /// "--" and the path where it is not empty: after "--" no word is an option, so a path may start with a dash.
 void put_path(std::vector<std::string>& words, const std::string& path);
 
-/// Parses the words (program name left out) by the app. Returns the help text where --help is among them, else nothing. Throws InputError.
+/// Parses the words (program name left out) by the app. Returns the help text where --help is among them, else nothing.
+/// Throws InputError.
 std::string parse_words(CLI::App& app, std::vector<std::string> words);
 
 }  // namespace thixo

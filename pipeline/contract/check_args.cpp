@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
+
 #include "pipeline/base/error.h"
 #include "pipeline/contract/argument_words.h"
 
@@ -28,7 +30,8 @@ CheckArgs CheckArgs::parse(const std::vector<std::string>& args) {
     app.add_option("--against", a.against, "the reference, of the same sort")->required();
     app.add_option("--frames", a.frames, "frames, for example 1-100x2; all when left out");
     app.add_option("--max-rel-mse", a.max_rel_mse,
-                   "pictures: passes where no channel's mean of (a - b)^2/(b^2 + 0.01) is larger; 0 (default): equal bit for bit")
+                   "pictures: passes where no channel's mean of (a - b)^2/(b^2 + 0.01) is larger; 0 (default): equal "
+                   "bit for bit")
         ->check(CLI::Range(0.0, 1e6));
     app.add_option("--diff", a.diff, "folder for a picture of every difference");
     app.add_option("--threads", a.threads, "threads; 0 uses every core")->check(CLI::Range(0, 1024));

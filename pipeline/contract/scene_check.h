@@ -1,0 +1,15 @@
+// What no single key can tell: references, and keys that must fit together.
+#pragma once
+
+#include "pipeline/contract/scene_reader.h"
+
+namespace thixo::scene {
+
+/// Notes every problem of a scene whose keys have been read.
+void check_scene(const Scene& scene, ReadContext& context);
+void check_look(const Look& look, ReadContext& context);
+
+/// Notes mesh files that are missing or not the ones `content` means; fills MeshFile::content.
+void read_mesh_hashes(Scene& scene, ReadContext& context);
+
+}  // namespace thixo::scene

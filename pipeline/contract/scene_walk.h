@@ -1,0 +1,31 @@
+// Every shape of a scene, at any depth.
+#pragma once
+
+#include <string>
+
+#include "pipeline/contract/scene.h"
+
+namespace thixo::scene {
+
+/// f(shape, path) for the shape and all in it; S is Shape or const Shape.
+template <class S, class F>
+void walk_shape(S& shape, const std::string& path, F&& f) {
+    f(shape, path);
+    for_each_shape_kind([&]<class K>(const ShapeKind<K>& kind) {
+        if constexpr (std::is_base_of_v<ShapeList, K>) {
+            auto* list = std::get_if<K>(&shape.kind);
+            if (!list) return;
+            for (std::size_t k = 0; k < list->shapes.size(); ++k)
+                walk_shape(list->shapes[k], path + "." + std::string(kind.name) + ".shapes." + std::to_string(k), f);
+        }
+    });
+}
+
+template <class S, class F>
+void walk_shapes(S& scene, F&& f) {
+    for (auto& [name, shape] : scene.shapes) walk_shape(shape, "shapes." + name, f);
+    for (auto& b : scene.world.boundaries) walk_shape(b.shape, "world.boundaries." + b.name + ".shape", f);
+    for (auto& b : scene.bodies) walk_shape(b.shape, "bodies." + b.name + ".shape", f);
+}
+
+}  // namespace thixo::scene

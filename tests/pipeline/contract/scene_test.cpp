@@ -1,0 +1,308 @@
+#include "pipeline/contract/scene_io.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "pipeline/base/error.h"
+#include "pipeline/contract/scene_hash.h"
+#include "pipeline/contract/scene_walk.h"
+
+namespace thixo::scene {
+namespace {
+
+namespace fs = std::filesystem;
+const std::string kScenes = std::string(THIXO_SOURCE_DIR) + "/tests/pipeline/contract/scenes/";
+
+Scene pour() { return load_scene(kScenes + "pour.yaml"); }
+
+template <class T>
+const T& entry(const std::vector<T>& list, const std::string& name) {
+    for (const T& t : list)
+        if (t.name == name) return t;
+    throw std::runtime_error("no " + name);
+}
+
+TEST(Scene, APouringSceneIsReadAsWritten) {
+    const Scene s = pour();
+    EXPECT_EQ(s.name, "pour");
+    EXPECT_EQ(s.title, "Water: poured into a glass");
+    EXPECT_EQ(s.frames.last, 120);
+    ASSERT_EQ(s.shapes.size(), 1u);
+    EXPECT_EQ(std::get<Revolve>(s.shapes[0].second.kind).profile.size(), 6u);
+    EXPECT_EQ(std::get<Revolve>(s.shapes[0].second.kind).profile[1], Vec2d(0.04, 0));
+    ASSERT_EQ(s.world.boundaries.size(), 3u);  // in the file's order
+    EXPECT_EQ(s.world.boundaries[0].name, "glass");
+    EXPECT_EQ(s.world.boundaries[1].name, "floor");
+    EXPECT_EQ(s.world.boundaries[2].name, "room");
+    EXPECT_EQ(std::get<NamedShape>(s.world.boundaries[0].shape.kind).name, "cup");
+    EXPECT_EQ(s.world.boundaries[0].shape.translate, Vec3d(0, 0, 0.001));
+    ASSERT_EQ(s.world.boundaries[0].motion.size(), 2u);
+    EXPECT_EQ(s.world.boundaries[0].motion[1].rotate, Vec3d(0, 30, 0));
+    EXPECT_TRUE(s.world.boundaries[1].no_slip);
+    EXPECT_EQ(s.world.boundaries[1].look, "ground");
+    EXPECT_TRUE(s.world.boundaries[2].inside);
+    EXPECT_FALSE(s.world.boundaries[2].visible);
+    EXPECT_EQ(entry(s.materials, "water").density, 998);
+    const auto& rest = std::get<Intersection>(s.bodies[0].shape.kind);
+    EXPECT_EQ(rest.smooth, 0.001);
+    EXPECT_EQ(std::get<Cylinder>(rest.shapes[0].kind).height, 0.02);
+    EXPECT_EQ(rest.shapes[1].offset, -0.001);
+    EXPECT_EQ(s.emitters[0].jitter, 0.1);
+    EXPECT_EQ(s.solver.seed, ~std::uint64_t{0});
+    EXPECT_EQ(s.solver.time_step.maximum, 0.002);
+    EXPECT_EQ(entry(s.look.lights, "sun").type, LightType::sun);
+    EXPECT_EQ(entry(s.look.appearances, "water").type, AppearanceType::dielectric);
+    EXPECT_EQ(entry(s.look.appearances, "water").absorption, Vec3d(9, 2.5, 1));
+    EXPECT_NE(s.world.boundaries[0].shape.where.find("pour.yaml:11:14"), std::string::npos) << s.world.boundaries[0].shape.where;
+}
+
+TEST(Scene, EveryKindOfShapeIsRead) {
+    const Scene s = parse_scene(R"(
+shapes:
+  a: {sphere: {radius: 2}}
+  b: {ellipsoid: {radii: [1, 2, 3]}}
+  c: {box: {size: [1, 2, 3], rounding: 0.1}, scale: 2, rotate: [1, 2, 3], translate: [4, 5, 6], offset: -0.1, shell: 0.2}
+  d: {cylinder: {radius: 1, height: 2, rounding: 0.5}}
+  e: {rounded_cone: {radius1: 1, radius2: 0.5, height: 2}}
+  f: {capsule: {from: [0, 0, 0], to: [1, 0, 0], radius: 0.1}}
+  g: {torus: {radius: 1, tube: 0.2}}
+  h: {plane: {normal: [0, 1, 0], offset: 3}}
+  i: {revolve: {profile: [[0, 0], [1, 0], [0, 1]]}}
+  j: {union: [{named: a}, {named: {name: b}}]}
+  k: {intersection: {shapes: [{sphere: }], smooth: 0.5}}
+  l: {difference: [{box: {}}, {sphere: {radius: 0.2}}, {union: [{torus: {}}]}]}
+)",
+                                "text.yaml");
+    ASSERT_EQ(s.shapes.size(), 12u);
+    // In the order of the variant, with the mesh left out.
+    const std::vector<std::size_t> kinds = {1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13};
+    for (std::size_t k = 0; k < kinds.size(); ++k) EXPECT_EQ(s.shapes[k].second.kind.index(), kinds[k]) << s.shapes[k].first;
+    const Shape& box = s.shapes[2].second;
+    EXPECT_EQ(box.scale, 2);
+    EXPECT_EQ(box.rotate, Vec3d(1, 2, 3));
+    EXPECT_EQ(box.translate, Vec3d(4, 5, 6));
+    EXPECT_EQ(box.offset, -0.1);
+    EXPECT_EQ(box.shell, 0.2);
+    EXPECT_EQ(std::get<Union>(s.shapes[9].second.kind).shapes.size(), 2u);
+    EXPECT_EQ(std::get<Intersection>(s.shapes[10].second.kind).smooth, 0.5);
+}
+
+TEST(Scene, TheShortestUsefulSceneHasTenLines) {
+    const Scene s = parse_scene(R"(materials:
+  water:
+bodies:
+  drop: {material: water, shape: {sphere: {radius: 0.1}, translate: [0, 0, 0.5]}}
+world:
+  boundaries:
+    floor: {shape: {plane: {}}}
+solver: {spacing: 0.02}
+)",
+                                "folder/my drop.yaml");
+    EXPECT_EQ(s.name, "my_drop");
+    // What is needed to see something is there: a sky, a sun, and an appearance for everything that has none.
+    EXPECT_EQ(s.look.lights.size(), 2u);
+    EXPECT_EQ(s.materials[0].look, "water");
+    EXPECT_EQ(s.world.boundaries[0].look, "floor");
+    EXPECT_EQ(entry(s.look.appearances, "water").type, AppearanceType::diffuse);
+    EXPECT_NO_THROW(entry(s.look.appearances, "floor"));
+    EXPECT_TRUE(scene_warnings(s).empty());
+}
+
+TEST(Scene, PrintedAndReadAgainItIsTheSame) {
+    for (const char* file : {"pour.yaml", "pour_honey.yaml"}) {
+        Scene s = load_scene(kScenes + file);
+        s.title = "quotes \" ' \\ # : - {x} [y], tabs\t, lines\n, ünï, &a *b !c %d @e `f` ~";
+        s.solver.spacing = 0.1 + 0.2;  // needs 17 digits
+        s.solver.artificial_viscosity = 1.0 / 3.0;
+        s.emitters[0].stop = 1e9;
+        s.emitters[0].position = Vec3d(-0.0, 5e-324, 1e-7);
+        const std::string text = print_scene(s);
+        const Scene again = parse_scene(text, "again.yaml", {}, Files::ignore);
+        EXPECT_EQ(text, print_scene(again));
+        EXPECT_EQ(again.title, s.title);
+        EXPECT_EQ(again.solver.spacing, s.solver.spacing);
+        EXPECT_EQ(again.solver.seed, s.solver.seed);
+        EXPECT_EQ(again.emitters[0].position, s.emitters[0].position);
+        EXPECT_EQ(simulation_hash(again), simulation_hash(s));
+        EXPECT_EQ(look_hash(again.look), look_hash(s.look));
+    }
+}
+
+TEST(Scene, NamesThatYamlTakesForOtherThingsSurvivePrinting) {
+    const std::vector<std::string> names = {"null", "true", "017", "no", "1e3", "0x1F", "_", "y"};
+    std::string text = "materials:\n";
+    for (const std::string& name : names) text += "  \"" + name + "\": {}\n";
+    Scene s = parse_scene(text, "x.yaml");
+    for (const char* title : {"", "null", "~", "true", "12", "1e3", "017", "no", "- a", "a: b", " a ", "<<", "%a", "|", "# a"}) {
+        s.title = title;
+        const Scene again = parse_scene(print_scene(s), "again.yaml", {}, Files::ignore);
+        EXPECT_EQ(again.title, title);
+        ASSERT_EQ(again.materials.size(), names.size());
+        for (std::size_t k = 0; k < names.size(); ++k) EXPECT_EQ(again.materials[k].name, names[k]);
+    }
+}
+
+TEST(Scene, ExtendsLaysOneFileOverTheOtherByName) {
+    const Scene base = pour(), s = load_scene(kScenes + "pour_honey.yaml");
+    EXPECT_EQ(s.name, "pour_honey");
+    EXPECT_EQ(s.title, base.title);
+    EXPECT_EQ(s.frames.last, 60);
+    EXPECT_EQ(s.frames.fps, base.frames.fps);
+    EXPECT_EQ(s.materials.size(), 2u);
+    EXPECT_EQ(entry(s.materials, "water").viscosity, 5);
+    EXPECT_EQ(entry(s.materials, "water").density, 998);  // what is not mentioned stays
+    EXPECT_EQ(s.emitters[0].material, "oil");
+    EXPECT_EQ(s.emitters[0].radius, base.emitters[0].radius);
+    EXPECT_EQ(std::get<Sphere>(s.bodies[0].shape.kind).radius, 0.02);  // another kind replaces the kind
+    EXPECT_EQ(entry(s.look.lights, "sun").strength, 1);
+    EXPECT_EQ(entry(s.look.lights, "sun").angle, 0.6);
+    EXPECT_EQ(s.look.lights.size(), 3u);
+    EXPECT_EQ(print_look(s.look).substr(0, 300), print_look(base.look).substr(0, 300));  // the camera
+}
+
+TEST(Scene, OverridesSetSingleKeysInTheirOrder) {
+    const Scene s = load_scene(kScenes + "pour.yaml",
+                               {"solver.spacing=0.5", "solver.spacing=0.01", "materials.water.viscosity=2e-3", "world.gravity=[0, 0, -1.62]",
+                                "surface.enabled=false", "look.output.view=srgb", "scene.title=a = b", "world.boundaries.glass.motion.1.time=9",
+                                "shapes.cup.revolve.1=[0.05, 0]", "look.camera={fov: 50}", "bodies.rest.shape={sphere: {radius: 0.3}}"});
+    EXPECT_EQ(s.solver.spacing, 0.01);
+    EXPECT_EQ(s.materials[0].viscosity, 2e-3);
+    EXPECT_EQ(s.materials[0].density, 998);
+    EXPECT_EQ(s.world.gravity, Vec3d(0, 0, -1.62));
+    EXPECT_FALSE(s.surface.enabled);
+    EXPECT_EQ(s.look.output.view, ViewTransform::srgb);
+    EXPECT_EQ(s.title, "a = b");
+    EXPECT_EQ(s.world.boundaries[0].motion[1].time, 9);
+    EXPECT_EQ(std::get<Revolve>(s.shapes[0].second.kind).profile[1], Vec2d(0.05, 0));
+    EXPECT_EQ(s.look.camera.fov, 50);
+    EXPECT_EQ(s.look.camera.position, Vec3d(0.1, -0.6, 0.25));
+    EXPECT_EQ(std::get<Sphere>(s.bodies[0].shape.kind).radius, 0.3);
+}
+
+TEST(Scene, DraftIsCoarser) {
+    Scene s = load_scene(kScenes + "pour.yaml", {}, true);
+    EXPECT_EQ(s.solver.spacing, 0.008);  // half the particles per axis
+    EXPECT_EQ(s.look.output.width, 640);
+    EXPECT_EQ(s.look.output.height, 360);
+    EXPECT_EQ(s.look.output.samples, 16);
+    s.look.output.samples = 9;
+    apply_draft(s);
+    EXPECT_EQ(s.look.output.samples, 4);
+    s.look.output.samples = 1;
+    s.look.output.width = 1;
+    apply_draft(s);
+    EXPECT_EQ(s.look.output.samples, 1);  // never more than there were
+    EXPECT_EQ(s.look.output.width, 1);
+}
+
+TEST(Look, AFileOfLightsKeepsCameraAndAppearances) {
+    const Look base = pour().look;
+    const Look look = overlay_look(base, kScenes + "lamp_look.yaml", {"look.output.samples=3", "solver.spacing=1"});
+    EXPECT_EQ(look.lights.size(), 3u);
+    EXPECT_EQ(entry(look.lights, "sun").strength, 7);
+    EXPECT_EQ(entry(look.lights, "sun").angle, 0.6);
+    EXPECT_EQ(entry(look.lights, "lamp").type, LightType::area);
+    EXPECT_EQ(look.camera.position, base.camera.position);
+    EXPECT_EQ(look.appearances.size(), base.appearances.size());
+    EXPECT_EQ(look.output.samples, 3);
+    EXPECT_EQ(look.output.width, base.output.width);
+}
+
+TEST(Look, MayExtendAnotherAndStandInABlock) {
+    const Look look = overlay_look(pour().look, kScenes + "night_look.yaml");
+    EXPECT_EQ(look.background, Vec3d(0, 0, 0.01));
+    EXPECT_EQ(entry(look.lights, "sun").strength, 0.5);
+}
+
+TEST(Look, OfNothingIsTheBase) {
+    const Look base = pour().look;
+    EXPECT_EQ(print_look(overlay_look(base, "")), print_look(base));
+}
+
+TEST(Look, AWholeSceneIsNoLook) {
+    try {
+        overlay_look(pour().look, kScenes + "pour.yaml");
+        FAIL();
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("pour.yaml:2:1: error: a look file holds nothing beside"), std::string::npos) << e.what();
+    }
+    EXPECT_THROW(overlay_look(pour().look, kScenes + "none.yaml"), InputError);
+    EXPECT_THROW(overlay_look(pour().look, kScenes + "loop_a.yaml"), InputError);
+}
+
+TEST(SceneHash, OfTheSimulationDoesNotDependOnTheLook) {
+    const std::string file = kScenes + "pour.yaml";
+    const std::string hash = simulation_hash(pour());
+    for (const char* set : {"look.camera.fov=20", "look.lights.sun.strength=1", "look.output.width=10", "frames.last=500", "scene.title=x",
+                            "scene.name=x", "solver.checkpoint_every=3"})
+        EXPECT_EQ(simulation_hash(load_scene(file, {set})), hash) << set;
+    for (const char* set : {"solver.spacing=0.0041", "materials.water.viscosity=0.0011", "frames.fps=25", "frames.first=2", "world.gravity=[0, 0, -9.8]",
+                            "solver.seed=2", "emitters.spout.stop=3", "surface.iterations=5", "shapes.cup.revolve.1=[0.05, 0]",
+                            "world.boundaries.glass.motion.1.rotate=[0, 31, 0]", "bodies.rest.shape.intersection.shapes.1.offset=0"})
+        EXPECT_NE(simulation_hash(load_scene(file, {set})), hash) << set;
+}
+
+TEST(SceneHash, OfTheLookDependsOnTheLookAlone) {
+    const std::string file = kScenes + "pour.yaml";
+    const std::string hash = look_hash(pour().look);
+    EXPECT_EQ(look_hash(load_scene(file, {"solver.spacing=1"}).look), hash);
+    for (const char* set : {"look.camera.fov=20", "look.lights.sun.strength=1", "look.output.samples=3", "look.background=[0, 0, 0]"})
+        EXPECT_NE(look_hash(load_scene(file, {set}).look), hash) << set;
+}
+
+TEST(SceneHash, DifferingKeysAreNamed) {
+    const Scene a = pour();
+    const Scene b = load_scene(kScenes + "pour.yaml", {"solver.spacing=0.01", "materials.water.viscosity=1", "look.camera.fov=3", "frames.last=7"});
+    EXPECT_EQ(differing_keys(a, b), (std::vector<std::string>{"materials.water.viscosity", "solver.spacing"}));
+    EXPECT_TRUE(differing_keys(a, a).empty());
+    Scene c = a;
+    std::swap(c.world.boundaries[0], c.world.boundaries[1]);
+    EXPECT_NE(simulation_hash(a), simulation_hash(c));
+    EXPECT_EQ(differing_keys(a, c), (std::vector<std::string>{"world.boundaries (the order of its entries)"}));
+    Scene d = a;
+    d.emitters.clear();
+    EXPECT_FALSE(differing_keys(a, d).empty());
+    EXPECT_FALSE(differing_keys(d, a).empty());
+}
+
+TEST(SceneHash, FollowsAMeshsContentNotItsPlace) {
+    const fs::path folder = fs::path(testing::TempDir()) / "thixo_scene_mesh";
+    fs::create_directories(folder / "models");
+    const auto write = [&](const char* name, const char* text) { std::ofstream(folder / name) << text; };
+    write("models/a.obj", "v 0 0 0\n");
+    write("models/b.obj", "v 0 0 0\n");
+    write("models/c.obj", "v 0 0 1\n");
+    write("scene.yaml", "materials: {m: {}}\nbodies: {bust: {material: m, shape: {mesh: {file: models/a.obj, height: 1}}}}\n");
+    const std::string file = (folder / "scene.yaml").string();
+    const Scene a = load_scene(file);
+    EXPECT_EQ(std::get<MeshFile>(a.bodies[0].shape.kind).file, (folder / "models/a.obj").string());  // relative to the scene's file
+    const auto with = [&](const char* mesh) {
+        return load_scene(file, {fmt::format("bodies.bust.shape.mesh.file={}", (folder / mesh).string())});
+    };
+    EXPECT_EQ(simulation_hash(with("models/b.obj")), simulation_hash(a));
+    EXPECT_NE(simulation_hash(with("models/c.obj")), simulation_hash(a));
+    EXPECT_EQ(differing_keys(a, with("models/c.obj")), (std::vector<std::string>{"bodies.bust.shape.mesh.content"}));
+    const std::string text = print_scene(a);
+    fs::remove_all(folder);
+    // A cache's scene outlives its files.
+    EXPECT_EQ(simulation_hash(parse_scene(text, "manifest.json", {}, Files::ignore)), simulation_hash(a));
+    EXPECT_EQ(print_scene(parse_scene(text, "manifest.json", {}, Files::ignore)), text);
+    EXPECT_THROW(parse_scene(text, "scene.yaml"), InputError);
+}
+
+TEST(SceneWarnings, NameWhatIsProbablyNotMeant) {
+    const Scene s = load_scene(kScenes + "pour_honey.yaml", {"solver.spacing=0.02", "emitters.spout.start=3", "emitters.spout.material=water"});
+    const std::vector<std::string> warnings = scene_warnings(s);
+    ASSERT_EQ(warnings.size(), 3u);
+    EXPECT_NE(warnings[0].find("materials.oil is not used"), std::string::npos);
+    EXPECT_NE(warnings[1].find("emitters.spout.radius 0.01 m is below solver.spacing 0.02 m"), std::string::npos);
+    EXPECT_NE(warnings[2].find("emitters.spout starts at 3 s, after the last frame"), std::string::npos);
+    EXPECT_TRUE(scene_warnings(pour()).empty());
+    EXPECT_EQ(scene_warnings(parse_scene("frames: {last: 2}", "x.yaml")).size(), 1u);
+}
+
+}  // namespace
+}  // namespace thixo::scene

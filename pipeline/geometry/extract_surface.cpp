@@ -110,26 +110,37 @@ std::array<signed char, 24> cell_loops(const std::array<bool, 8>& inside) {
     return next;
 }
 
-/// Brings x towards the zero set by Newton steps along the gradient, never farther than half a cell from its start.
-Vec3f projected(const Shape& shape, const Vec3f& start, double cell) {
+/// Brings x towards the zero set by Newton steps along the gradient, by `reach` [m] at most.
+Vec3f projected(const Shape& shape, const Vec3f& start, double cell, float reach) {
     Vec3 x = start.cast<Real>();
     for (int i = 0; i < 3; ++i) x -= shape.distance(x) * shape.gradient(x, Real(0.05 * cell));
-    return (x.cast<float>() - start).norm() < 0.5f * float(cell) ? Vec3f(x.cast<float>()) : start;
+    const Vec3f move = x.cast<float>() - start;
+    return start + move * std::min(1.f, reach / std::max(move.norm(), 1e-30f));
 }
 
-void add_loop(TriangleMesh& mesh, const std::vector<Index>& loop) {
+/// A mesh in the making: vertices on grid edges, then the centres of fans.
+struct Extraction {
+    TriangleMesh mesh;
+    std::vector<float> reach;  // [m] how far each centre may move before its fan folds: half the loop's radius
+};
+
+void add_loop(Extraction& out, const std::vector<Index>& loop) {
+    TriangleMesh& mesh = out.mesh;
     if (loop.size() == 3) {
         mesh.triangles.push_back({loop[0], loop[1], loop[2]});
         return;
     }
     Vec3f centre = Vec3f::Zero();
     for (const Index v : loop) centre += mesh.vertices[v] / float(loop.size());
+    float radius = 0;
+    for (const Index v : loop) radius = std::max(radius, (mesh.vertices[v] - centre).norm());
     const Index middle = static_cast<Index>(mesh.vertices.size());
     mesh.vertices.push_back(centre);
+    out.reach.push_back(radius / 2);
     for (std::size_t i = 0; i < loop.size(); ++i) mesh.triangles.push_back({middle, loop[i], loop[(i + 1) % loop.size()]});
 }
 
-void add_cell(TriangleMesh& mesh, const SignGrid& grid, const std::vector<std::size_t>& edges, std::size_t node) {
+void add_cell(Extraction& out, const SignGrid& grid, const std::vector<std::size_t>& edges, std::size_t node) {
     std::array<bool, 8> inside;
     std::array<std::size_t, 8> corner;
     for (int c = 0; c < 8; ++c) {
@@ -147,7 +158,7 @@ void add_cell(TriangleMesh& mesh, const SignGrid& grid, const std::vector<std::s
             next[e] = -1;
             e = after;
         }
-        if (!loop.empty()) add_loop(mesh, loop);
+        if (!loop.empty()) add_loop(out, loop);
     }
 }
 
@@ -183,16 +194,17 @@ TriangleMesh extract_surface(const Shape& shape, double cell) {
     const SignGrid grid = sample_signs(shape, cell);
     const std::vector<std::size_t> edges = crossing_edges(grid);
     if (edges.empty()) throw InputError("no surface found with a cell of {} m; the shape is empty or thinner than a cell", cell);
-    TriangleMesh mesh;
+    Extraction out;
+    TriangleMesh& mesh = out.mesh;
     mesh.vertices.resize(edges.size());
     parallel_for(edges.size(), [&](std::size_t k) { mesh.vertices[k] = root_on_edge(shape, grid, edges[k]); });
-    for (const std::size_t node : crossed_cells(grid, edges)) add_cell(mesh, grid, edges, node);
-    parallel_for(mesh.vertices.size() - edges.size(), [&](std::size_t k) {
+    for (const std::size_t node : crossed_cells(grid, edges)) add_cell(out, grid, edges, node);
+    parallel_for(out.reach.size(), [&](std::size_t k) {
         Vec3f& v = mesh.vertices[edges.size() + k];
-        v = projected(shape, v, cell);
+        v = projected(shape, v, cell, out.reach[k]);
     });
     add_normals(mesh, shape, cell);
-    return mesh;
+    return std::move(mesh);
 }
 
 }  // namespace thixo

@@ -78,7 +78,7 @@ MeshQuery& MeshQuery::operator=(MeshQuery&&) noexcept = default;
 
 Box3 MeshQuery::bounds() const { return {tree_->nodes[0].lower, tree_->nodes[0].upper}; }
 
-MeshQuery::Closest MeshQuery::closest(const Vec3& x) const {
+MeshQuery::Closest MeshQuery::closest(const Vec3& x, Index near) const {
     struct Waiting {
         Index node;
         Real distance2;
@@ -87,6 +87,12 @@ MeshQuery::Closest MeshQuery::closest(const Vec3& x) const {
     stack[top++] = {0, box_distance2(tree_->nodes[0], x)};
     Real best2 = std::numeric_limits<Real>::max();
     Closest best{std::numeric_limits<Real>::max(), x, kNone};
+    if (near < mesh_.triangles.size()) {
+        const auto& t = mesh_.triangles[near];
+        best.point = closest_on_triangle(x, mesh_.vertices[t[0]].cast<Real>(), mesh_.vertices[t[1]].cast<Real>(), mesh_.vertices[t[2]].cast<Real>());
+        best.triangle = near;
+        best2 = (best.point - x).squaredNorm();
+    }
     while (top > 0) {
         Waiting at = stack[--top];
         if (at.distance2 > best2) continue;
@@ -101,12 +107,12 @@ MeshQuery::Closest MeshQuery::closest(const Vec3& x) const {
                 }
                 break;
             }
-            Waiting near{at.node + 1, box_distance2(tree_->nodes[at.node + 1], x)};
-            Waiting far{node.first, box_distance2(tree_->nodes[node.first], x)};
-            if (far.distance2 < near.distance2) std::swap(near, far);
-            if (far.distance2 <= best2) stack[top++] = far;
-            if (near.distance2 > best2) break;
-            at = near;
+            Waiting first{at.node + 1, box_distance2(tree_->nodes[at.node + 1], x)};
+            Waiting second{node.first, box_distance2(tree_->nodes[node.first], x)};
+            if (second.distance2 < first.distance2) std::swap(first, second);
+            if (second.distance2 <= best2) stack[top++] = second;
+            if (first.distance2 > best2) break;
+            at = first;
         }
     }
     best.distance = std::sqrt(best2);

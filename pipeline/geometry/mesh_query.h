@@ -26,7 +26,8 @@ class MeshQuery {
         Vec3 point;
         Index triangle;  // of mesh().triangles; the lowest index where several are equally near
     };
-    Closest closest(const Vec3& x) const;
+    /// Quicker where `near` is a triangle (of mesh().triangles, with an area) not far from the closest one; the result is the same.
+    Closest closest(const Vec3& x, Index near = kNone) const;
 
     /// Generalised winding number (Jacobson et al. 2013), w(x) = sum of signed solid angles / (4 pi): 1 inside, 0 outside a closed mesh,
     /// smooth across holes. Far clusters by their dipole (Barill et al. 2018): farther than accuracy * cluster radius.

@@ -17,15 +17,14 @@ static_assert(std::endian::native == std::endian::little);
 /// Numbers from the words of a text body.
 class TextSource {
   public:
-    TextSource(std::string_view body, const std::string& name, std::size_t line) : text_(body, name), first_line_(line) {}
+    TextSource(std::string_view body, const std::string& name, std::size_t line) : text_(body, name, line) {}
     double number(PlyType) { return text_.number(text_.word()); }
     static std::size_t smallest(PlyType) { return 2; }  // a digit and a blank
     std::size_t left() const { return text_.left() + 1; }
-    std::string place() const { return fmt::format("line {}", first_line_ + text_.line() - 1); }
+    std::string place() const { return fmt::format("line {}", text_.line()); }
 
   private:
     TextCursor text_;
-    std::size_t first_line_;
 };
 
 /// Numbers from the bytes of a binary body.

@@ -28,6 +28,15 @@ Real trilinear(const Real* at, int dy, int dz, const Vec3& u) {
     return a + u.z() * (b - a);
 }
 
+/// Place of a block's sample i on a path from neighbour to neighbour: every other row and layer runs backwards.
+int snake(int i) {
+    int x = i % kNodes, y = i / kNodes % kNodes;
+    const int z = i / kNodes / kNodes;
+    if (z % 2 == 1) y = kNodes - 1 - y;
+    if ((y + z * kNodes) % 2 == 1) x = kNodes - 1 - x;
+    return x + kNodes * (y + kNodes * z);
+}
+
 class Sampled final : public Shape::Node {
   public:
     Sampled(Shape shape, double cell, double band, const Box3& box)
@@ -86,13 +95,17 @@ class Sampled final : public Shape::Node {
     void sample_near_blocks() {
         samples_.resize(near_.size() * cube(kNodes));
         parallel_for(
-            near_.size() * kNodes * kNodes,
-            [&](std::size_t row) {
-                const Vec3 lower = block_lower(near_[row / (kNodes * kNodes)]);
-                const Real y = Real(row % kNodes), z = Real(row / kNodes % kNodes);
-                for (int i = 0; i < kNodes; ++i) samples_[row * kNodes + i] = shape_.distance(lower + cell_ * Vec3(Real(i), y, z));
+            near_.size(),
+            [&](std::size_t k) {
+                const Vec3 lower = block_lower(near_[k]);
+                Vec3 x[cube(kNodes)];
+                for (int i = 0; i < cube(kNodes); ++i)
+                    x[snake(i)] = lower + cell_ * Vec3(Real(i % kNodes), Real(i / kNodes % kNodes), Real(i / kNodes / kNodes));
+                Real d[cube(kNodes)];
+                shape_.node().distances(x, d, cube(kNodes));
+                for (int i = 0; i < cube(kNodes); ++i) samples_[k * cube(kNodes) + i] = d[snake(i)];
             },
-            16);
+            1);
     }
 
     Real interpolate(const Vec3& x) const {

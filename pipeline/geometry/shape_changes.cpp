@@ -18,6 +18,16 @@ struct Transformed final : Shape::Node {
     Real distance(const Vec3& x) const override {
         return factor * shape.distance(inverse_rotation * (x - translation) * inverse_factor);
     }
+    void distances(const Vec3* x, Real* out, std::size_t n) const override {
+        constexpr std::size_t kRow = 32;
+        for (std::size_t begin = 0; begin < n; begin += kRow) {
+            const std::size_t count = std::min(kRow, n - begin);
+            Vec3 inner[kRow];
+            for (std::size_t k = 0; k < count; ++k) inner[k] = inverse_rotation * (x[begin + k] - translation) * inverse_factor;
+            shape.node().distances(inner, out + begin, count);
+        }
+        for (std::size_t k = 0; k < n; ++k) out[k] *= factor;
+    }
     std::optional<Box3> bounds() const override {
         const auto inner = shape.bounds();
         if (!inner) return std::nullopt;

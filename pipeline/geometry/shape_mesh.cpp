@@ -1,4 +1,6 @@
 // A triangle mesh as a shape.
+#include <cmath>
+
 #include "pipeline/base/log.h"
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/mesh_repair.h"
@@ -9,12 +11,23 @@ namespace thixo {
 namespace {
 
 struct Mesh final : Shape::Node {
-    explicit Mesh(std::shared_ptr<const MeshQuery> q) : query(std::move(q)), box(query->bounds()) {}
-    Real distance(const Vec3& x) const override {
-        const Real d = query->closest(x).distance;
-        // Out of the box nothing is inside, whatever a hole does to the winding number.
-        return distance_to(box, x) == 0 && query->inside(x) ? -d : d;
+    Mesh(std::shared_ptr<const MeshQuery> q, bool closed_) : query(std::move(q)), box(query->bounds()), closed(closed_) {}
+
+    Real distance(const Vec3& x) const override { return inside(x) ? -query->closest(x).distance : query->closest(x).distance; }
+
+    /// Each point starts from the triangle of the one before it, and keeps its sign where no surface can lie between the two. (Across a hole
+    /// the sign changes far from any surface.)
+    void distances(const Vec3* x, Real* out, std::size_t n) const override {
+        Index near = kNone;
+        for (std::size_t k = 0; k < n; ++k) {
+            const auto closest = query->closest(x[k], near);
+            near = closest.triangle;
+            const bool same_side = closed && k > 0 && std::abs(out[k - 1]) > Real(1.0001) * (x[k] - x[k - 1]).norm();
+            out[k] = (same_side ? out[k - 1] < 0 : inside(x[k])) ? -closest.distance : closest.distance;
+        }
     }
+    /// Out of the box nothing is inside, whatever a hole does to the winding number.
+    bool inside(const Vec3& x) const { return distance_to(box, x) == 0 && query->inside(x); }
     std::optional<Box3> bounds() const override { return box; }
     std::optional<TriangleMesh> exact_mesh(int) const override {
         TriangleMesh mesh = query->mesh();
@@ -23,18 +36,23 @@ struct Mesh final : Shape::Node {
     }
     std::shared_ptr<const MeshQuery> query;
     Box3 box;
+    bool closed;
 };
 
 }  // namespace
 
 Shape mesh_shape(TriangleMesh mesh) {
-    if (inspect_mesh(mesh).inside_out) {
+    const MeshReport report = inspect_mesh(mesh);
+    if (report.inside_out) {
         log_warning("mesh is inside out (its signed volume is negative); its triangles are turned round");
         flip_mesh(mesh);
     }
-    return mesh_shape(std::make_shared<const MeshQuery>(std::move(mesh)));
+    return Shape(std::make_shared<Mesh>(std::make_shared<const MeshQuery>(std::move(mesh)), report.closed));
 }
 
-Shape mesh_shape(std::shared_ptr<const MeshQuery> query) { return Shape(std::make_shared<Mesh>(std::move(query))); }
+Shape mesh_shape(std::shared_ptr<const MeshQuery> query) {
+    const bool closed = inspect_mesh(query->mesh()).closed;
+    return Shape(std::make_shared<Mesh>(std::move(query), closed));
+}
 
 }  // namespace thixo

@@ -13,7 +13,7 @@ namespace thixo {
 
 class TextCursor {
   public:
-    TextCursor(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+    TextCursor(std::string_view text, const std::string& file, std::size_t first_line = 1) : text_(text), file_(file), line_(first_line) {}
 
     /// The next word, past blanks and line ends; empty at the end of the text.
     std::string_view word() {
@@ -60,7 +60,7 @@ class TextCursor {
 
     template <class... A>
     [[noreturn]] void fail(fmt::format_string<A...> f, A&&... a) const {
-        throw InputError("{}:{}: {}; the file is damaged or of another format: export it again", file_, line_, fmt::format(f, std::forward<A>(a)...));
+        throw InputError("{}: line {}: {}; the file is damaged or of another format: export it again", file_, line_, fmt::format(f, std::forward<A>(a)...));
     }
     /// A word fit for a message: printable and short.
     static std::string shown(std::string_view word) {
@@ -105,7 +105,7 @@ class TextCursor {
 
     std::string_view text_;
     const std::string& file_;
-    std::size_t at_ = 0, line_ = 1;
+    std::size_t at_ = 0, line_;
 };
 
 }  // namespace thixo

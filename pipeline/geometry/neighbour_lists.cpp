@@ -54,58 +54,78 @@ alignas(32) constexpr auto kFrontLanes = front_lanes();
 
 }  // namespace
 
-void NeighbourLists::build(const PointGrid& grid, Real radius) {
-    THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
-    const std::size_t n = grid.size();
+void NeighbourLists::resize(std::size_t n) {
     block_.resize(n);
     begin_.resize(n);
     count_.resize(n);
     blocks_.resize((n + kChunk - 1) / kChunk);
-    parallel_chunks(n, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        fill(grid, radius, static_cast<Index>(begin), static_cast<Index>(end), static_cast<std::uint32_t>(chunk));
+}
+
+void NeighbourLists::build(const PointGrid& grid, Real radius) {
+    THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
+    resize(grid.size());
+    parallel_chunks(grid.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        fill(grid, nullptr, radius, static_cast<Index>(begin), static_cast<Index>(end), static_cast<std::uint32_t>(chunk));
     });
 }
 
-void NeighbourLists::fill(const PointGrid& grid, Real radius, Index slot_begin, Index slot_end, std::uint32_t block) {
+void NeighbourLists::build(const PointGrid& grid, std::span<const Vec3> queries, Real radius) {
+    THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
+    resize(queries.size());
+    parallel_chunks(queries.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        fill(grid, queries.data(), radius, static_cast<Index>(begin), static_cast<Index>(end), static_cast<std::uint32_t>(chunk));
+    });
+}
+
+/// Puts the points of the 27 cells around `cell` side by side.
+void NeighbourLists::collect(Block& b, const PointGrid& grid, const PointGrid::Cell& cell, std::size_t& candidates) {
+    candidates = 0;
+    for (std::int32_t z = cell.z - 1; z <= cell.z + 1; ++z)
+        for (std::int32_t y = cell.y - 1; y <= cell.y + 1; ++y) {
+            const auto range = grid.row(cell.x - 1, cell.x + 1, y, z);
+            const std::size_t n = range.end - range.begin;
+            if (b.candidate.size() < candidates + n + PointGrid::kPadding) {
+                const std::size_t room = 2 * (candidates + n) + PointGrid::kPadding;
+                for (auto* array : {&b.x, &b.y, &b.z}) array->resize(room);
+                b.candidate.resize(room);
+            }
+            std::copy_n(grid.x() + range.begin, n, b.x.data() + candidates);
+            std::copy_n(grid.y() + range.begin, n, b.y.data() + candidates);
+            std::copy_n(grid.z() + range.begin, n, b.z.data() + candidates);
+            for (std::size_t k = 0; k < n; ++k) b.candidate[candidates + k] = range.begin + static_cast<Index>(k);
+            candidates += n;
+        }
+    if (b.x.size() < candidates + PointGrid::kPadding) {
+        for (auto* array : {&b.x, &b.y, &b.z}) array->resize(candidates + PointGrid::kPadding);
+        b.candidate.resize(candidates + PointGrid::kPadding);
+    }
+    std::fill_n(b.x.data() + candidates, PointGrid::kPadding, std::numeric_limits<Real>::infinity());
+}
+
+/// Lists of the slots (or queries) begin..end - 1.
+void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end, std::uint32_t block) {
     Block& b = blocks_[block];
     const Real limit = radius * radius;
     std::size_t used = 0, candidates = 0;
     PointGrid::Cell present{0, 0, 0};
-    for (Index s = slot_begin; s < slot_end; ++s) {
-        const PointGrid::Cell cell = grid.cell_of_slot(s);
-        if (s == slot_begin || cell.x != present.x || cell.y != present.y || cell.z != present.z) {
-            // The points of a cell share their candidates: collect them once, side by side.
+    for (Index s = begin; s < end; ++s) {
+        const Vec3 p = queries ? queries[s] : Vec3(grid.x()[s], grid.y()[s], grid.z()[s]);
+        const PointGrid::Cell cell = grid.cell_of(p);
+        if (s == begin || cell.x != present.x || cell.y != present.y || cell.z != present.z) {
             present = cell;
-            candidates = 0;
-            for (std::int32_t z = cell.z - 1; z <= cell.z + 1; ++z)
-                for (std::int32_t y = cell.y - 1; y <= cell.y + 1; ++y) {
-                    const auto range = grid.row(cell.x - 1, cell.x + 1, y, z);
-                    const std::size_t n = range.end - range.begin;
-                    if (b.candidate.size() < candidates + n + PointGrid::kPadding) {
-                        const std::size_t room = 2 * (candidates + n) + PointGrid::kPadding;
-                        for (auto* array : {&b.x, &b.y, &b.z}) array->resize(room);
-                        b.candidate.resize(room);
-                    }
-                    std::copy_n(grid.x() + range.begin, n, b.x.data() + candidates);
-                    std::copy_n(grid.y() + range.begin, n, b.y.data() + candidates);
-                    std::copy_n(grid.z() + range.begin, n, b.z.data() + candidates);
-                    for (std::size_t k = 0; k < n; ++k) b.candidate[candidates + k] = range.begin + static_cast<Index>(k);
-                    candidates += n;
-                }
-            std::fill_n(b.x.data() + candidates, PointGrid::kPadding, std::numeric_limits<Real>::infinity());
+            collect(b, grid, cell, candidates);  // shared by all that follow in the same cell
         }
         if (b.indices.size() < used + candidates + PointGrid::kPadding) b.indices.resize(2 * used + candidates + PointGrid::kPadding);
         Index* out = b.indices.data() + used;
-        const Vec3 p(grid.x()[s], grid.y()[s], grid.z()[s]);
         std::size_t found = append_within(b.x.data(), b.y.data(), b.z.data(), b.candidate.data(), candidates, p, limit, out);
-        Index* self = std::find(out, out + found, s);
+        Index* self = queries ? out + found : std::find(out, out + found, s);
         if (self != out + found) {
             std::copy(self + 1, out + found, self);
             --found;
         }
         if (!grid.identity())
             for (std::size_t k = 0; k < found; ++k) out[k] = grid.index(out[k]);
-        const Index i = grid.index(s);
+        const Index i = queries ? s : grid.index(s);
         block_[i] = block;
         begin_[i] = static_cast<std::uint32_t>(used);
         count_[i] = static_cast<std::uint32_t>(found);

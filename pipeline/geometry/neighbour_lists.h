@@ -15,8 +15,12 @@ class NeighbourLists {
     /// Requires radius <= grid.cell() [m].
     void build(const PointGrid& grid, Real radius);
 
+    /// The same for places that are no points of the grid: for every query q all points j with |q - x_j| < radius. Fastest where queries that
+    /// follow each other lie near each other.
+    void build(const PointGrid& grid, std::span<const Vec3> queries, Real radius);
+
     std::size_t size() const { return begin_.size(); }
-    /// Neighbours of point i, itself excluded (a point in the very same place is a neighbour).
+    /// Neighbours of point i, itself excluded (a point in the very same place is a neighbour); or of query i.
     std::span<const Index> operator[](std::size_t i) const {
         return {blocks_[block_[i]].indices.data() + begin_[i], count_[i]};
     }
@@ -30,7 +34,9 @@ class NeighbourLists {
         std::vector<Real> x, y, z;     // candidates of the present cell
         std::vector<Index> candidate;  // their slots
     };
-    void fill(const PointGrid& grid, Real radius, Index slot_begin, Index slot_end, std::uint32_t block);
+    void resize(std::size_t n);
+    void collect(Block& block, const PointGrid& grid, const PointGrid::Cell& cell, std::size_t& candidates);
+    void fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end, std::uint32_t block);
 
     std::vector<Block> blocks_;
     std::vector<std::uint32_t> block_, begin_, count_;

@@ -14,28 +14,25 @@ struct LocalMotion {
 
 LocalMotion motion_at(const Vec3& s, std::int32_t component, const Particles& p, const PointGrid& old_grid, Real support) {
     const Poly6 w(support);
-    const auto sum = [&](auto&& add) {
-        old_grid.for_each_neighbour(s, support, [&](Index j, Real r2) {
-            if (p.material[j] == component) add(j, p.rest_volume[j] * w.value(r2));
-        });
-    };
     Real weight = 0;
     Vec3 mean(0, 0, 0), mean_shift(0, 0, 0);
-    sum([&](Index j, Real a) {
+    Mat3 spread = Mat3::Zero(), covariance = Mat3::Zero();
+    old_grid.for_each_neighbour(s, support, [&](Index j, Real r2) {
+        if (p.material[j] != component) return;
+        const Real a = p.rest_volume[j] * w.value(r2);
+        const Vec3 x = p.surface_position[j] - s, u = p.position[j] - p.surface_position[j];
         weight += a;
-        mean += a * (p.surface_position[j] - s);
-        mean_shift += a * (p.position[j] - p.surface_position[j]);
+        mean += a * x;
+        mean_shift += a * u;
+        covariance += (a * u) * x.transpose();
+        spread += (a * x) * x.transpose();
     });
     LocalMotion motion;
     if (!(weight > 0)) return motion;
     mean /= weight;
     mean_shift /= weight;
-    Mat3 spread = Mat3::Zero(), covariance = Mat3::Zero();
-    sum([&](Index j, Real a) {
-        const Vec3 x = p.surface_position[j] - s - mean;
-        covariance += a * (p.position[j] - p.surface_position[j] - mean_shift) * x.transpose();
-        spread += a * x * x.transpose();
-    });
+    covariance -= weight * mean_shift * mean.transpose();
+    spread -= weight * mean * mean.transpose();
     // A full neighbourhood spreads by 0.09 h^2 each way.
     spread += Real(0.005) * weight * square(support) * Mat3::Identity();
     motion.gradient = covariance * spread.inverse();

@@ -61,16 +61,19 @@ LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real 
 void set_colours(LiquidPoints& points, Real support) {
     const Poly6 w(support);
     points.particle_fill.assign(points.particle_wall.size(), 0);
-    const auto fill_at = [&](Index i) {
-        Real fill = 0;
-        points.grid.for_each_neighbour(points.position[i], support, [&](Index j, Real r2) {
-            if (points.component[j] == points.component[i]) fill += points.volume[j] * w.value(r2);
-        });
-        return fill;
-    };
+    points.particle_slope.assign(points.particle_wall.size(), Vec3(0, 0, 0));
     parallel_for(points.size(), [&](std::size_t k) {
         const auto i = static_cast<Index>(k);
-        if (!points.is_image(i)) points.particle_fill[points.particle[i]] = fill_at(i);  // each particle is one point that is no image
+        if (points.is_image(i)) return;
+        Real fill = 0;
+        Vec3 slope(0, 0, 0);
+        points.grid.for_each_neighbour(points.position[i], support, [&](Index j, Real r2) {
+            if (points.component[j] != points.component[i]) return;
+            fill += points.volume[j] * w.value(r2);
+            slope += points.volume[j] * w.gradient_factor(r2) * (points.position[i] - points.position[j]);
+        });
+        points.particle_fill[points.particle[i]] = fill;  // each particle is one point that is no image
+        points.particle_slope[points.particle[i]] = slope;
     });
     parallel_for(points.size(), [&](std::size_t i) {
         const Real fill = points.particle_fill[points.particle[i]];

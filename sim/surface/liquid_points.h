@@ -23,6 +23,7 @@ struct LiquidPoints {
     std::vector<Index> particle;           // source of the point
     PointGrid grid;                        // of cell `support`
     std::vector<Real> particle_fill;       // s_j = sum of V0 w over a particle's neighbours and images [1], by particle
+    std::vector<Vec3> particle_slope;      // gradient of particle_fill in space [1/m], by particle: points inwards
     std::vector<Real> particle_wall;       // distance from the wall [m], by particle
 
     std::size_t size() const { return position.size(); }
@@ -36,7 +37,8 @@ LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real 
 
 /// Sets phi_j = max(1, s_flat/s_j), s_j = sum_k V0_k w_poly6(x_j - x_k, h) over the component, s_flat its value in the outermost layer of a flat
 /// surface. A lone particle, a thread, a sheet then have a surface that encloses about their volume, where phi_j = 1
-/// leaves what is thinner than a support without any (the normalisation of CSPM, 2.24, applied to the colour). Fills particle_fill.
+/// leaves what is thinner than a support without any (the normalisation of CSPM, 2.24, applied to the colour). Fills particle_fill and
+/// particle_slope.
 void set_colours(LiquidPoints& points, Real support);
 
 }  // namespace thixo

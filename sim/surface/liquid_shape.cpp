@@ -4,11 +4,16 @@
 
 namespace thixo {
 
-ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
-    const Poly6 w(support);
-    const Real image_depth = wall_depth() + Real(0.1) * spacing;
+namespace {
+
+/// Adds up the points that for_each(f) passes to f(j, |x - x_j|^2).
+template <class ForEach>
+ColourSample sum_colour(const LiquidShape& shape, const Vec3& x, std::int32_t component, ForEach&& for_each) {
+    const Poly6 w(shape.support);
+    const LiquidPoints& points = shape.points;
+    const Real image_depth = shape.wall_depth() + Real(0.1) * shape.spacing;
     ColourSample sample;
-    points.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
+    for_each([&](Index j, Real r2) {
         if (points.component[j] != component || !points.counts_at(j, x, image_depth)) return;
         sample.near_wall = sample.near_wall || points.is_image(j);
         const Real volume = points.volume[j] * points.colour[j];
@@ -21,8 +26,22 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
     return sample;
 }
 
-DepthSample LiquidShape::depth(const Vec3& x, std::int32_t component, Real iso_value) const {
-    const ColourSample c = colour(x, component);
+}  // namespace
+
+ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
+    return sum_colour(*this, x, component, [&](auto&& add) { points.grid.for_each_neighbour(x, support, add); });
+}
+
+ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component, std::span<const Index> near) const {
+    return sum_colour(*this, x, component, [&](auto&& add) {
+        for (const Index j : near) {
+            const Real r2 = (points.position[j] - x).squaredNorm();
+            if (r2 < square(support)) add(j, r2);
+        }
+    });
+}
+
+DepthSample LiquidShape::depth_of(const ColourSample& c, const Vec3& x, Real iso_value) const {
     const Real per_phi = support * Real(256.0 / 315.0);
     DepthSample sample{(c.value - iso_value) * per_phi, c.gradient * per_phi, c.centre, c.value, false, c.value > 0};
     if (c.near_wall) {
@@ -35,6 +54,66 @@ DepthSample LiquidShape::depth(const Vec3& x, std::int32_t component, Real iso_v
         }
     }
     return sample;
+}
+
+SheetSample LiquidShape::sheet(const ColourSample& c, const Vec3& x, const Vec3& n) const {
+    constexpr Real kCoat = Real(0.7071), kLeastSlope = Real(0.05);
+    SheetSample sample;
+    sample.phi = c.value;
+    sample.centre = c.centre;
+    sample.to_crease = std::numeric_limits<Real>::max();
+    const Real per_phi = support * Real(256.0 / 315.0);
+    const Real field = (c.value - iso) * per_phi;
+    const Vec3 field_slope = c.gradient * per_phi;
+    Real below_wall = std::numeric_limits<Real>::max();
+    Vec3 wall_normal(0, 0, 0);
+    if (c.near_wall) {
+        const WallContact contact = wall_contact(walls, x);
+        below_wall = contact.distance + wall_depth();
+        wall_normal = contact.normal;
+    }
+    sample.coat = c.near_wall && std::abs(below_wall) < Real(0.5) * spacing && n.dot(wall_normal) < -kCoat;
+    const Real depth = sample.coat ? below_wall : field, other = sample.coat ? field : below_wall;
+    const Vec3 slope = sample.coat ? wall_normal : field_slope;
+    const Real slope2 = slope.squaredNorm();
+    sample.defined = c.value > 0 && slope2 > square(kLeastSlope);
+    if (!sample.defined) return sample;
+    sample.outward = -slope / std::sqrt(slope2);
+    sample.guide = -depth / slope2 * slope;
+    const Real length = sample.guide.norm(), longest = Real(0.5) * spacing;
+    if (length > longest) sample.guide *= longest / length;
+    if (c.near_wall) {
+        const Vec3& other_slope = sample.coat ? field_slope : wall_normal;
+        const Vec3 across = other_slope - n * n.dot(other_slope);
+        const Real rate = across.norm();
+        if (rate > Real(0.2)) {
+            sample.to_crease = other / rate;
+            sample.towards_crease = -across / rate;
+        }
+    }
+    return sample;
+}
+
+Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component) const {
+    const Poly6 w(support);
+    Vec3 a, b;
+    orthonormal_basis(n, a, b);
+    // grad grad w = gradient_factor 1 + 24 scale/h^4 q r r^T, q = 1 - r^2/h^2; only its part across n is summed.
+    const Real factor = 24 * w.scale * square(w.h2_inv), image_depth = wall_depth() + Real(0.1) * spacing;
+    Real aa = 0, ab = 0, bb = 0, slope = 0;
+    points.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
+        if (points.component[j] != component || !points.counts_at(j, x, image_depth)) return;
+        const Real volume = points.volume[j] * points.colour[j];
+        const Vec3 r = x - points.position[j];
+        const Real even = volume * w.gradient_factor(r2), along = volume * factor * (1 - r2 * w.h2_inv), ra = a.dot(r), rb = b.dot(r);
+        aa += even + along * ra * ra;
+        bb += even + along * rb * rb;
+        ab += along * ra * rb;
+        slope += even * n.dot(r);
+    });
+    if (!(slope != 0)) return 0;
+    const Real mean = (aa + bb) / 2, spread = std::hypot((aa - bb) / 2, ab);
+    return (std::abs(mean) + spread) / std::abs(slope);
 }
 
 bool LiquidShape::project(Vec3& x, std::int32_t component, Real reach, Real iso_value) const {

@@ -1,6 +1,8 @@
 // The body of liquid as a function of space: the colour field of the particles, cut off a little way inside the walls.
 #pragma once
 
+#include <span>
+
 #include "sim/surface/liquid_points.h"
 
 namespace thixo {
@@ -24,6 +26,19 @@ struct DepthSample {
     Vec3 outward() const { return -gradient.normalized(); }
 };
 
+/// Where a surfel stands to its sheet. Near a wall the body's surface has two: the free surface, and the coat that lines the wall wall_depth inside
+/// it; they meet in a crease hidden by the wall. A surfel belongs to the one its normal fits, and stays in it up to the crease.
+struct SheetSample {
+    bool defined = false;         // false: no particle in reach, or no slope to follow
+    bool coat = false;
+    Real phi = 0;                 // of the colour field
+    Vec3 centre{0, 0, 0};         // of the colour field, relative to x [m]
+    Vec3 guide{0, 0, 0};          // to the sheet, one Newton step of at most half a spacing [m]
+    Vec3 outward{0, 0, 0};        // unit normal of the sheet
+    Real to_crease = 0;           // distance to the crease in the sheet, < 0 beyond it; +max where there is none near [m]
+    Vec3 towards_crease{0, 0, 0}; // unit tangent
+};
+
 struct LiquidShape {
     const LiquidPoints& points;
     const Walls& walls;
@@ -36,10 +51,23 @@ struct LiquidShape {
     Real wall_depth() const { return Real(0.15) * spacing; }
 
     ColourSample colour(const Vec3& x, std::int32_t component) const;
+    /// The same from a list that holds at least the points within the support of x: many times as fast.
+    ColourSample colour(const Vec3& x, std::int32_t component, std::span<const Index> near) const;
 
     /// depth(x) = min((phi(x) - I) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of phi across the surface of a half space.
     DepthSample depth(const Vec3& x, std::int32_t component) const { return depth(x, component, iso); }
-    DepthSample depth(const Vec3& x, std::int32_t component, Real iso_value) const;
+    DepthSample depth(const Vec3& x, std::int32_t component, Real iso_value) const {
+        return depth_of(colour(x, component), x, iso_value);
+    }
+    DepthSample depth_of(const ColourSample& colour, const Vec3& x, Real iso_value) const;
+
+    /// The sheet that a surfel at x with unit normal n belongs to. `colour` is the field at x.
+    SheetSample sheet(const ColourSample& colour, const Vec3& x, const Vec3& n) const;
+    SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component) const { return sheet(colour(x, component), x, n); }
+
+    /// Largest principal curvature of the level set of phi at x, convex or hollow, from the second derivatives of phi: |eigenvalue| of
+    /// P (grad grad phi) P / |grad phi|, P the projection across n [1/m].
+    Real curvature(const Vec3& x, const Vec3& n, std::int32_t component) const;
 
     /// psi_I: moves x to the zero of depth by Newton's method, the step halved while |depth| does not fall (2.40). False where the field has no
     /// slope to follow, or the way gets longer than `reach` [m]; x is then wherever it was.

@@ -16,6 +16,15 @@ constexpr Real kRepulsion = Real(0.1);
 constexpr Real kDeepest = Real(0.8);        // phi beyond which a surfel is inside the body and lost
 constexpr int kNearest = 10;                // |S_sub|
 
+/// P_i, S_i and S_sub of every surfel, listed with a margin to move in.
+struct Surroundings {
+    NeighbourLists particles;                          // points of the liquid within h
+    NeighbourLists surfels;                            // within h_s
+    std::vector<std::array<Index, kNearest>> nearest;  // the ten nearest of its side; kNone where there are fewer
+    PointGrid wide, surfel_grid;
+    Real travelled = std::numeric_limits<Real>::max();  // at most, by any surfel, since the lists were made [m]
+};
+
 /// What one iteration knows of a surfel before any moves.
 struct Pull {
     Vec3 guide{0, 0, 0};     // psi_I(s) - s [m]
@@ -24,52 +33,87 @@ struct Pull {
     Real smooth = 0;         // psi_orth(s) - s along the normal [m]
     Vec3 n_smooth{0, 0, 0};
     Vec3 repel{0, 0, 0};
-    bool wall = false;
+    Vec3 slide{0, 0, 0};     // back to the crease where the sheet ends [m]
+    bool coat = false;       // lines a wall
 };
 
 /// Guiding and attracting: the particles' forces. False where the surfel is lost.
-bool pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape) {
-    const DepthSample at = shape.depth(s, component);
-    const Real slope2 = at.gradient.squaredNorm();
-    if (!at.defined || (at.phi > kDeepest && !at.wall)) return false;
-    if (slope2 < square(Real(0.05))) return false;
-    pull.guide = -at.depth / slope2 * at.gradient;
-    const Real length = pull.guide.norm(), longest = Real(0.5) * shape.spacing;
-    if (length > longest) pull.guide *= longest / length;
-    pull.n_guide = at.outward();
-    if (pull.n_guide.dot(n) < 0) return false;  // the side it belonged to is gone
-    pull.wall = at.wall;
-    if (!at.wall) pull.attract = n.dot(at.centre) + kFlatMean * shape.support;
+bool pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape,
+                       std::span<const Index> near) {
+    const SheetSample at = shape.sheet(shape.colour(s, component, near), s, n);
+    if (!at.defined || at.outward.dot(n) < 0) return false;              // the side it belonged to is gone
+    if (!at.coat && at.phi > kDeepest) return false;                     // inside the body
+    if (at.to_crease < -Real(0.7) * shape.spacing) return false;         // far beyond the edge of its sheet
+    pull.guide = at.guide;
+    pull.n_guide = at.outward;
+    pull.coat = at.coat;
+    if (at.to_crease < 0) pull.slide = std::max(at.to_crease, Real(-0.2) * shape.spacing) * at.towards_crease;  // back to the edge
+    if (!at.coat && at.to_crease > shape.support) pull.attract = n.dot(at.centre) + kFlatMean * shape.support;
     return true;
 }
 
-/// Smoothing and repulsion: the neighbouring surfels' forces.
-void pull_of_surfels(Pull& pull, Index i, const WorkingSurfels& all, std::span<const Index> neighbours, Real support) {
-    const Poly6 w(support);
-    const Vec3 &s = all.position[i], &n = all.normal[i];
-    SurfelAverage average;
-    average.add(w.value(0), Vec3(0, 0, 0), n);
-    std::array<std::pair<Real, Index>, kNearest> nearest;
-    std::size_t count = 0;
+/// Whether two surfels are neighbours on one side of one body.
+bool same_side(const WorkingSurfels& all, Index i, Index j) {
+    return all.component[j] == all.component[i] && all.normal[j].dot(all.normal[i]) >= kAgree;
+}
+
+std::array<Index, kNearest> find_nearest(const WorkingSurfels& all, Index i, std::span<const Index> neighbours) {
+    std::array<std::pair<Real, Index>, kNearest> found;
+    found.fill({std::numeric_limits<Real>::max(), kNone});
     for (const Index j : neighbours) {
-        if (all.component[j] != all.component[i] || all.normal[j].dot(n) < kAgree) continue;
-        const Vec3 offset = all.position[j] - s;
-        const Real r2 = offset.squaredNorm();
-        average.add(w.value(r2), offset, all.normal[j]);
-        const std::pair<Real, Index> entry(r2, j);
-        if (count == nearest.size() && !(entry < nearest.back())) continue;
-        const std::size_t last = count < nearest.size() ? count++ : count - 1;
-        nearest[last] = entry;
-        for (std::size_t k = last; k > 0 && nearest[k] < nearest[k - 1]; --k) std::swap(nearest[k], nearest[k - 1]);
+        const std::pair<Real, Index> entry((all.position[j] - all.position[i]).squaredNorm(), j);
+        if (!(entry < found.back()) || !same_side(all, i, j)) continue;
+        found.back() = entry;
+        for (std::size_t k = found.size() - 1; k > 0 && found[k] < found[k - 1]; --k) std::swap(found[k], found[k - 1]);
+    }
+    std::array<Index, kNearest> nearest;
+    for (std::size_t k = 0; k < nearest.size(); ++k) nearest[k] = found[k].second;
+    return nearest;
+}
+
+/// Makes the lists anew where surfels may have left their margins.
+void look_around(Surroundings& around, const WorkingSurfels& all, const LiquidShape& shape, Real surfel_support) {
+    const Real margin = Real(0.2) * shape.spacing;
+    if (around.travelled < margin / 2) return;
+    around.travelled = 0;
+    around.wide.build(shape.points.position, shape.support + margin);
+    around.particles.build(around.wide, all.position, shape.support + margin / 2);
+    around.surfel_grid.build(all.position, surfel_support + margin);
+    around.surfels.build(around.surfel_grid, surfel_support + margin);
+    around.nearest.resize(all.size());
+    parallel_for(all.size(), [&](std::size_t i) {
+        around.nearest[i] = find_nearest(all, static_cast<Index>(i), around.surfels[i]);
+    });
+}
+
+/// f_repel: away from the nearest, the more the nearer, ending at the farthest of them so that it does not jump when another takes that place.
+Vec3 repulsion(const WorkingSurfels& all, Index i, const std::array<Index, kNearest>& nearest, Real support) {
+    Vec3 force(0, 0, 0);
+    Real reach = nearest.back() == kNone ? support : Real(0);
+    for (const Index j : nearest)
+        if (j != kNone) reach = std::max(reach, (all.position[i] - all.position[j]).norm());
+    for (const Index j : nearest) {
+        if (j == kNone) break;
+        const Vec3 apart = all.position[i] - all.position[j];
+        const Real r = apart.norm();
+        if (r > 0 && r < reach) force += (reach - r) / r * apart;
+    }
+    return force;
+}
+
+/// Smoothing and repulsion: the neighbouring surfels' forces.
+void pull_of_surfels(Pull& pull, Index i, const WorkingSurfels& all, const Surroundings& around, Real support) {
+    const Poly6 w(support);
+    SurfelAverage average;
+    average.add(w.value(0), Vec3(0, 0, 0), all.normal[i]);
+    for (const Index j : around.surfels[i]) {
+        const Vec3 offset = all.position[j] - all.position[i];
+        const Real a = w.value(offset.squaredNorm());
+        if (a > 0 && same_side(all, i, j)) average.add(a, offset, all.normal[j]);
     }
     pull.n_smooth = average.unit_normal();
     pull.smooth = -average.value();
-    // The farthest of S_sub ends the force, so that it does not jump when another surfel takes that place.
-    const Real reach = count == nearest.size() ? std::sqrt(nearest.back().first) : support;
-    for (std::size_t k = 0; k < count; ++k) {
-        const Real r = std::sqrt(nearest[k].first);
-        if (r > 0 && r < reach) pull.repel += (reach - r) / r * (s - all.position[nearest[k].second]);
-    }
+    pull.repel = repulsion(all, i, around.nearest[i], support);
 }
 
 /// Mean of psi_orth(s_j) - s_j over the neighbours of i and itself.
@@ -77,27 +121,38 @@ Real mean_smooth(const std::vector<Pull>& pulls, Index i, const WorkingSurfels& 
     const Poly6 w(support);
     Real weight = w.value(0), sum = weight * pulls[i].smooth;
     for (const Index j : neighbours) {
-        if (all.lost[j] || pulls[j].wall || all.component[j] != all.component[i] || all.normal[j].dot(all.normal[i]) < kAgree) continue;
         const Real a = w.value((all.position[j] - all.position[i]).squaredNorm());
+        if (a <= 0 || all.lost[j] || pulls[j].coat || !same_side(all, i, j)) continue;
         weight += a;
         sum += a * pulls[j].smooth;
     }
     return sum / weight;
 }
 
-/// The step of one surfel; returns its length.
-Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, const scene::Surface& k, Real damping, Real radius) {
-    const Real k_guide = Real(k.guide), k_attract = Real(k.attract), k_smooth = Real(k.smooth);
+/// The step of one surfel; returns how far a point of its disc moves by it.
+Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, const scene::Surface& k, Real damping, Real radius) {
+    const Real k_guide = Real(k.guide), k_attract = Real(k.attract), k_smooth = Real(k.smooth) * smoothness;
     // Walls are smooth and exactly known: the liquid's coat follows them at once.
-    const Real normal_force = pull.wall ? n.dot(pull.guide)
+    const Real normal_force = pull.coat ? n.dot(pull.guide)
                                         : n.dot(k_guide * pull.guide) + k_attract * pull.attract + k_smooth * smooth;
     Vec3 tangent_force = kRepulsion * (pull.repel - n * n.dot(pull.repel));
     const Real length = tangent_force.norm();
     if (length > Real(0.25) * radius) tangent_force *= Real(0.25) * radius / length;
-    const Vec3 move = damping * (n * normal_force + tangent_force);
+    const Vec3 move = damping * (n * normal_force + tangent_force) + pull.slide;
+    const Vec3 old_n = n;
     s += move;
-    n = pull.wall ? pull.n_guide : (k_guide * pull.n_guide + k_smooth * pull.n_smooth).normalized();
-    return move.norm();
+    n = pull.coat ? pull.n_guide : (k_guide * pull.n_guide + k_smooth * pull.n_smooth).normalized();
+    return std::max(move.norm(), Real(0.25) * radius * (n - old_n).norm());
+}
+
+/// A surfel rests while neither it nor a neighbour moves: most of a calm surface does after one look.
+void find_active(std::vector<char>& active, const WorkingSurfels& all, const std::vector<Real>& moved, const Surroundings& around,
+                 Real tolerance) {
+    parallel_for(all.size(), [&](std::size_t i) {
+        bool any = moved[i] >= tolerance;
+        for (const Index j : around.surfels[i]) any = any || moved[j] >= tolerance;
+        active[i] = any && !all.lost[i];
+    });
 }
 
 /// Brings back what left the iso-surface I_min; a surfel that cannot be is lost.
@@ -105,8 +160,7 @@ void constrain(const WorkingSurfels& all, const LiquidShape& shape) {
     const Real least = Real(0.6) * shape.iso;
     parallel_for(all.size(), [&](std::size_t i) {
         if (all.lost[i]) return;
-        const DepthSample at = shape.depth(all.position[i], all.component[i], least);
-        if (at.defined && (at.wall || at.depth >= 0)) return;
+        if (shape.colour(all.position[i], all.component[i]).value >= least) return;
         if (!shape.project(all.position[i], all.component[i], shape.spacing, least)) all.lost[i] = 1;
     });
 }
@@ -114,36 +168,45 @@ void constrain(const WorkingSurfels& all, const LiquidShape& shape) {
 }  // namespace
 
 RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Surface& params) {
-    const Real radius = Real(params.radius) * shape.spacing, support = Real(params.support) * radius;
+    const Real per_radius = Real(params.support), widest = per_radius * Real(params.radius) * shape.spacing;
     std::vector<Pull> pulls(all.size());
-    PointGrid grid;
-    NeighbourLists neighbours;
+    Surroundings around;
     RelaxReport report;
     Real damping = 1;
+    const Real tolerance = Real(0.01) * shape.spacing;
+    std::vector<char> active(all.size(), 0);
+    for (std::size_t i = 0; i < all.size(); ++i) active[i] = !all.lost[i];
+    std::vector<Real> smooth(all.size(), 0), moved(all.size(), 0), smoothness(all.size(), 1);
+    parallel_for(all.size(), [&](std::size_t i) {
+        const Real bend = per_radius * all.radius[i] * shape.curvature(all.position[i], all.normal[i], all.component[i]);
+        smoothness[i] = clamp01((Real(1.4) - bend) / Real(0.5));
+    });
     for (; report.iterations < params.iterations; ++report.iterations) {
-        grid.build(all.position, support);
-        neighbours.build(grid, support);
+        look_around(around, all, shape, widest);
         parallel_for(all.size(), [&](std::size_t i) {
+            if (!active[i]) return;
             pulls[i] = Pull{};
-            if (all.lost[i]) return;
-            pull_of_surfels(pulls[i], static_cast<Index>(i), all, neighbours[i], support);
-            if (!pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape)) all.lost[i] = 1;
-        });
-        std::vector<Real> smooth(all.size(), 0), moved(all.size(), 0);
-        parallel_for(all.size(), [&](std::size_t i) {
-            if (!all.lost[i])
-                smooth[i] = pulls[i].smooth - mean_smooth(pulls, static_cast<Index>(i), all, neighbours[i], support);
+            pull_of_surfels(pulls[i], static_cast<Index>(i), all, around, per_radius * all.radius[i]);
+            if (!pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape, around.particles[i])) all.lost[i] = 1;
         });
         parallel_for(all.size(), [&](std::size_t i) {
-            if (!all.lost[i]) moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth[i], params, damping, radius);
+            if (active[i])
+                smooth[i] = pulls[i].smooth - mean_smooth(pulls, static_cast<Index>(i), all, around.surfels[i], per_radius * all.radius[i]);
+        });
+        parallel_for(all.size(), [&](std::size_t i) {
+            moved[i] = 0;
+            if (active[i] && !all.lost[i])
+                moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth[i], smoothness[i], params, damping, all.radius[i]);
         });
         report.largest_move = parallel_reduce(
             all.size(), Real(0), [&](std::size_t i) { return moved[i]; }, [](Real a, Real b) { return std::max(a, b); });
+        around.travelled += report.largest_move;
         damping *= Real(0.9);
-        if (report.largest_move < Real(0.01) * shape.spacing) {
+        if (report.largest_move < tolerance) {
             ++report.iterations;
             break;
         }
+        find_active(active, all, moved, around, tolerance);
     }
     constrain(all, shape);
     return report;

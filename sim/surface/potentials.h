@@ -9,12 +9,13 @@
 
 namespace thixo {
 
-/// Surfels while they are worked on: what of SurfaceState the steps need, with their component and a note which are lost.
+/// Surfels while they are worked on: what of SurfaceState the potentials need, and notes of the update.
 struct WorkingSurfels {
     std::vector<Vec3>& position;
     std::vector<Vec3>& normal;
     const std::vector<std::int32_t>& component;
-    std::vector<char>& lost;  // no particle in reach, or ended up inside the body
+    const std::vector<Real>& radius;  // r_s of each [m]
+    std::vector<char>& lost;          // no particle in reach, or ended up inside the body
     std::size_t size() const { return position.size(); }
 };
 
@@ -34,6 +35,8 @@ struct RelaxReport {
 ///               shrinks every drop (the volume drift 6.8 complains of). Neighbours: those within h_s whose normals agree within 45 degrees.
 ///   f_repel   = a tenth of the sum over the ten nearest of those of (l - |s - s_j|) (s - s_j)/|s - s_j|, l the tenth's distance: with 6.6's l = h_s
 ///               the force jumps whenever the set of ten changes, and surfels never come to rest
+/// Where the surface bends within a surfel's support (drops of a few particles, threads, rims) its average means little: k_smooth falls from its
+/// full value at h_s times curvature = 0.9 to nothing at 1.4.
 /// Afterwards no surfel is outside the iso-value I_min = 0.6 I.
 RelaxReport relax(WorkingSurfels surfels, const LiquidShape& shape, const scene::Surface& params);
 

@@ -10,6 +10,9 @@ namespace {
 constexpr Real kCrowded = Real(0.45), kSparse = Real(0.8), kApart = Real(0.7);
 constexpr Real kSameSide = Real(0.5);  // cosine between normals of surfels that cover for each other
 constexpr int kDirections = 12;
+constexpr Real kHalf = Real(0.5), kRoot = Real(0.8660254037844386);
+constexpr struct { Real x, y; } kCircle[kDirections] = {{1, 0},  {kRoot, kHalf},   {kHalf, kRoot},   {0, 1},  {-kHalf, kRoot}, {-kRoot, kHalf},
+                                                        {-1, 0}, {-kRoot, -kHalf}, {-kHalf, -kRoot}, {0, -1}, {kHalf, -kRoot}, {kRoot, -kHalf}};
 constexpr int kRounds = 40;            // a sheet grows from one seed by a radius a round
 
 /// A surfel that may come to be.
@@ -17,6 +20,7 @@ struct Proposal {
     Vec3 position{0, 0, 0};
     Vec3 normal{0, 0, 0};
     std::int32_t component = 0, body = 0;
+    Real radius = 0;
     bool good = false;
 };
 
@@ -24,10 +28,11 @@ struct Cover {
     const std::vector<Vec3>& position;
     const std::vector<Vec3>& normal;
     const std::vector<std::int32_t>& component;
+    const std::vector<Real>& radius;
     PointGrid grid;
 
-    Cover(const SurfaceState& surface, const std::vector<std::int32_t>& component_, Real reach)
-        : position(surface.surfels.position), normal(surface.surfels.normal), component(component_) {
+    Cover(const SurfaceState& surface, const SurfelNotes& notes, Real reach)
+        : position(surface.surfels.position), normal(surface.surfels.normal), component(notes.component), radius(notes.radius) {
         grid.build(position, reach);
     }
     /// Whether a surfel of the same side lies within `radius` of a place.
@@ -41,8 +46,10 @@ struct Cover {
 };
 
 /// Puts a proposal on the surface: that of its neighbours where three or more blend there, the liquid's otherwise.
-void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real surfel_support) {
+/// Its radius is that of the surfel it comes from; it gets its own.
+void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_radius, Real full) {
     p.good = false;
+    const Real surfel_support = per_radius * p.radius;
     const Poly6 w(surfel_support);
     SurfelAverage average;
     int count = 0;
@@ -52,33 +59,37 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real surf
         ++count;
     });
     if (count >= 3 && average.defined()) {
-        const Vec3 n = average.unit_normal(), place = p.position - average.value() * n;
-        const DepthSample at = shape.depth(place, p.component);
-        if (at.defined && std::abs(at.depth) < Real(0.25) * shape.spacing && at.gradient.squaredNorm() > square(Real(0.05)) &&
-            at.outward().dot(n) > Real(0.8)) {
-            p.position = place;
-            p.normal = n;
+        const Vec3 n = average.unit_normal();
+        Vec3 place = p.position - average.value() * n;
+        const SheetSample at = shape.sheet(place, n, p.component);
+        if (at.to_crease < 0) place += at.to_crease * at.towards_crease;  // the sheet ends here
+        if (at.defined && at.guide.norm() < Real(0.3) * shape.spacing && at.outward.dot(n) > Real(0.7) &&
+            at.to_crease > -Real(0.7) * shape.spacing) {
+            p.position = at.coat ? Vec3(place + at.guide) : place;
+            p.normal = at.coat ? at.outward : n;
+            p.radius = at.coat ? full : fitting_radius(shape, p.position, p.normal, p.component, full);
             p.good = true;
-            return;
         }
+        return;
     }
     if (!shape.project(p.position, p.component, shape.spacing)) return;
     const DepthSample at = shape.depth(p.position, p.component);
     if (!(at.gradient.squaredNorm() > square(Real(0.05)))) return;
     p.normal = at.outward();
+    p.radius = at.wall ? full : fitting_radius(shape, p.position, p.normal, p.component, full);
     p.good = true;
 }
 
 /// The least covered point of the circle about surfel i, if it is too little covered.
-Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover, Real radius) {
+Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover) {
+    const Real radius = cover.radius[i];
     const Vec3 &s = cover.position[i], &n = cover.normal[i];
     Vec3 a, b;
     orthonormal_basis(n, a, b);
     Vec3 place[kDirections];
     Real clearance[kDirections];
     for (int k = 0; k < kDirections; ++k) {
-        const double angle = 2 * kPi * k / kDirections;
-        place[k] = s + radius * (Real(std::cos(angle)) * a + Real(std::sin(angle)) * b);
+        place[k] = s + radius * (kCircle[k].x * a + kCircle[k].y * b);
         clearance[k] = std::numeric_limits<Real>::max();
     }
     cover.grid.for_each_neighbour(s, 2 * radius, [&](Index j, Real) {
@@ -88,14 +99,14 @@ Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover,
         for (int k = 0; k < kDirections; ++k) clearance[k] = std::min(clearance[k], (flat - place[k]).squaredNorm());
     });
     const int best = static_cast<int>(std::max_element(clearance, clearance + kDirections) - clearance);
-    Proposal p{place[best], n, cover.component[i], surface.body[i], clearance[best] > square(kSparse * radius)};
+    Proposal p{place[best], n, cover.component[i], surface.body[i], radius, clearance[best] > square(kSparse * radius)};
     return p;
 }
 
-/// The surface nearest to a particle, where it is near: outwards along the field's slope, or into the wall beside it.
-Proposal over_particle(Index j, const Particles& particles, const LiquidShape& shape) {
+/// The surface nearest to a particle, where it is near and uncovered: outwards along the field's slope, or into the wall beside it.
+Proposal over_particle(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
     constexpr Real kSurfaceFill = Real(0.85);  // outermost particles have about 0.7, the next layer 0.95
-    Proposal p{particles.position[j], Vec3(0, 0, 0), particles.material[j], particles.body[j], false};
+    Proposal p{particles.position[j], Vec3(0, 0, 0), particles.material[j], particles.body[j], radius, false};
     const Real wall = shape.points.particle_wall[j];
     if (wall > 0 && wall < shape.spacing) {
         const WallContact contact = wall_contact(shape.walls, p.position);
@@ -103,40 +114,43 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
         p.normal = -contact.normal;
         const DepthSample at = shape.depth(p.position, p.component);
         if (at.defined && at.wall) {
-            p.good = true;
+            p.good = !cover.covers(p, radius);
             return p;
         }
         p.position = particles.position[j];
     }
     if (shape.points.particle_fill[j] > kSurfaceFill) return p;
-    const ColourSample at = shape.colour(p.position, p.component);
     // Off the particle's centre: a lone one has no slope there.
-    const Real slope = at.gradient.norm();
-    const Vec3 out = slope * shape.support > Real(1e-3) ? Vec3(-at.gradient / slope) : Vec3(0, 0, 1);
-    p.position += Real(0.5) * shape.spacing * out;
+    const Vec3& slope = shape.points.particle_slope[j];
+    p.normal = slope.norm() * shape.support > Real(1e-3) ? Vec3(-slope.normalized()) : Vec3(0, 0, 1);
+    p.position += Real(0.5) * shape.spacing * p.normal;
+    if (cover.covers(p, Real(0.8) * radius)) return p;  // most are, and need no closer look
     if (!shape.project(p.position, p.component, shape.spacing)) return p;
     p.normal = shape.depth(p.position, p.component).outward();
-    p.good = true;
+    p.radius = fitting_radius(shape, p.position, p.normal, p.component, radius);
+    p.good = !cover.covers(p, p.radius);
     return p;
 }
 
-void append(SurfaceState& surface, std::vector<std::int32_t>& component, const Proposal& p, Real radius) {
+void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
     Vec3 a, b;
     orthonormal_basis(p.normal, a, b);
     surface.surfels.position.push_back(p.position);
     surface.surfels.normal.push_back(p.normal);
-    surface.surfels.axis1.push_back(radius * a);
-    surface.surfels.axis2.push_back(radius * b);
+    surface.surfels.axis1.push_back(p.radius * a);
+    surface.surfels.axis2.push_back(p.radius * b);
     surface.id.push_back(surface.next_id++);
     surface.body.push_back(p.body);
     surface.rest.push_back(p.position);
     surface.velocity.push_back(Vec3(0, 0, 0));
     surface.temperature.push_back(0);
-    component.push_back(p.component);
+    notes.component.push_back(p.component);
+    notes.radius.push_back(p.radius);
+    notes.lost.push_back(0);
 }
 
 /// Accepts the good proposals one after the other, each unless an accepted one is near; returns how many.
-std::size_t accept(SurfaceState& surface, std::vector<std::int32_t>& component, const std::vector<Proposal>& proposals, Real radius) {
+std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<Proposal>& proposals, Real full) {
     std::vector<Vec3> place;
     std::vector<Index> which;
     for (Index k = 0; k < proposals.size(); ++k)
@@ -146,20 +160,20 @@ std::size_t accept(SurfaceState& surface, std::vector<std::int32_t>& component, 
         }
     if (which.empty()) return 0;
     PointGrid grid;
-    grid.build(place, radius);
+    grid.build(place, full);
     std::vector<char> accepted(which.size(), 0);
     std::size_t count = 0;
     for (Index k = 0; k < which.size(); ++k) {
         const Proposal& p = proposals[which[k]];
         bool taken = false;
-        grid.for_each_neighbour(p.position, kApart * radius, [&](Index other, Real) {
+        grid.for_each_neighbour(p.position, kApart * p.radius, [&](Index other, Real) {
             const Proposal& q = proposals[which[other]];
             taken = taken || (accepted[other] && q.component == p.component && q.normal.dot(p.normal) > kSameSide);
         });
         if (taken) continue;
         accepted[k] = 1;
         ++count;
-        append(surface, component, p, radius);
+        append(surface, notes, p);
     }
     return count;
 }
@@ -170,58 +184,64 @@ void keep(std::vector<T>& array, const std::vector<Index>& kept) {
     array.resize(kept.size());
 }
 
-std::size_t remove_lost_and_crowded(SurfaceState& surface, std::vector<std::int32_t>& component, const std::vector<char>& lost, Real radius) {
-    const Cover cover(surface, component, radius);
-    std::vector<char> gone(lost);
+std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, Real full) {
+    const Cover cover(surface, notes, full);
+    std::vector<char> gone(notes.lost);
     std::vector<Index> kept;
     for (Index i = 0; i < surface.size(); ++i) {
-        cover.grid.for_each_neighbour(cover.position[i], kCrowded * radius, [&](Index j, Real) {
+        cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i], [&](Index j, Real r2) {
             // The elder stays: surfels that are seen keep their places.
-            if (!gone[j] && surface.id[j] < surface.id[i] && component[j] == component[i] && cover.normal[j].dot(cover.normal[i]) > kSameSide)
-                gone[i] = 1;
+            if (gone[j] || surface.id[j] >= surface.id[i] || r2 >= square(kCrowded * cover.radius[j])) return;
+            if (cover.component[j] == cover.component[i] && cover.normal[j].dot(cover.normal[i]) > kSameSide) gone[i] = 1;
         });
         if (!gone[i]) kept.push_back(i);
     }
     const std::size_t deleted = surface.size() - kept.size();
     for_each_array(surface, [&](const char*, auto& array) { keep(array, kept); });
-    keep(component, kept);
+    keep(notes.component, kept);
+    keep(notes.radius, kept);
+    notes.lost.assign(kept.size(), 0);
     return deleted;
 }
 
 }  // namespace
 
-ResampleReport resample(SurfaceState& surface, std::vector<std::int32_t>& component, const std::vector<char>& lost, const LiquidShape& shape,
-                        const Particles& particles, const scene::Surface& params) {
-    const Real radius = Real(params.radius) * shape.spacing, support = Real(params.support) * radius;
+Real fitting_radius(const LiquidShape& shape, const Vec3& x, const Vec3& n, std::int32_t component, Real full) {
+    const Real curvature = shape.curvature(x, n, component);
+    return curvature * full > Real(0.45) ? std::max(Real(0.45) / curvature, Real(0.5) * full) : full;
+}
+
+ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape, const Particles& particles,
+                        const scene::Surface& params) {
+    const Real full = Real(params.radius) * shape.spacing, per_radius = Real(params.support), reach = std::max(per_radius, Real(2)) * full;
     ResampleReport report;
-    report.deleted = remove_lost_and_crowded(surface, component, lost, radius);
+    report.deleted = remove_lost_and_crowded(surface, notes, full);
     std::vector<Proposal> proposals(particles.size());
     {
-        const Cover cover(surface, component, support);
+        const Cover cover(surface, notes, reach);
         parallel_for(particles.size(), [&](std::size_t j) {
-            proposals[j] = over_particle(static_cast<Index>(j), particles, shape);
-            if (proposals[j].good) proposals[j].good = !cover.covers(proposals[j], radius);
+            proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
         });
     }
-    report.inserted = accept(surface, component, proposals, radius);
+    report.inserted = accept(surface, notes, proposals, full);
     // Only surfels with a new neighbour can have got or lost a gap; in the first round that may be any.
     std::size_t looked_from = 0;
     for (int round = 0; round < kRounds; ++round) {
-        const Cover cover(surface, component, support);
+        const Cover cover(surface, notes, reach);
         std::vector<char> look(surface.size(), round == 0);
         for (std::size_t i = looked_from; i < surface.size(); ++i)
-            cover.grid.for_each_neighbour(cover.position[i], 2 * radius, [&](Index j, Real) { look[j] = 1; });
+            cover.grid.for_each_neighbour(cover.position[i], 2 * full, [&](Index j, Real) { look[j] = 1; });
         looked_from = surface.size();
         proposals.assign(surface.size(), Proposal{});
         parallel_for(surface.size(), [&](std::size_t i) {
             if (!look[i]) return;
             Proposal& p = proposals[i];
-            p = beside_surfel(static_cast<Index>(i), surface, cover, radius);
+            p = beside_surfel(static_cast<Index>(i), surface, cover);
             if (!p.good) return;
-            settle(p, cover, shape, support);
-            if (p.good) p.good = !cover.covers(p, kApart * radius);
+            settle(p, cover, shape, per_radius, full);
+            if (p.good) p.good = !cover.covers(p, kApart * p.radius);
         });
-        const std::size_t added = accept(surface, component, proposals, radius);
+        const std::size_t added = accept(surface, notes, proposals, full);
         report.inserted += added;
         if (added == 0) break;
     }

@@ -26,17 +26,23 @@ std::vector<std::int32_t> components(const SurfaceState& surface, const Particle
     return component;
 }
 
-/// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be.
-void fit_axes(SurfelCloud& cloud, Real radius) {
+/// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be. At a crease the disc ends a little beyond
+/// it, or it would stand out of the body: the first axis then leads to the crease and is shortened.
+void fit_axes(SurfelCloud& cloud, const SurfelNotes& notes, const LiquidShape& shape) {
     parallel_for(cloud.size(), [&](std::size_t i) {
         const Vec3& n = cloud.normal[i];
-        Vec3 t = cloud.axis1[i] - n * n.dot(cloud.axis1[i]);
+        const SheetSample at = shape.sheet(cloud.position[i], n, notes.component[i]);
+        const Real radius = notes.radius[i], reach = std::max(at.to_crease + Real(0.04) * shape.spacing, Real(0.16) * radius);
+        const bool at_crease = at.defined && reach < radius;
+        Vec3 t = at_crease ? at.towards_crease : cloud.axis1[i];
+        t -= n * n.dot(t);
         if (!(t.squaredNorm() > square(Real(1e-3) * radius))) {
             Vec3 unused;
             orthonormal_basis(n, t, unused);
         }
-        cloud.axis1[i] = radius * t.normalized();
-        cloud.axis2[i] = radius * n.cross(t.normalized());
+        t.normalize();
+        cloud.axis1[i] = (at_crease ? reach : radius) * t;
+        cloud.axis2[i] = radius * n.cross(t);
     });
 }
 
@@ -56,36 +62,36 @@ void sort_by_cell_and_id(SurfaceState& surface, Real support) {
 
 SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls, const scene::Surface& params, Real spacing,
                              Real support) {
-    const Real radius = Real(params.radius) * spacing;
+    const Real full_radius = Real(params.radius) * spacing;
     const bool first = surface.size() == 0;
-    std::vector<std::int32_t> component = components(surface, particles);
-    displace(surface, particles, component, support);
+    SurfelNotes notes;
+    notes.component = components(surface, particles);
+    notes.lost.assign(surface.size(), 0);
+    displace(surface, particles, notes.component, support);
 
     LiquidPoints points = gather_liquid(particles, walls, support);
     set_colours(points, support);
     const LiquidShape shape{points, walls, support, spacing, Real(params.iso)};
     SurfelCloud& cloud = surface.surfels;
-    std::vector<char> lost(surface.size(), 0);
+    notes.radius.resize(surface.size());
+    parallel_for(surface.size(), [&](std::size_t i) {
+        notes.radius[i] = fitting_radius(shape, cloud.position[i], cloud.normal[i], notes.component[i], full_radius);
+    });
     SurfaceReport report;
-    const auto deform = [&] {
-        lost.resize(surface.size(), 0);
-        const RelaxReport relaxed = relax({cloud.position, cloud.normal, component, lost}, shape, params);
-        report.iterations += relaxed.iterations;
-        report.largest_move = relaxed.largest_move;
-    };
     const auto refill = [&] {
-        const ResampleReport r = resample(surface, component, lost, shape, particles, params);
-        lost.assign(surface.size(), 0);
+        const ResampleReport r = resample(surface, notes, shape, particles, params);
         report.inserted += r.inserted;
         report.deleted += r.deleted;
     };
     if (first) refill();  // one surfel a surface particle, then all between them
-    deform();
+    const RelaxReport relaxed = relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.lost}, shape, params);
+    report.iterations = relaxed.iterations;
+    report.largest_move = relaxed.largest_move;
     refill();
 
-    fit_axes(cloud, radius);
-    interpolate_attributes(surface, particles, component, support);
-    sort_by_cell_and_id(surface, Real(params.support) * radius);
+    fit_axes(cloud, notes, shape);
+    interpolate_attributes(surface, particles, notes.component, support);
+    sort_by_cell_and_id(surface, Real(params.support) * full_radius);
     particles.surface_position = particles.position;
     return report;
 }

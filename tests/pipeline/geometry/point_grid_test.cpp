@@ -206,6 +206,22 @@ TEST(NeighbourLists, AreThoseOfBruteForceWithoutTheParticleItself) {
         }
 }
 
+TEST(NeighbourLists, OfQueriesAreThoseOfBruteForce) {
+    for (const auto& points : all_clouds()) {
+        PointGrid grid;
+        grid.build(points, kRadius);
+        const auto queries = uniform(100, -1.5, 1.5);
+        NeighbourLists lists;
+        lists.build(grid, queries, kRadius);
+        ASSERT_EQ(lists.size(), queries.size());
+        for (std::size_t q = 0; q < queries.size(); ++q) {
+            std::vector<Index> found(lists[q].begin(), lists[q].end());
+            std::sort(found.begin(), found.end());
+            ASSERT_EQ(found, brute_force(points, queries[q], kRadius));
+        }
+    }
+}
+
 TEST(NeighbourLists, DoNotDependOnTheThreadCount) {
     const auto points = in_cell_order(uniform(5000, -1, 1));
     std::vector<std::vector<Index>> first;

@@ -46,7 +46,8 @@ FrameReport compare_files(const std::string& name, const fs::path& a, const fs::
         FrameReport report = compare_pictures(name, image_a, image_b, args.max_rel_mse);
         if (!report.same() && !args.diff.empty() && report.has_picture) {
             make_folder(args.diff);
-            write_png(fs::path(args.diff) / (fs::path(name).stem().string() + ".diff.png"), difference_picture(image_a, image_b));
+            write_png(fs::path(args.diff) / (fs::path(name).stem().string() + ".diff.png"),
+                      difference_picture(image_a, image_b));
         }
         return report;
     } catch (const CacheError& e) {
@@ -58,10 +59,15 @@ void check_pictures(const CheckArgs& args, const std::vector<int>* frames, Check
     const fs::path a = args.path, b = args.against;
     const std::vector<std::string> names_a = picture_names(a, frames), names_b = picture_names(b, frames);
     const auto pairs = pair_names(names_a, names_b);
-    if (pairs.empty()) throw CacheError("'{}' and '{}' hold no picture of frames {}; render them first", args.path, args.against, args.frames);
+    if (pairs.empty())
+        throw CacheError("'{}' and '{}' hold no picture of frames {}; render them first", args.path, args.against,
+                         args.frames);
     for (const auto& [name, in_a, in_b] : pairs) {
-        if (in_a && in_b) report.frames.push_back(compare_files(name, a / name, b / name, args));
-        else report.frames.push_back(unpaired(name, in_a, [&, &file = name, &left = in_a] { read_exr((left ? a : b) / file); }));
+        if (in_a && in_b)
+            report.frames.push_back(compare_files(name, a / name, b / name, args));
+        else
+            report.frames.push_back(
+                unpaired(name, in_a, [&, &file = name, &left = in_a] { read_exr((left ? a : b) / file); }));
     }
 }
 
@@ -71,7 +77,8 @@ void check_caches(const CheckArgs& args, const std::vector<int>* frames, CheckRe
     if (!args.update || CacheReader::exists(args.against)) b.emplace(args.against);
     const auto wanted = [&](const std::optional<CacheReader>& reader) {
         std::vector<int> numbers = reader ? reader->frames() : std::vector<int>();
-        if (frames) std::erase_if(numbers, [&](int n) { return !std::binary_search(frames->begin(), frames->end(), n); });
+        if (frames)
+            std::erase_if(numbers, [&](int n) { return !std::binary_search(frames->begin(), frames->end(), n); });
         return numbers;
     };
     const auto pairs = pair_names(wanted(a), wanted(b));
@@ -79,7 +86,8 @@ void check_caches(const CheckArgs& args, const std::vector<int>* frames, CheckRe
     for (const auto& [number, in_a, in_b] : pairs) {
         const std::string name = fmt::format("frame {}", number);
         if (!in_a || !in_b) {
-            report.frames.push_back(unpaired(name, in_a, [&, n = number, left = in_a] { (left ? a : *b).load_frame(n); }));
+            report.frames.push_back(
+                unpaired(name, in_a, [&, n = number, left = in_a] { (left ? a : *b).load_frame(n); }));
             continue;
         }
         try {
@@ -94,12 +102,14 @@ void check_caches(const CheckArgs& args, const std::vector<int>* frames, CheckRe
         return names;
     };
     // Assets are named by their content: equal names are equal bytes once load_asset has verified them.
-    for (const auto& [name, in_a, in_b] : pair_names(asset_names(a.manifest()), b ? asset_names(b->manifest()) : std::vector<std::string>())) {
+    for (const auto& [name, in_a, in_b] :
+         pair_names(asset_names(a.manifest()), b ? asset_names(b->manifest()) : std::vector<std::string>())) {
         const std::string hash = fs::path(name).stem().string();
         try {
             if (in_a) a.load_asset(hash);
             if (in_b) b->load_asset(hash);
-            if (!in_a || !in_b) report.frames.push_back(one_problem(name, in_a ? "is not in the reference" : "is missing"));
+            if (!in_a || !in_b)
+                report.frames.push_back(one_problem(name, in_a ? "is not in the reference" : "is missing"));
         } catch (const CacheError& e) {
             report.frames.push_back(one_problem(name, e.what(), true));
         }
@@ -110,17 +120,21 @@ void require_good(const CheckArgs& args, CheckKind kind, const std::vector<int>*
     const auto require_finite = [](const std::string& file) {
         const Image image = read_exr(file);
         const std::size_t bad = compare_pictures(file, image, image, 0).picture.not_finite_a;
-        if (bad > 0) throw CacheError("'{}' holds {} values that are not finite and cannot be a reference; render it again", file, bad);
+        if (bad > 0)
+            throw CacheError("'{}' holds {} values that are not finite and cannot be a reference; render it again",
+                             file, bad);
     };
     if (kind == CheckKind::picture) require_finite(args.path);
     if (kind == CheckKind::folder)
-        for (const std::string& name : picture_names(args.path, frames)) require_finite((fs::path(args.path) / name).string());
+        for (const std::string& name : picture_names(args.path, frames))
+            require_finite((fs::path(args.path) / name).string());
     if (kind != CheckKind::cache) return;
     const CacheReader reader(args.path);
     for (const int number : reader.frames()) {
         const Frame frame = reader.load_frame(number);
         const FrameReport own = compare_frames(fmt::format("frame {}", number), frame, frame);
-        if (!own.same()) throw CacheError("'{}' {}: {}; it cannot be a reference", args.path, own.name, own.problems.front());
+        if (!own.same())
+            throw CacheError("'{}' {}: {}; it cannot be a reference", args.path, own.name, own.problems.front());
     }
     for (const CacheFile& f : reader.manifest().assets) reader.load_asset(fs::path(f.name).stem().string());
 }
@@ -129,12 +143,14 @@ Update make_reference(const CheckArgs& args, CheckKind kind, const std::vector<i
     require_good(args, kind, frames);
     if (kind == CheckKind::cache) return update_cache(args.path, args.against);
     if (kind == CheckKind::picture) return update_picture(args.path, args.against);
-    return update_pictures(args.path, picture_names(args.path, frames), args.against, picture_names(args.against, frames));
+    return update_pictures(args.path, picture_names(args.path, frames), args.against,
+                           picture_names(args.against, frames));
 }
 
 void require_sense(const CheckArgs& args, CheckKind kind) {
     std::error_code ignored;
-    if (args.max_rel_mse > 0 && kind == CheckKind::cache) throw InputError("--max-rel-mse is for pictures; caches are compared bit for bit");
+    if (args.max_rel_mse > 0 && kind == CheckKind::cache)
+        throw InputError("--max-rel-mse is for pictures; caches are compared bit for bit");
     if (args.update && kind == CheckKind::cache && !args.frames.empty())
         throw InputError("--update of a cache takes all its frames; leave out --frames");
     if (args.update && fs::exists(args.against, ignored) && fs::equivalent(args.path, args.against, ignored))
@@ -147,10 +163,12 @@ CheckReport check(const CheckArgs& args) {
     const CheckKind kind = check_kind(args.path);
     require_sense(args, kind);
     std::error_code ignored;
-    const bool first_reference = args.update && (!fs::exists(args.against, ignored) || fs::is_empty(args.against, ignored));
+    const bool first_reference =
+        args.update && (!fs::exists(args.against, ignored) || fs::is_empty(args.against, ignored));
     if (!first_reference)
         if (const CheckKind other = check_kind(args.against); other != kind)
-            throw InputError("'{}' is {}, '{}' is {}: only like can be compared with like", args.path, name_of(kind), args.against, name_of(other));
+            throw InputError("'{}' is {}, '{}' is {}: only like can be compared with like", args.path, name_of(kind),
+                             args.against, name_of(other));
     std::vector<int> range;
     if (!args.frames.empty()) range = parse_frame_range(args.frames);
     const std::vector<int>* frames = args.frames.empty() ? nullptr : &range;
@@ -162,9 +180,12 @@ CheckReport check(const CheckArgs& args) {
     report.max_rel_mse = args.max_rel_mse;
     if (!first_reference) {
         if (kind == CheckKind::picture)
-            report.frames.push_back(compare_files(fs::path(args.path).filename().string(), args.path, args.against, args));
-        else if (kind == CheckKind::folder) check_pictures(args, frames, report);
-        else check_caches(args, frames, report);
+            report.frames.push_back(
+                compare_files(fs::path(args.path).filename().string(), args.path, args.against, args));
+        else if (kind == CheckKind::folder)
+            check_pictures(args, frames, report);
+        else
+            check_caches(args, frames, report);
     }
     if (args.update) {
         report.update = make_reference(args, kind, frames);

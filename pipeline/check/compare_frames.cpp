@@ -31,7 +31,8 @@ bool equal(const FrameObstacle& a, const FrameObstacle& b) {
 }
 
 template <class T>
-void compare_lists(const char* what, const std::vector<T>& a, const std::vector<T>& b, std::vector<std::string>& problems) {
+void compare_lists(const char* what, const std::vector<T>& a, const std::vector<T>& b,
+                   std::vector<std::string>& problems) {
     if (a.size() != b.size())
         problems.push_back(fmt::format("{} {}, the reference {}", a.size(), what, b.size()));
     else
@@ -44,8 +45,10 @@ void compare_numbers(const char* what, double a, double b, std::vector<std::stri
     if (!equal_bits(a, b)) problems.push_back(fmt::format("{} is {}, the reference {}", what, a, b));
 }
 
-void compare_vectors(const char* what, const std::array<double, 3>& a, const std::array<double, 3>& b, std::vector<std::string>& problems) {
-    for (std::size_t k = 0; k < 3; ++k) compare_numbers(fmt::format("{}.{}", what, "xyz"[k]).c_str(), a[k], b[k], problems);
+void compare_vectors(const char* what, const std::array<double, 3>& a, const std::array<double, 3>& b,
+                     std::vector<std::string>& problems) {
+    for (std::size_t k = 0; k < 3; ++k)
+        compare_numbers(fmt::format("{}.{}", what, "xyz"[k]).c_str(), a[k], b[k], problems);
 }
 
 void compare_totals(const FrameTotals& a, const FrameTotals& b, std::vector<std::string>& problems) {
@@ -59,7 +62,8 @@ void compare_totals(const FrameTotals& a, const FrameTotals& b, std::vector<std:
     compare_numbers("density error", a.density_error, b.density_error, problems);
     if (a.air != b.air) problems.push_back(fmt::format("{} air particles, the reference {}", a.air, b.air));
     if (a.virtual_particles != b.virtual_particles)
-        problems.push_back(fmt::format("{} virtual particles, the reference {}", a.virtual_particles, b.virtual_particles));
+        problems.push_back(
+            fmt::format("{} virtual particles, the reference {}", a.virtual_particles, b.virtual_particles));
 }
 
 // Points in the order they are compared in, and the number that names each.
@@ -77,11 +81,15 @@ Order order_of(const PointSet& points) {
     std::iota(order.ids.begin(), order.ids.end(), std::int64_t(0));
     const Attribute* a = points.find("id");
     if (!a) return order;
-    if (const auto* wide = std::get_if<std::vector<std::int64_t>>(&a->data)) order.ids = *wide;
-    else if (const auto* narrow = std::get_if<std::vector<std::int32_t>>(&a->data)) order.ids.assign(narrow->begin(), narrow->end());
-    else return order;
+    if (const auto* wide = std::get_if<std::vector<std::int64_t>>(&a->data))
+        order.ids = *wide;
+    else if (const auto* narrow = std::get_if<std::vector<std::int32_t>>(&a->data))
+        order.ids.assign(narrow->begin(), narrow->end());
+    else
+        return order;
     order.by_id = true;
-    std::stable_sort(order.points.begin(), order.points.end(), [&](std::size_t i, std::size_t j) { return order.ids[i] < order.ids[j]; });
+    std::stable_sort(order.points.begin(), order.points.end(),
+                     [&](std::size_t i, std::size_t j) { return order.ids[i] < order.ids[j]; });
     std::sort(order.ids.begin(), order.ids.end());
     return order;
 }
@@ -93,7 +101,8 @@ double distance(const T& a, const T& b) {
         const double d = (a.template cast<double>() - b.template cast<double>()).cwiseAbs().maxCoeff();
         return std::isfinite(d) ? d : 0;
     } else if constexpr (std::is_integral_v<T>) {
-        return a < b ? static_cast<double>(b) - static_cast<double>(a) : static_cast<double>(a) - static_cast<double>(b);
+        return a < b ? static_cast<double>(b) - static_cast<double>(a)
+                     : static_cast<double>(a) - static_cast<double>(b);
     } else {
         const double d = std::abs(static_cast<double>(a) - static_cast<double>(b));
         return std::isfinite(d) ? d : 0;
@@ -102,13 +111,15 @@ double distance(const T& a, const T& b) {
 
 template <class T>
 bool finite(const T& x) {
-    if constexpr (std::is_same_v<T, Vec3f>) return x.allFinite();
-    else return std::isfinite(static_cast<double>(x));
+    if constexpr (std::is_same_v<T, Vec3f>)
+        return x.allFinite();
+    else
+        return std::isfinite(static_cast<double>(x));
 }
 
 template <class T>
-void compare_values(const std::string& name, const std::vector<T>& a, const Order& order_a, const std::vector<T>& b, const Order& order_b,
-                    FrameReport& report) {
+void compare_values(const std::string& name, const std::vector<T>& a, const Order& order_a, const std::vector<T>& b,
+                    const Order& order_b, FrameReport& report) {
     AttributeDifference d;
     d.name = name;
     std::size_t not_finite = 0;
@@ -148,12 +159,15 @@ void compare_points(const std::string& what, const PointSet& a, const PointSet& 
     for (const Attribute& attribute : a.attributes) {
         const std::string name = what + "." + attribute.name;
         const Attribute* other = b.find(attribute.name);
-        if (!other) report.problems.push_back(fmt::format("{} is not in the reference", name));
-        else if (other->data.index() != attribute.data.index()) report.problems.push_back(fmt::format("{} has another type", name));
+        if (!other)
+            report.problems.push_back(fmt::format("{} is not in the reference", name));
+        else if (other->data.index() != attribute.data.index())
+            report.problems.push_back(fmt::format("{} has another type", name));
         else if (paired)
             std::visit(
                 [&](const auto& values) {
-                    compare_values(name, values, order_a, std::get<std::decay_t<decltype(values)>>(other->data), order_b, report);
+                    compare_values(name, values, order_a, std::get<std::decay_t<decltype(values)>>(other->data),
+                                   order_b, report);
                 },
                 attribute.data);
     }

@@ -17,7 +17,8 @@ bool equal_bits(float a, float b) { return std::bit_cast<std::uint32_t>(a) == st
 std::size_t count_not_finite(const Image& image) {
     std::size_t count = 0;
     for (const ImageChannel& c : image.channels)
-        count += static_cast<std::size_t>(std::count_if(c.values.begin(), c.values.end(), [](float x) { return !std::isfinite(x); }));
+        count += static_cast<std::size_t>(
+            std::count_if(c.values.begin(), c.values.end(), [](float x) { return !std::isfinite(x); }));
     return count;
 }
 
@@ -29,8 +30,8 @@ void compare_names(const Image& a, const Image& b, std::vector<std::string>& pro
         if (!other)
             problems.push_back(fmt::format("channel {} is not in the reference", c.name));
         else if (c.half != other->half)
-            problems.push_back(fmt::format("channel {} is stored as {}, the reference as {}", c.name, c.half ? "half" : "float",
-                                           other->half ? "half" : "float"));
+            problems.push_back(fmt::format("channel {} is stored as {}, the reference as {}", c.name,
+                                           c.half ? "half" : "float", other->half ? "half" : "float"));
     }
 }
 
@@ -42,7 +43,8 @@ struct ChannelSums {
 };
 
 // Adds one channel to the difference; `touched` marks the pixels that differ in any.
-void compare_channel(const ImageChannel& a, const ImageChannel& b, int width, std::vector<bool>& touched, PictureDifference& d) {
+void compare_channel(const ImageChannel& a, const ImageChannel& b, int width, std::vector<bool>& touched,
+                     PictureDifference& d) {
     ChannelSums sums;
     for (std::size_t i = 0; i < a.values.size(); ++i) {
         const float x = a.values[i], y = b.values[i];
@@ -72,7 +74,8 @@ FrameReport compare_pictures(const std::string& name, const Image& a, const Imag
     FrameReport report;
     report.name = name;
     if (a.width != b.width || a.height != b.height) {
-        report.problems.push_back(fmt::format("{} x {} pixels, the reference {} x {}", a.width, a.height, b.width, b.height));
+        report.problems.push_back(
+            fmt::format("{} x {} pixels, the reference {} x {}", a.width, a.height, b.width, b.height));
         return report;
     }
     compare_names(a, b, report.problems);
@@ -81,12 +84,14 @@ FrameReport compare_pictures(const std::string& name, const Image& a, const Imag
     d.not_finite_a = count_not_finite(a);
     d.not_finite_b = count_not_finite(b);
     if (d.not_finite_a > 0) report.problems.push_back(fmt::format("{} values are not finite", d.not_finite_a));
-    if (d.not_finite_b > 0) report.problems.push_back(fmt::format("{} values of the reference are not finite", d.not_finite_b));
+    if (d.not_finite_b > 0)
+        report.problems.push_back(fmt::format("{} values of the reference are not finite", d.not_finite_b));
     std::vector<bool> touched(a.pixels());
     for (const ImageChannel& c : a.channels)
         if (const ImageChannel* other = b.find(c.name)) compare_channel(c, *other, a.width, touched, d);
     d.pixels_different = static_cast<std::size_t>(std::count(touched.begin(), touched.end(), true));
-    if (max_rel_mse <= 0 && d.pixels_different > 0) report.problems.push_back(fmt::format("{} pixels differ", d.pixels_different));
+    if (max_rel_mse <= 0 && d.pixels_different > 0)
+        report.problems.push_back(fmt::format("{} pixels differ", d.pixels_different));
     if (max_rel_mse > 0 && !(d.rel_mse <= max_rel_mse))
         report.problems.push_back(fmt::format("relMSE {:.4g} is above {:.4g}", d.rel_mse, max_rel_mse));
     return report;

@@ -15,8 +15,8 @@ namespace {
 using Rgb = std::array<float, 3>;
 
 struct Difference {
-    float size = 0;        // largest over the channels
-    bool any = false;      // some bit differs
+    float size = 0;    // largest over the channels
+    bool any = false;  // some bit differs
     bool finite = true;
 };
 
@@ -58,7 +58,8 @@ Rgb heat(const Difference& d, float largest) {
 }  // namespace
 
 Image8 difference_picture(const Image& a, const Image& b) {
-    THIXO_ASSERT(a.width == b.width && a.height == b.height, "pictures of {} x {} and {} x {}", a.width, a.height, b.width, b.height);
+    THIXO_ASSERT(a.width == b.width && a.height == b.height, "pictures of {} x {} and {} x {}", a.width, a.height,
+                 b.width, b.height);
     const std::vector<Difference> all = differences(a, b);
     float largest = 0;
     for (const Difference& d : all) largest = std::max(largest, d.finite ? d.size : 0);
@@ -68,7 +69,8 @@ Image8 difference_picture(const Image& a, const Image& b) {
     out.values.resize(9 * a.pixels());
     const auto put = [&](std::size_t x, std::size_t y, const Rgb& colour) {
         for (std::size_t k = 0; k < 3; ++k)
-            out.values[3 * (y * static_cast<std::size_t>(out.width) + x) + k] = static_cast<std::uint8_t>(255 * colour[k] + 0.5f);
+            out.values[3 * (y * static_cast<std::size_t>(out.width) + x) + k] =
+                static_cast<std::uint8_t>(255 * colour[k] + 0.5f);
     };
     const std::size_t width = static_cast<std::size_t>(a.width);
     for (std::size_t i = 0; i < all.size(); ++i) {

@@ -13,11 +13,13 @@ namespace fs = std::filesystem;
 
 CheckKind check_kind(const fs::path& path) {
     std::error_code ignored;
-    if (!fs::exists(path, ignored)) throw CacheError("'{}' is not there; name a frame folder, a cache or an EXR picture", path.string());
+    if (!fs::exists(path, ignored))
+        throw CacheError("'{}' is not there; name a frame folder, a cache or an EXR picture", path.string());
     if (CacheReader::exists(path)) return CheckKind::cache;
     if (fs::is_directory(path, ignored)) {
         if (picture_names(path, nullptr).empty())
-            throw CacheError("'{}' holds neither a cache (manifest.json) nor pictures (*.exr); name a folder that does", path.string());
+            throw CacheError("'{}' holds neither a cache (manifest.json) nor pictures (*.exr); name a folder that does",
+                             path.string());
         return CheckKind::folder;
     }
     if (path.extension() == ".exr") return CheckKind::picture;
@@ -46,7 +48,8 @@ std::vector<std::string> picture_names(const fs::path& folder, const std::vector
         if (frames && !std::binary_search(frames->begin(), frames->end(), frame_number_of(name))) continue;
         names.push_back(name);
     }
-    if (failure && fs::exists(folder)) throw CacheError("'{}' cannot be listed: {}", folder.string(), failure.message());
+    if (failure && fs::exists(folder))
+        throw CacheError("'{}' cannot be listed: {}", folder.string(), failure.message());
     std::sort(names.begin(), names.end());
     return names;
 }

@@ -9,15 +9,16 @@ namespace thixo {
 
 enum class CheckKind { cache, folder, picture };
 
-/// A cache (see CacheReader), a folder with pictures (*.exr directly in it), or one picture. Throws CacheError where there is nothing, and
-/// InputError where it is none of these.
+/// A cache (see CacheReader), a folder with pictures (*.exr directly in it), or one picture. Throws CacheError where
+/// there is nothing, and InputError where it is none of these.
 CheckKind check_kind(const std::filesystem::path& path);
 const char* name_of(CheckKind kind);
 
 /// The frame number of a file name, 12 of beauty.0012.exr; -1 where it has none.
 int frame_number_of(const std::string& file_name);
 
-/// Names of the *.exr files in the folder, ascending; with `frames` only those of these numbers. A folder that is not there has none.
+/// Names of the *.exr files in the folder, ascending; with `frames` only those of these numbers. A folder that is not
+/// there has none.
 std::vector<std::string> picture_names(const std::filesystem::path& folder, const std::vector<int>* frames);
 
 /// A name in A, in B or in both.

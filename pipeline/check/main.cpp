@@ -16,8 +16,10 @@ int run(int argc, char** argv) {
     thixo::set_quiet(args.quiet);
     thixo::set_thread_count(args.threads);
     const thixo::CheckReport report = thixo::check(args);
-    if (args.json) std::fputs(thixo::print_json(report).c_str(), stdout);
-    else if (!args.quiet) std::fputs(thixo::print_text(report).c_str(), stdout);
+    if (args.json)
+        std::fputs(thixo::print_json(report).c_str(), stdout);
+    else if (!args.quiet)
+        std::fputs(thixo::print_text(report).c_str(), stdout);
     return thixo::exit_code_of(report);
 }
 

@@ -28,24 +28,29 @@ Json json_of(const FrameReport& f) {
     Json frame = {{"name", f.name}, {"same", f.same()}, {"damaged", f.damaged}, {"problems", f.problems}};
     if (f.has_picture) frame = json_of(f.picture, std::move(frame));
     for (const AttributeDifference& d : f.attributes)
-        frame["attributes"].push_back(
-            {{"name", d.name}, {"different", d.different}, {"max_abs", finite_or_null(d.max_abs)}, {"worst_id", d.worst_id}});
+        frame["attributes"].push_back({{"name", d.name},
+                                       {"different", d.different},
+                                       {"max_abs", finite_or_null(d.max_abs)},
+                                       {"worst_id", d.worst_id}});
     return frame;
 }
 
 std::string numbers(const FrameReport& f) {
     std::string text;
     if (const PictureDifference& d = f.picture; f.has_picture && d.pixels_different > 0)
-        text += fmt::format("    {} pixels differ, at most by {:.6g} in {} at ({}, {}); relMSE {:.4g}, PSNR {:.2f} dB\n", d.pixels_different,
-                            d.max_abs, d.worst_channel, d.worst_x, d.worst_y, d.rel_mse, d.psnr);
+        text +=
+            fmt::format("    {} pixels differ, at most by {:.6g} in {} at ({}, {}); relMSE {:.4g}, PSNR {:.2f} dB\n",
+                        d.pixels_different, d.max_abs, d.worst_channel, d.worst_x, d.worst_y, d.rel_mse, d.psnr);
     for (const AttributeDifference& d : f.attributes)
-        text += fmt::format("    {}: {} points differ, at most by {:.6g} at id {}\n", d.name, d.different, d.max_abs, d.worst_id);
+        text += fmt::format("    {}: {} points differ, at most by {:.6g} at id {}\n", d.name, d.different, d.max_abs,
+                            d.worst_id);
     return text;
 }
 
 std::string lines_of(const Update& update) {
     std::string text;
-    for (const auto& [word, names] : {std::pair{"added", &update.added}, {"replaced", &update.replaced}, {"removed", &update.removed}})
+    for (const auto& [word, names] :
+         {std::pair{"added", &update.added}, {"replaced", &update.replaced}, {"removed", &update.removed}})
         for (const std::string& name : *names) text += fmt::format("{} {}\n", word, name);
     return text;
 }
@@ -72,22 +77,29 @@ std::string print_text(const CheckReport& report) {
     if (report.updated) {
         text += lines_of(report.update);
         const Update& u = report.update;
-        return text + fmt::format("{} is now the reference: {} files added, {} replaced, {} removed\n", report.b, u.added.size(),
-                                  u.replaced.size(), u.removed.size());
+        return text + fmt::format("{} is now the reference: {} files added, {} replaced, {} removed\n", report.b,
+                                  u.added.size(), u.replaced.size(), u.removed.size());
     }
-    const std::string tier = report.max_rel_mse > 0 ? fmt::format("within relMSE {}", report.max_rel_mse) : "bit for bit";
+    const std::string tier =
+        report.max_rel_mse > 0 ? fmt::format("within relMSE {}", report.max_rel_mse) : "bit for bit";
     const char* thing = report.kind == "cache" ? "frames" : "pictures";
     if (failing == 0) return text + fmt::format("same: {} {} agree {}\n", report.frames.size(), thing, tier);
     return text + fmt::format("different: {} of {} {} do not agree {}\n", failing, report.frames.size(), thing, tier);
 }
 
 std::string print_json(const CheckReport& report) {
-    Json document = {{"a", report.a}, {"b", report.b}, {"kind", report.kind}, {"tier", report.max_rel_mse > 0 ? "rel_mse" : "exact"},
-                     {"max_rel_mse", report.max_rel_mse}, {"same", report.same()}, {"damaged", report.damaged()},
+    Json document = {{"a", report.a},
+                     {"b", report.b},
+                     {"kind", report.kind},
+                     {"tier", report.max_rel_mse > 0 ? "rel_mse" : "exact"},
+                     {"max_rel_mse", report.max_rel_mse},
+                     {"same", report.same()},
+                     {"damaged", report.damaged()},
                      {"frames", Json::array()}};
     for (const FrameReport& f : report.frames) document["frames"].push_back(json_of(f));
     if (report.updated)
-        document["updated"] = {{"added", report.update.added}, {"replaced", report.update.replaced}, {"removed", report.update.removed}};
+        document["updated"] = {
+            {"added", report.update.added}, {"replaced", report.update.replaced}, {"removed", report.update.removed}};
     // Paths are bytes, JSON is UTF-8: what is not becomes the replacement character.
     return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -8,16 +8,16 @@ namespace thixo {
 
 /// thixo-check: compares A with a reference.
 struct CheckArgs {
-    std::string path;          // A: a frame folder, a cache (output folder or its cache/), or one picture
-    std::string against;       // the reference, of the same sort
-    std::string frames;        // frame range as written; empty: all
-    double max_rel_mse = 0;    // pictures: largest relMSE of a channel that still passes; 0: equal bit for bit
-    std::string diff;          // folder for a picture of every difference; empty: none
-    int threads = 0;           // 0: all cores
-    bool update = false;       // make A the reference
-    bool json = false;         // report as one JSON document
-    bool quiet = false;        // no text report
-    std::string help;          // not empty: --help was given; print this text and exit with 0
+    std::string path;        // A: a frame folder, a cache (output folder or its cache/), or one picture
+    std::string against;     // the reference, of the same sort
+    std::string frames;      // frame range as written; empty: all
+    double max_rel_mse = 0;  // pictures: largest relMSE of a channel that still passes; 0: equal bit for bit
+    std::string diff;        // folder for a picture of every difference; empty: none
+    int threads = 0;         // 0: all cores
+    bool update = false;     // make A the reference
+    bool json = false;       // report as one JSON document
+    bool quiet = false;      // no text report
+    std::string help;        // not empty: --help was given; print this text and exit with 0
 
     std::vector<std::string> print() const;
     /// Throws InputError.

@@ -7,11 +7,22 @@
 namespace thixo::preview {
 
 GlContext::GlContext() {
-    const int attributes[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 0, OSMESA_PROFILE, OSMESA_CORE_PROFILE,
-                              OSMESA_CONTEXT_MAJOR_VERSION, 4, OSMESA_CONTEXT_MINOR_VERSION, 5, 0, 0};
+    const int attributes[] = {OSMESA_FORMAT,
+                              OSMESA_RGBA,
+                              OSMESA_DEPTH_BITS,
+                              0,
+                              OSMESA_PROFILE,
+                              OSMESA_CORE_PROFILE,
+                              OSMESA_CONTEXT_MAJOR_VERSION,
+                              4,
+                              OSMESA_CONTEXT_MINOR_VERSION,
+                              5,
+                              0,
+                              0};
     context_ = OSMesaCreateContextAttribs(attributes, nullptr);
     if (!context_)
-        throw ResourceError("preview: OSMesa gives no OpenGL 4.5 core context; install the package libosmesa6 of Mesa 22 or newer");
+        throw ResourceError(
+            "preview: OSMesa gives no OpenGL 4.5 core context; install the package libosmesa6 of Mesa 22 or newer");
     if (!OSMesaMakeCurrent(static_cast<OSMesaContext>(context_), window_, GL_UNSIGNED_BYTE, 16, 16)) {
         OSMesaDestroyContext(static_cast<OSMesaContext>(context_));
         throw ResourceError("preview: OSMesa cannot make its context current; free some memory and run again");
@@ -25,7 +36,8 @@ GlContext::GlContext() {
     gl_.GetIntegerv(GL_MINOR_VERSION, &minor);
     if (10 * major + minor < 45) {
         OSMesaDestroyContext(static_cast<OSMesaContext>(context_));
-        throw ResourceError("preview: OSMesa gives OpenGL {}.{}, the preview needs 4.5; install Mesa 22 or newer", major, minor);
+        throw ResourceError("preview: OSMesa gives OpenGL {}.{}, the preview needs 4.5; install Mesa 22 or newer",
+                            major, minor);
     }
 }
 

@@ -1,4 +1,5 @@
-// An offscreen OpenGL 4.5 core context on the CPU (OSMesa, llvmpipe) and the few functions the preview calls. Needs no display.
+// An offscreen OpenGL 4.5 core context on the CPU (OSMesa, llvmpipe) and the few functions the preview calls. Needs no
+// display.
 #pragma once
 
 // glcorearb.h first: osmesa.h pulls gl.h, after which the function types of GL 1.x would be missing.
@@ -10,29 +11,32 @@
 
 namespace thixo::preview {
 
-#define THIXO_GL_FUNCTIONS(X)                                                                                                  \
-    X(PFNGLGETINTEGERVPROC, GetIntegerv) X(PFNGLGETERRORPROC, GetError) X(PFNGLENABLEPROC, Enable)                             \
-    X(PFNGLDISABLEPROC, Disable) X(PFNGLVIEWPORTPROC, Viewport) X(PFNGLCLEARPROC, Clear)                                       \
-    X(PFNGLCLEARCOLORPROC, ClearColor) X(PFNGLCLEARDEPTHFPROC, ClearDepthf) X(PFNGLDEPTHFUNCPROC, DepthFunc)                   \
-    X(PFNGLDEPTHMASKPROC, DepthMask) X(PFNGLCLIPCONTROLPROC, ClipControl) X(PFNGLBLENDFUNCPROC, BlendFunc)                     \
-    X(PFNGLCREATESHADERPROC, CreateShader) X(PFNGLSHADERSOURCEPROC, ShaderSource) X(PFNGLCOMPILESHADERPROC, CompileShader)     \
-    X(PFNGLGETSHADERIVPROC, GetShaderiv) X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog)                                        \
-    X(PFNGLDELETESHADERPROC, DeleteShader) X(PFNGLCREATEPROGRAMPROC, CreateProgram) X(PFNGLATTACHSHADERPROC, AttachShader)     \
-    X(PFNGLLINKPROGRAMPROC, LinkProgram) X(PFNGLGETPROGRAMIVPROC, GetProgramiv)                                                \
-    X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog) X(PFNGLDELETEPROGRAMPROC, DeleteProgram)                                  \
-    X(PFNGLUSEPROGRAMPROC, UseProgram) X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation) X(PFNGLUNIFORM1IPROC, Uniform1i)     \
-    X(PFNGLUNIFORM1FPROC, Uniform1f) X(PFNGLUNIFORM2FPROC, Uniform2f) X(PFNGLUNIFORM3FPROC, Uniform3f)                         \
-    X(PFNGLUNIFORMMATRIX4FVPROC, UniformMatrix4fv) X(PFNGLGENBUFFERSPROC, GenBuffers)                                          \
-    X(PFNGLDELETEBUFFERSPROC, DeleteBuffers) X(PFNGLBINDBUFFERPROC, BindBuffer) X(PFNGLBUFFERDATAPROC, BufferData)             \
-    X(PFNGLBINDBUFFERBASEPROC, BindBufferBase) X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays)                                    \
-    X(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays) X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray)                            \
-    X(PFNGLDRAWARRAYSPROC, DrawArrays) X(PFNGLDRAWELEMENTSPROC, DrawElements) X(PFNGLGENTEXTURESPROC, GenTextures)             \
-    X(PFNGLDELETETEXTURESPROC, DeleteTextures) X(PFNGLBINDTEXTUREPROC, BindTexture) X(PFNGLTEXSTORAGE2DPROC, TexStorage2D)     \
-    X(PFNGLTEXPARAMETERIPROC, TexParameteri) X(PFNGLACTIVETEXTUREPROC, ActiveTexture)                                          \
-    X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers) X(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers)                            \
-    X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer) X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)                        \
-    X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus) X(PFNGLREADPIXELSPROC, ReadPixels)                              \
+// clang-format off
+#define THIXO_GL_FUNCTIONS(X) \
+    X(PFNGLGETINTEGERVPROC, GetIntegerv) X(PFNGLGETERRORPROC, GetError) X(PFNGLENABLEPROC, Enable) \
+    X(PFNGLDISABLEPROC, Disable) X(PFNGLVIEWPORTPROC, Viewport) X(PFNGLCLEARPROC, Clear) \
+    X(PFNGLCLEARCOLORPROC, ClearColor) X(PFNGLCLEARDEPTHFPROC, ClearDepthf) X(PFNGLDEPTHFUNCPROC, DepthFunc) \
+    X(PFNGLDEPTHMASKPROC, DepthMask) X(PFNGLCLIPCONTROLPROC, ClipControl) X(PFNGLBLENDFUNCPROC, BlendFunc) \
+    X(PFNGLCREATESHADERPROC, CreateShader) X(PFNGLSHADERSOURCEPROC, ShaderSource) \
+    X(PFNGLCOMPILESHADERPROC, CompileShader) X(PFNGLGETSHADERIVPROC, GetShaderiv) \
+    X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog) X(PFNGLDELETESHADERPROC, DeleteShader) \
+    X(PFNGLCREATEPROGRAMPROC, CreateProgram) X(PFNGLATTACHSHADERPROC, AttachShader) \
+    X(PFNGLLINKPROGRAMPROC, LinkProgram) X(PFNGLGETPROGRAMIVPROC, GetProgramiv) \
+    X(PFNGLGETPROGRAMINFOLOGPROC, GetProgramInfoLog) X(PFNGLUSEPROGRAMPROC, UseProgram) \
+    X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation) X(PFNGLUNIFORM1IPROC, Uniform1i) \
+    X(PFNGLUNIFORM1FPROC, Uniform1f) X(PFNGLUNIFORM2FPROC, Uniform2f) X(PFNGLUNIFORM3FPROC, Uniform3f) \
+    X(PFNGLUNIFORMMATRIX4FVPROC, UniformMatrix4fv) X(PFNGLGENBUFFERSPROC, GenBuffers) \
+    X(PFNGLDELETEBUFFERSPROC, DeleteBuffers) X(PFNGLBINDBUFFERPROC, BindBuffer) X(PFNGLBUFFERDATAPROC, BufferData) \
+    X(PFNGLBINDBUFFERBASEPROC, BindBufferBase) X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays) \
+    X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray) X(PFNGLDRAWARRAYSPROC, DrawArrays) \
+    X(PFNGLGENTEXTURESPROC, GenTextures) X(PFNGLDELETETEXTURESPROC, DeleteTextures) \
+    X(PFNGLBINDTEXTUREPROC, BindTexture) X(PFNGLTEXSTORAGE2DPROC, TexStorage2D) \
+    X(PFNGLTEXPARAMETERIPROC, TexParameteri) X(PFNGLACTIVETEXTUREPROC, ActiveTexture) \
+    X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers) X(PFNGLDELETEFRAMEBUFFERSPROC, DeleteFramebuffers) \
+    X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer) X(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D) \
+    X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus) X(PFNGLREADPIXELSPROC, ReadPixels) \
     X(PFNGLPIXELSTOREIPROC, PixelStorei)
+// clang-format on
 
 /// The functions by name without their gl prefix, valid while the context that loaded them is current.
 struct Gl {
@@ -58,7 +62,8 @@ class GlContext {
     Gl gl_;
 };
 
-/// A linked program of a vertex and a fragment shader. A shader that fails to compile is a broken promise of ours: it asserts.
+/// A linked program of a vertex and a fragment shader. A shader that fails to compile is a broken promise of ours: it
+/// asserts.
 unsigned make_program(const Gl& gl, const char* name, const std::string& vertex, const std::string& fragment);
 
 /// A buffer object of the target, filled with the elements.

@@ -1,4 +1,5 @@
-// Quick pictures of a cache frame by offscreen OpenGL on the CPU: particles or surfels, obstacles as translucent meshes.
+// Quick pictures of a cache frame by offscreen OpenGL on the CPU: particles or surfels, obstacles as translucent
+// meshes.
 #pragma once
 
 #include <map>
@@ -23,14 +24,14 @@ inline const Vec3f kBackgroundTop{0.945f, 0.950f, 0.955f};
 inline const Vec3f kBackgroundBottom{0.835f, 0.840f, 0.850f};
 
 struct PreviewOptions {
-    int width = 0, height = 0;         // pixels; 0: those of the look
-    std::string what = "auto";         // particles, surfels, auto
-    std::string attribute;             // empty: Cd, else material colours
-    std::optional<ValueRange> range;   // of the colours; empty: the frame's
-    std::optional<View> view;          // empty: the camera of the look
-    bool grid = true;                  // lines on the plane z = 0
-    bool labels = true;                // legend, frame, time, counts
-    int samples_per_axis = 0;          // antialiasing: 1 none, 2 good; 0: 2 up to 200k splats, else 1
+    int width = 0, height = 0;        // pixels; 0: those of the look
+    std::string what = "auto";        // particles, surfels, auto
+    std::string attribute;            // empty: Cd, else material colours
+    std::optional<ValueRange> range;  // of the colours; empty: the frame's
+    std::optional<View> view;         // empty: the camera of the look
+    bool grid = true;                 // lines on the plane z = 0
+    bool labels = true;               // legend, frame, time, counts
+    int samples_per_axis = 0;         // antialiasing: 1 none, 2 good; 0: 2 up to 200k splats, else 1
 };
 
 /// Meshes of obstacles by asset hash, in asset space.
@@ -42,7 +43,8 @@ Bounds frame_bounds(const Frame& frame, const Meshes& meshes);
 /// True where the look's camera sees no point of the frame's particles or surfels.
 bool misses(const View& view, const Frame& frame);
 
-/// Draws frames; owns the OpenGL context and its programs. Throws ResourceError where there is no OpenGL 4.5. One thread at a time.
+/// Draws frames; owns the OpenGL context and its programs. Throws ResourceError where there is no OpenGL 4.5. One
+/// thread at a time.
 class Previewer {
   public:
     Previewer();
@@ -50,9 +52,11 @@ class Previewer {
     Previewer(const Previewer&) = delete;
     Previewer& operator=(const Previewer&) = delete;
 
-    /// The picture of a frame. Obstacles whose asset is not among the meshes are not drawn. Same machine, same input: same bytes.
-    /// Throws InputError (unknown attribute, unusable camera), CacheError (points without P, pscale, t1, t2), ResourceError (picture too large).
-    void draw(const Frame& frame, const scene::Look& look, const Meshes& meshes, const PreviewOptions& options, Image8& out);
+    /// The picture of a frame. Obstacles whose asset is not among the meshes are not drawn. Same machine, same input:
+    /// same bytes. Throws InputError (unknown attribute, unusable camera), CacheError (points without P, pscale, t1,
+    /// t2), ResourceError (picture too large).
+    void draw(const Frame& frame, const scene::Look& look, const Meshes& meshes, const PreviewOptions& options,
+              Image8& out);
 
   private:
     struct Device;
@@ -63,9 +67,10 @@ class Previewer {
 
 namespace thixo {
 
-/// The stage: reads args.out/cache and writes args.out/preview/<what>.<attribute>.NNNN.png for the frames asked for; without an attribute
-/// the file name says `material`. The colours of an attribute mean the same in all frames of one run. The look is the one the caller
-/// resolved (the scene's or the cache's, with look file and --set). Throws what Previewer and CacheReader throw, and InterruptedError.
+/// The stage: reads args.out/cache and writes args.out/preview/<what>.<attribute>.NNNN.png for the frames asked for;
+/// without an attribute the file name says `material`. The colours of an attribute mean the same in all frames of one
+/// run. The look is the one the caller resolved (the scene's or the cache's, with look file and --set). Throws what
+/// Previewer and CacheReader throw, and InterruptedError.
 int run_preview(const RenderArgs& args, const scene::Look& look);
 
 }  // namespace thixo

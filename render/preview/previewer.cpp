@@ -15,7 +15,10 @@ namespace thixo::preview {
 
 namespace {
 
-constexpr std::size_t kSplatsPerDraw = std::size_t(1) << 20;  // keeps every buffer below the 128 MB any OpenGL 4.5 takes
+// Both keep every buffer below the 128 MB that any OpenGL 4.5 takes.
+constexpr std::size_t kSplatsPerDraw = std::size_t(1) << 20;
+constexpr std::size_t kCornersPerDraw =
+    6 * kSplatsPerDraw;  // a multiple of three and of two: whole triangles and lines
 
 using Mat4f = Eigen::Matrix4f;  // column-major, as OpenGL wants it
 
@@ -107,7 +110,7 @@ struct Previewer::Device {
     Program spheres, discs, depth_shade, mesh_tint, mesh_gloss, mesh_lines, grid, reduce;
     unsigned vertex_array = 0;  // empty: all vertices are pulled from buffers
     Canvas canvas;
-    std::map<std::string, GpuMesh> gpu_meshes;
+    std::map<std::string, std::vector<GpuMesh>> gpu_meshes;  // by asset, in parts
 
     Device() : gl(context.current()) {
         const auto program = [&](const char* name, const std::string& vertex, const std::string& fragment) {
@@ -141,7 +144,8 @@ struct Previewer::Device {
         int largest = 0;
         gl.GetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
         if (width < 1 || height < 1 || std::max(width, height) * samples > largest)
-            throw InputError("preview: a picture of {} x {} pixels; between 1 and {} a side are possible", width, height, largest / samples);
+            throw InputError("preview: a picture of {} x {} pixels; between 1 and {} a side are possible", width,
+                             height, largest / samples);
         if (canvas.splats.depth) gl.DeleteTextures(1, &canvas.splats.depth);
         delete_target(canvas.splats);
         delete_target(canvas.shaded);
@@ -179,8 +183,11 @@ struct Previewer::Device {
             std::array<unsigned, 3> buffers{};
             buffers[0] = make_buffer(gl, GL_SHADER_STORAGE_BUFFER, std::span(splats.centre).subspan(begin, n));
             buffers[1] = make_buffer(gl, GL_SHADER_STORAGE_BUFFER, std::span(splats.colour).subspan(begin, n));
-            if (is_disc) buffers[2] = make_buffer(gl, GL_SHADER_STORAGE_BUFFER, std::span(splats.axes).subspan(2 * begin, 2 * n));
-            for (unsigned k = 0; k < (is_disc ? 3u : 2u); ++k) gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, k, buffers[k]);
+            if (is_disc)
+                buffers[2] =
+                    make_buffer(gl, GL_SHADER_STORAGE_BUFFER, std::span(splats.axes).subspan(2 * begin, 2 * n));
+            for (unsigned k = 0; k < (is_disc ? 3u : 2u); ++k)
+                gl.BindBufferBase(GL_SHADER_STORAGE_BUFFER, k, buffers[k]);
             gl.DrawArrays(GL_TRIANGLES, 0, static_cast<int>(3 * n));
             gl.DeleteBuffers(3, buffers.data());
         }
@@ -191,7 +198,8 @@ struct Previewer::Device {
         gl.Disable(GL_DEPTH_TEST);
         gl.DepthMask(GL_FALSE);
         depth_shade.use();
-        depth_shade.set("step_length", static_cast<float>(canvas.samples) * std::max(1.0f, static_cast<float>(canvas.height) / 600.0f));
+        depth_shade.set("step_length", static_cast<float>(canvas.samples) *
+                                           std::max(1.0f, static_cast<float>(canvas.height) / 600.0f));
         depth_shade.set("cap", cap);
         depth_shade.set("top", kBackgroundTop);
         depth_shade.set("bottom", kBackgroundBottom);
@@ -220,20 +228,30 @@ struct Previewer::Device {
         gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
 
-    const GpuMesh& gpu_mesh(const std::string& asset, const TriangleMesh& mesh) {
+    const std::vector<GpuMesh>& gpu_mesh(const std::string& asset, const TriangleMesh& mesh) {
         const auto known = gpu_meshes.find(asset);
         if (known != gpu_meshes.end()) return known->second;
         const MeshCorners corners = mesh_corners(mesh);
-        const auto buffer = [&](const std::vector<std::array<float, 4>>& data) {
-            return make_buffer(gl, GL_SHADER_STORAGE_BUFFER, std::span(data));
-        };
-        GpuMesh& m = gpu_meshes[asset];
-        m = {buffer(corners.positions), buffer(corners.normals), buffer(corners.lines), static_cast<int>(corners.positions.size()),
-             static_cast<int>(corners.lines.size())};
-        return m;
+        std::vector<GpuMesh>& parts = gpu_meshes[asset];
+        const std::size_t length = std::max(corners.positions.size(), corners.lines.size());
+        for (std::size_t begin = 0; begin < length; begin += kCornersPerDraw) {
+            const auto buffer = [&](const std::vector<std::array<float, 4>>& all, int& count) {
+                const std::size_t first = std::min(begin, all.size()),
+                                  n = std::min(kCornersPerDraw, all.size() - first);
+                count = static_cast<int>(n);
+                return make_buffer(gl, GL_SHADER_STORAGE_BUFFER, std::span(all).subspan(first, n));
+            };
+            GpuMesh part;
+            part.positions = buffer(corners.positions, part.corners);
+            part.normals = buffer(corners.normals, part.corners);
+            part.lines = buffer(corners.lines, part.ends);
+            parts.push_back(part);
+        }
+        return parts;
     }
 
-    void draw_obstacle(const FrameObstacle& o, const GpuMesh& mesh, const scene::Look& look, const View& view, float near_plane) {
+    void draw_obstacle(const FrameObstacle& o, const GpuMesh& mesh, const scene::Look& look, const View& view,
+                       float near_plane) {
         const scene::Appearance* appearance = appearance_of(look, o.look);
         const Mat4f to_eye = eye_matrix(view, turn_of(o), shift_of(o));
         gl.BlendFunc(GL_ZERO, GL_SRC_COLOR);
@@ -256,16 +274,18 @@ struct Previewer::Device {
         gl.DrawArrays(GL_TRIANGLES, 0, mesh.corners);
     }
 
-    void draw_obstacles(const Frame& frame, const scene::Look& look, const Meshes& meshes, const View& view, float near_plane) {
+    void draw_obstacles(const Frame& frame, const scene::Look& look, const Meshes& meshes, const View& view,
+                        float near_plane) {
         gl.Enable(GL_DEPTH_TEST);
         gl.Enable(GL_BLEND);
         for (const FrameObstacle& o : frame.obstacles)
             if (const auto mesh = meshes.find(o.asset); mesh != meshes.end())
-                draw_obstacle(o, gpu_mesh(o.asset, mesh->second), look, view, near_plane);
+                for (const GpuMesh& part : gpu_mesh(o.asset, mesh->second))
+                    draw_obstacle(o, part, look, view, near_plane);
         gl.BlendFunc(GL_ONE, GL_ONE);
         for (const FrameObstacle& o : frame.obstacles)
             if (const auto mesh = meshes.find(o.asset); mesh != meshes.end() && is_glass(appearance_of(look, o.look)))
-                draw_gloss(o, gpu_mesh(o.asset, mesh->second), view, near_plane);
+                for (const GpuMesh& part : gpu_mesh(o.asset, mesh->second)) draw_gloss(o, part, view, near_plane);
     }
 
     void read_back(Image8& out) {
@@ -277,11 +297,13 @@ struct Previewer::Device {
         reduce.set("factor", canvas.samples);
         gl.BindTexture(GL_TEXTURE_2D, canvas.shaded.colour);
         gl.DrawArrays(GL_TRIANGLES, 0, 3);
-        const std::size_t row = 3 * static_cast<std::size_t>(canvas.width), rows = static_cast<std::size_t>(canvas.height);
+        const std::size_t row = 3 * static_cast<std::size_t>(canvas.width),
+                          rows = static_cast<std::size_t>(canvas.height);
         std::vector<std::uint8_t> bottom_up(row * rows);
         gl.ReadPixels(0, 0, canvas.width, canvas.height, GL_RGB, GL_UNSIGNED_BYTE, bottom_up.data());
         const GLenum failure = gl.GetError();
-        if (failure == GL_OUT_OF_MEMORY) throw ResourceError("preview: out of memory in OpenGL; draw a smaller picture or fewer points");
+        if (failure == GL_OUT_OF_MEMORY)
+            throw ResourceError("preview: out of memory in OpenGL; draw a smaller picture or fewer points");
         THIXO_ASSERT(failure == GL_NO_ERROR, "preview: OpenGL error 0x{:04x}", failure);
         out.width = canvas.width, out.height = canvas.height, out.channels = 3;
         out.values.resize(bottom_up.size());
@@ -317,13 +339,16 @@ bool misses(const View& view, const Frame& frame) {
         }
         return false;
     };
-    return frame.particles.count + frame.surfels.count > 0 && !any_inside(frame.particles) && !any_inside(frame.surfels);
+    return frame.particles.count + frame.surfels.count > 0 && !any_inside(frame.particles) &&
+           !any_inside(frame.surfels);
 }
 
-void Previewer::draw(const Frame& frame, const scene::Look& look, const Meshes& meshes, const PreviewOptions& options, Image8& out) {
+void Previewer::draw(const Frame& frame, const scene::Look& look, const Meshes& meshes, const PreviewOptions& options,
+                     Image8& out) {
     Device& d = *device_;
     d.context.current();
-    const int width = options.width ? options.width : look.output.width, height = options.height ? options.height : look.output.height;
+    const int width = options.width ? options.width : look.output.width,
+              height = options.height ? options.height : look.output.height;
     const Splats splats = make_splats(frame, look, options.what, options.attribute, options.range);
     const View view = options.view ? *options.view : look_view(look.camera, frame.time, width, height);
     const int samples = options.samples_per_axis ? options.samples_per_axis : (splats.centre.size() <= 200'000 ? 2 : 1);
@@ -336,7 +361,8 @@ void Previewer::draw(const Frame& frame, const scene::Look& look, const Meshes& 
     if (options.grid) d.draw_grid(view, near_plane);
     d.draw_obstacles(frame, look, meshes, view, near_plane);
     d.read_back(out);
-    if (options.labels) draw_labels(out, splats.legend, frame, splats.centre.size(), splats.axes.empty() ? "particles" : "surfels");
+    if (options.labels)
+        draw_labels(out, splats.legend, frame, splats.centre.size(), splats.axes.empty() ? "particles" : "surfels");
 }
 
 }  // namespace thixo::preview

@@ -1,5 +1,6 @@
-// GLSL sources of the preview. All of them work in display colours: a shade factor applied to an encoded colour is the encoded factor.
-// Eye space has the camera at the origin, looking along -z. Depth is near/distance along the view (1 at the near plane, 0 at infinity).
+// GLSL sources of the preview. All of them work in display colours: a shade factor applied to an encoded colour is the
+// encoded factor. Eye space has the camera at the origin, looking along -z. Depth is near/distance along the view (1 at
+// the near plane, 0 at infinity).
 #pragma once
 
 namespace thixo::preview {
@@ -21,15 +22,16 @@ float shade(vec3 n) {
 }
 )";
 
-// Three vertices a splat, pulled from buffers by the vertex number: the triangle around the unit circle. Vertices, not pixels, are what
-// hundreds of thousands of splats cost.
+// Three vertices a splat, pulled from buffers by the vertex number: the triangle around the unit circle. Vertices, not
+// pixels, are what hundreds of thousands of splats cost.
 inline constexpr char kSplatInputsGlsl[] = R"(
 layout(std430, binding = 0) readonly buffer Centres { vec4 centres[]; };
 layout(std430, binding = 1) readonly buffer Colours { uint colours[]; };
 const vec2 corners[3] = vec2[](vec2(-1.7320509, -1), vec2(1.7320509, -1), vec2(0, 2));
 )";
 
-// A triangle through the centre, square to the line of sight, around the circle where the sphere's cone meets it: radius d r/sqrt(d^2 - r^2).
+// A triangle through the centre, square to the line of sight, around the circle where the sphere's cone meets it:
+// radius d r/sqrt(d^2 - r^2).
 inline constexpr char kSphereVertexGlsl[] = R"(
 flat out vec4 sphere;
 flat out vec3 colour;
@@ -100,8 +102,8 @@ inline constexpr char kPictureVertexGlsl[] = R"(#version 450 core
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }
 )";
 
-// Darkens what lies deeper than its surroundings, in two widths (eye-dome lighting, Boucheny 2009): crevices, outlines, a sense of
-// depth. Background where nothing was drawn.
+// Darkens what lies deeper than its surroundings, in two widths (eye-dome lighting, Boucheny 2009): crevices, outlines,
+// a sense of depth. Background where nothing was drawn.
 inline constexpr char kDepthShadeFragmentGlsl[] = R"(#version 450 core
 layout(binding = 0) uniform sampler2D colours;
 layout(binding = 1) uniform sampler2D depths;
@@ -143,8 +145,8 @@ void main() {
 }
 )";
 
-// Layers of a translucent mesh multiply what is behind them: any order of layers gives the same picture. Faces seen at a slant take
-// more, so that the outline shows and the inside does not vanish.
+// Layers of a translucent mesh multiply what is behind them: any order of layers gives the same picture. Faces seen at
+// a slant take more, so that the outline shows and the inside does not vanish.
 inline constexpr char kMeshTintFragmentGlsl[] = R"(
 uniform vec3 tint;
 uniform float density;     // share of the tint, face on

@@ -28,13 +28,14 @@ bool has_attribute(const PointSet& points, const std::string& attribute) {
 }
 
 bool is_whole_number(const Attribute& a) {
-    return std::holds_alternative<std::vector<std::int32_t>>(a.data) || std::holds_alternative<std::vector<std::int64_t>>(a.data);
+    return std::holds_alternative<std::vector<std::int32_t>>(a.data) ||
+           std::holds_alternative<std::vector<std::int64_t>>(a.data);
 }
 
 const char* unit_of(const std::string& name) {
-    static constexpr std::pair<const char*, const char*> units[] = {{"v", "m/s"},     {"density", "kg/m^3"}, {"pressure", "Pa"},
-                                                                   {"mass", "kg"},   {"pscale", "m"},       {"P", "m"},
-                                                                   {"rest", "m"},    {"temperature", "degC"}};
+    static constexpr std::pair<const char*, const char*> units[] = {
+        {"v", "m/s"}, {"density", "kg/m^3"}, {"pressure", "Pa"},     {"mass", "kg"}, {"pscale", "m"},
+        {"P", "m"},   {"rest", "m"},         {"temperature", "degC"}};
     for (const auto& [known, unit] : units)
         if (name == known) return unit;
     return "";
@@ -49,7 +50,8 @@ std::string title_of(const std::string& attribute, const Attribute& data) {
 
 Vec3f display_colour(const scene::Appearance& a) {
     if (a.type != scene::AppearanceType::dielectric) return encode_srgb(a.colour);
-    // A clear liquid has no colour of its own: what light keeps over the depth that takes most of the strongest absorption, or a pale blue.
+    // A clear liquid has no colour of its own: what light keeps over the depth that takes most of the strongest
+    // absorption, or a pale blue.
     const double most = a.absorption.maxCoeff();
     if (!(most > 0)) return {0.36f, 0.62f, 0.86f};
     return encode_srgb(0.9 * (-1.6 * a.absorption.array() / most).exp().matrix());
@@ -64,14 +66,16 @@ Vec3f material_colour(const scene::Look& look, const std::string& material) {
 void colour_by_material(Splats& splats, const Frame& frame, const PointSet& points, const scene::Look& look) {
     const Attribute* body = points.find("body");
     const auto* ids = body ? std::get_if<std::vector<std::int32_t>>(&body->data) : nullptr;
-    const std::uint32_t plain = pack_colour(material_colour(look, frame.bodies.empty() ? "" : frame.bodies[0].material));
+    const std::uint32_t plain =
+        pack_colour(material_colour(look, frame.bodies.empty() ? "" : frame.bodies[0].material));
     std::vector<std::pair<int, std::uint32_t>> colours;
     for (const FrameBody& b : frame.bodies) colours.emplace_back(b.id, pack_colour(material_colour(look, b.material)));
     std::sort(colours.begin(), colours.end());
     parallel_for(points.count, [&](std::size_t i) {
         splats.colour[i] = plain;
         if (!ids) return;
-        const auto found = std::lower_bound(colours.begin(), colours.end(), std::pair<int, std::uint32_t>((*ids)[i], 0));
+        const auto found =
+            std::lower_bound(colours.begin(), colours.end(), std::pair<int, std::uint32_t>((*ids)[i], 0));
         if (found != colours.end() && found->first == (*ids)[i]) splats.colour[i] = found->second;
     });
 }
@@ -95,7 +99,8 @@ void colour_by_scale(Splats& splats, const std::vector<double>& values, const Va
     });
 }
 
-void colour_by_value(Splats& splats, const PointSet& points, const std::string& attribute, const std::optional<ValueRange>& range) {
+void colour_by_value(Splats& splats, const PointSet& points, const std::string& attribute,
+                     const std::optional<ValueRange>& range) {
     const Attribute* whole = points.find(attribute);
     const Attribute* data = whole ? whole : points.find(split_component(attribute).first);
     const std::vector<double> values = attribute_values(points, attribute);
@@ -117,7 +122,8 @@ bool colour_by_vectors(Splats& splats, const PointSet& points, const std::string
     const bool normals = attribute == "N";
     parallel_for(points.count, [&](std::size_t i) {
         const Vec3f& x = (*vectors)[i];
-        splats.colour[i] = pack_colour(normals ? Vec3f((0.5f * x.array() + 0.5f).matrix()) : encode_srgb(x.cast<double>()));
+        splats.colour[i] =
+            pack_colour(normals ? Vec3f((0.5f * x.array() + 0.5f).matrix()) : encode_srgb(x.cast<double>()));
     });
     if (normals) splats.legend.title = "N as colour";
     return true;
@@ -162,7 +168,8 @@ std::string resolve_what(const Frame& frame, const std::string& what, const std:
     if (what == "particles" || what == "surfels") return what;
     if (what != "auto") throw InputError("preview: --what {}: unknown; say particles, surfels or auto", what);
     if (frame.surfels.count == 0) return "particles";
-    if (!attribute.empty() && !has_attribute(frame.surfels, attribute) && has_attribute(frame.particles, attribute)) return "particles";
+    if (!attribute.empty() && !has_attribute(frame.surfels, attribute) && has_attribute(frame.particles, attribute))
+        return "particles";
     return "surfels";
 }
 
@@ -178,7 +185,8 @@ std::vector<double> attribute_values(const PointSet& points, const std::string& 
     if (!a) {
         std::string names;
         for (const Attribute& known : points.attributes) names += (names.empty() ? "" : ", ") + known.name;
-        throw InputError("preview: --attribute {}: the cache frame has no such attribute; it has {}", attribute, names.empty() ? "none" : names);
+        throw InputError("preview: --attribute {}: the cache frame has no such attribute; it has {}", attribute,
+                         names.empty() ? "none" : names);
     }
     std::vector<double> values(points.count);
     std::visit(

@@ -16,8 +16,8 @@ using namespace preview;
 
 struct Job {
     std::vector<int> frames, missing;
-    int probe = 0;          // a frame with points, to decide on what and from where
-    std::string what;       // particles or surfels
+    int probe = 0;     // a frame with points, to decide on what and from where
+    std::string what;  // particles or surfels
 };
 
 std::uint64_t points_in(const CacheReader& reader, int frame) {
@@ -29,7 +29,8 @@ Job plan(const CacheReader& reader, const RenderArgs& args) {
     Job job;
     for (const int number : args.frames.empty() ? reader.frames() : parse_frame_range(args.frames))
         (reader.has_frame(number) ? job.frames : job.missing).push_back(number);
-    if (job.frames.empty()) throw CacheError("{}: the cache holds none of the frames asked for; simulate them first", args.out);
+    if (job.frames.empty())
+        throw CacheError("{}: the cache holds none of the frames asked for; simulate them first", args.out);
     job.probe = job.frames.front();
     for (const int number : job.frames)
         if (points_in(reader, number) > points_in(reader, job.probe)) job.probe = number;
@@ -38,13 +39,15 @@ Job plan(const CacheReader& reader, const RenderArgs& args) {
 
 Frame load(const CacheReader& reader, int number, const std::string& what) {
     Frame frame = reader.load_facts(number);
-    (what == "surfels" ? frame.surfels : frame.particles) = what == "surfels" ? reader.load_surfels(number) : reader.load_particles(number);
+    (what == "surfels" ? frame.surfels : frame.particles) =
+        what == "surfels" ? reader.load_surfels(number) : reader.load_particles(number);
     return frame;
 }
 
 void load_meshes(const CacheReader& reader, const Frame& frame, Meshes& meshes) {
     for (const FrameObstacle& o : frame.obstacles)
-        if (!o.asset.empty() && !meshes.contains(o.asset)) meshes[o.asset] = parse_ply(reader.load_asset(o.asset), "assets/" + o.asset + ".ply");
+        if (!o.asset.empty() && !meshes.contains(o.asset))
+            meshes[o.asset] = parse_ply(reader.load_asset(o.asset), "assets/" + o.asset + ".ply");
 }
 
 // The range of the attribute over all frames: a colour means the same value throughout a film.
@@ -73,7 +76,8 @@ std::optional<View> choose_view(const Frame& frame, const scene::Look& look, con
 }  // namespace
 
 int run_preview(const RenderArgs& args, const scene::Look& look) {
-    if (args.follow) throw InputError("preview: --follow does not apply to previews; draw again when more frames are cached");
+    if (args.follow)
+        throw InputError("preview: --follow does not apply to previews; draw again when more frames are cached");
     // llvmpipe reads its number of threads from the environment when the context is made; pictures do not depend on it.
     if (args.threads > 0) setenv("LP_NUM_THREADS", std::to_string(args.threads).c_str(), 1);
     const CacheReader reader(args.out);
@@ -107,8 +111,9 @@ int run_preview(const RenderArgs& args, const scene::Look& look) {
     }
     progress.finish();
     if (!job.missing.empty())
-        throw CacheError("{}: frame {} is not in the cache ({} of the frames asked for are missing); simulate them first", args.out,
-                         job.missing.front(), job.missing.size());
+        throw CacheError(
+            "{}: frame {} is not in the cache ({} of the frames asked for are missing); simulate them first", args.out,
+            job.missing.front(), job.missing.size());
     return kDone;
 }
 

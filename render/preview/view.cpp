@@ -39,7 +39,9 @@ View look_view(const scene::Camera& camera, double time, int width, int height) 
     const RigidPose pose = motion_from_degrees(times, positions, degrees).pose(time);
     const Vec3d direction = camera.look_at - camera.position;
     if (!(direction.norm() > 0) || !(direction.cross(camera.up).norm() > 1e-9 * direction.norm() * camera.up.norm()))
-        throw InputError("look: camera: position, look_at and up give no view; move look_at away from position and from the up axis");
+        throw InputError(
+            "look: camera: position, look_at and up give no view; move look_at away from position and from the up "
+            "axis");
     View view;
     view.position = camera.position + pose.translation;
     view.distance = direction.norm();

@@ -66,10 +66,13 @@ TEST(FrameComparison, FailsOnEveryKindOfFact) {
     EXPECT_TRUE(says(after([](Frame& f) { f.obstacles[0].transform[7] = 1e-300; }), "obstacles: 'glass' differs"));
     EXPECT_TRUE(says(after([](Frame& f) { f.totals.momentum[2] *= 1.5; }), "momentum.z"));
     EXPECT_TRUE(says(after([](Frame& f) { ++f.totals.virtual_particles; }), "virtual"));
-    EXPECT_TRUE(says(after([](Frame& f) { f.surfels = test::sample_points(199, 1002); }), "199 surfels, the reference 200"));
+    EXPECT_TRUE(
+        says(after([](Frame& f) { f.surfels = test::sample_points(199, 1002); }), "199 surfels, the reference 200"));
     EXPECT_TRUE(says(after([](Frame& f) { f.particles.attributes.pop_back(); }), "particles.body is missing"));
-    EXPECT_TRUE(says(after([](Frame& f) { f.particles.add("extra", std::vector<float>(300)); }), "particles.extra is not in the reference"));
-    EXPECT_TRUE(says(after([](Frame& f) { f.particles.attributes[4].data = std::vector<float>(300); }), "particles.body has another type"));
+    EXPECT_TRUE(says(after([](Frame& f) { f.particles.add("extra", std::vector<float>(300)); }),
+                     "particles.extra is not in the reference"));
+    EXPECT_TRUE(says(after([](Frame& f) { f.particles.attributes[4].data = std::vector<float>(300); }),
+                     "particles.body has another type"));
     EXPECT_TRUE(says(after([](Frame& f) { values<std::int64_t>(f.particles, "id")[5] += 1000; }), "other ids"));
 }
 

@@ -24,7 +24,8 @@ Image sample_picture(int number) {
     for (const char* name : {"R", "G", "B", "Z"}) {
         auto& values = image.add(name, false);
         for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] = static_cast<float>(0.1 + random_unit(static_cast<std::uint64_t>(number), i, 0, static_cast<std::uint64_t>(name[0])));
+            values[i] = static_cast<float>(
+                0.1 + random_unit(static_cast<std::uint64_t>(number), i, 0, static_cast<std::uint64_t>(name[0])));
     }
     return image;
 }
@@ -171,7 +172,8 @@ TEST_F(PictureCheck, ComparesOnlyTheFramesAskedFor) {
 }
 
 TEST_F(PictureCheck, GivesTheErrorsThatTheirFormulasSay) {
-    // a - b = 0.5 in one of four pixels of one channel, b = 1 everywhere: MSE = 0.25/4, relMSE = MSE/1.01, PSNR = 10 log10(1/MSE).
+    // a - b = 0.5 in one of four pixels of one channel, b = 1 everywhere: MSE = 0.25/4, relMSE = MSE/1.01, PSNR = 10
+    // log10(1/MSE).
     Image a(2, 2), b(2, 2);
     a.add("R", false) = {1, 1, 1, 1.5f};
     b.add("R", false) = {1, 1, 1, 1};
@@ -244,11 +246,12 @@ TEST_F(PictureCheck, DrawsTheDifferenceWhereItIs) {
     ASSERT_EQ(picture.width, 3 * kWidth);
     ASSERT_EQ(picture.height, kHeight);
     const auto heat = [&](int x, int y, int k) {
-        return int(picture.values[static_cast<std::size_t>(picture.channels * (y * picture.width + 2 * kWidth + x) + k)]);
+        return int(
+            picture.values[static_cast<std::size_t>(picture.channels * (y * picture.width + 2 * kWidth + x) + k)]);
     };
-    EXPECT_EQ(heat(5, 7, 2), 255);      // the largest difference is white
-    EXPECT_GT(heat(9, 3, 0), 60);       // one ulp is still seen
-    EXPECT_EQ(heat(4, 7, 0), 0);        // equal pixels are black
+    EXPECT_EQ(heat(5, 7, 2), 255);  // the largest difference is white
+    EXPECT_GT(heat(9, 3, 0), 60);   // one ulp is still seen
+    EXPECT_EQ(heat(4, 7, 0), 0);    // equal pixels are black
     EXPECT_EQ(test::contents(folder_ / "diff").size(), 1u);
 }
 

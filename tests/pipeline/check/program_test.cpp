@@ -43,7 +43,8 @@ class CheckProgram : public ::testing::Test {
         write_exr(folder_ / side / "beauty.0001.exr", image);
     }
     int run(const std::string& words) {
-        const std::string command = "cd " + folder_.path().string() + " && " THIXO_BIN_DIR "/thixo-check " + words + " >out 2>err";
+        const std::string command =
+            "cd " + folder_.path().string() + " && " THIXO_BIN_DIR "/thixo-check " + words + " >out 2>err";
         const int status = std::system(command.c_str());
         return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     }

@@ -22,7 +22,8 @@ TEST(ColourMap, GrowsEvenlyInLightness) {
     EXPECT_GT(high - low, 60);  // readable in grey
     for (int i = 0; i < 16; ++i) {
         const double step = cie_lightness(map_colour((i + 1) / 16.0)) - cie_lightness(map_colour(i / 16.0));
-        // OKLab and CIELAB lightness agree only roughly for saturated colours: each sixteenth within a half of an even share.
+        // OKLab and CIELAB lightness agree only roughly for saturated colours: each sixteenth within a half of an even
+        // share.
         EXPECT_GT(step, 0.5 * (high - low) / 16) << i;
         EXPECT_LT(step, 1.5 * (high - low) / 16) << i;
     }

@@ -34,9 +34,12 @@ double covered_share(const Image8& picture) {
 }
 
 // Shading is a grey factor: the direction of the colour is left.
-double angle_between(const Vec3f& a, const Vec3f& b) { return std::acos(std::min(1.0f, a.normalized().dot(b.normalized()))) * 180 / kPi; }
+double angle_between(const Vec3f& a, const Vec3f& b) {
+    return std::acos(std::min(1.0f, a.normalized().dot(b.normalized()))) * 180 / kPi;
+}
 
-Frame particles_at(const std::vector<Vec3f>& position, const std::vector<float>& radius, const std::vector<float>& heat) {
+Frame particles_at(const std::vector<Vec3f>& position, const std::vector<float>& radius,
+                   const std::vector<float>& heat) {
     Frame frame;
     frame.particles.count = position.size();
     frame.particles.add("P", position);
@@ -48,7 +51,8 @@ Frame particles_at(const std::vector<Vec3f>& position, const std::vector<float>&
 TriangleMesh box_mesh(const Vec3f& lower, const Vec3f& upper) {
     TriangleMesh mesh;
     for (int i = 0; i < 8; ++i)
-        mesh.vertices.emplace_back(i & 1 ? upper.x() : lower.x(), i & 2 ? upper.y() : lower.y(), i & 4 ? upper.z() : lower.z());
+        mesh.vertices.emplace_back(i & 1 ? upper.x() : lower.x(), i & 2 ? upper.y() : lower.y(),
+                                   i & 4 ? upper.z() : lower.z());
     const Index faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
     for (const auto& f : faces) {
         mesh.triangles.push_back({f[0], f[1], f[2]});
@@ -74,7 +78,8 @@ class PreviewTest : public ::testing::Test {
         previewer_.draw(frame, look_, meshes, options_, picture);
         return picture;
     }
-    // Of a sphere at distance d before the camera: a disc of radius r/sqrt(d^2 - r^2) in the picture plane at distance 1.
+    // Of a sphere at distance d before the camera: a disc of radius r/sqrt(d^2 - r^2) in the picture plane at
+    // distance 1.
     double sphere_share(double radius, double distance) const {
         const double half = std::tan(0.5 * look_.camera.fov * kPi / 180);
         return kPi * square(radius) / (square(distance) - square(radius)) / (4 * square(half) * kHeight / kWidth);
@@ -89,12 +94,13 @@ TEST_F(PreviewTest, AnEmptyFrameIsBackground) {
     ASSERT_EQ(picture.width, kWidth);
     ASSERT_EQ(picture.height, kHeight);
     for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) ASSERT_LE((pixel(picture, x, y) - background(y)).cwiseAbs().maxCoeff(), kOneStep) << x << " " << y;
+        for (int x = 0; x < kWidth; ++x)
+            ASSERT_LE((pixel(picture, x, y) - background(y)).cwiseAbs().maxCoeff(), kOneStep) << x << " " << y;
 }
 
 TEST_F(PreviewTest, ASphereCoversTheAreaOfItsCone) {
-    // A pixel along the outline counts whole or not at all: the outline's length in pixels over the area, 2/radius = 3 %, twice for the
-    // pixels that are partly covered and count.
+    // A pixel along the outline counts whole or not at all: the outline's length in pixels over the area, 2/radius = 3
+    // %, twice for the pixels that are partly covered and count.
     EXPECT_NEAR(covered_share(draw(particles_at({{0, 0, 0}}, {0.5f}, {0}))) / sphere_share(0.5, 4), 1, 0.04);
 }
 
@@ -105,8 +111,10 @@ TEST_F(PreviewTest, ManyParticlesInABallCoverItsOutline) {
         const Vec3f x(unit(0), unit(1), unit(2));
         if (x.norm() <= 1) position.push_back(0.7f * x);
     }
-    const Frame frame = particles_at(position, std::vector<float>(position.size(), 0.02f), std::vector<float>(position.size(), 0));
-    // The outline lies between the ball of centres and that ball grown by the particles' radius; gaps near it and pixels on it: 3 %.
+    const Frame frame =
+        particles_at(position, std::vector<float>(position.size(), 0.02f), std::vector<float>(position.size(), 0));
+    // The outline lies between the ball of centres and that ball grown by the particles' radius; gaps near it and
+    // pixels on it: 3 %.
     const double share = covered_share(draw(frame));
     EXPECT_GT(share, 0.97 * sphere_share(0.70, 4));
     EXPECT_LT(share, 1.03 * sphere_share(0.72, 4));
@@ -117,7 +125,8 @@ TEST_F(PreviewTest, TheNearestParticleShowsItsValuesColour) {
     options_.what = "particles";
     options_.attribute = "heat";
     options_.range = ValueRange{0, 2};
-    const Image8 picture = draw(particles_at({{0, 0.5f, 0}, {0, -0.5f, 0}, {0, 1.5f, 0}}, {0.3f, 0.3f, 0.3f}, {0.5f, 1.0f, 0.0f}));
+    const Image8 picture =
+        draw(particles_at({{0, 0.5f, 0}, {0, -0.5f, 0}, {0, 1.5f, 0}}, {0.3f, 0.3f, 0.3f}, {0.5f, 1.0f, 0.0f}));
     const Vec3f middle = pixel(picture, kWidth / 2, kHeight / 2);
     EXPECT_LT(angle_between(middle, map_colour(0.5)), 1.0);  // 8 bits a channel turn a colour by less than a degree
     EXPECT_GT(angle_between(middle, map_colour(0.25)), 5.0);
@@ -140,16 +149,17 @@ TEST_F(PreviewTest, WallsDoNotHideParticles) {
     options_.attribute = "heat";
     options_.range = ValueRange{-1, 1};
     const Vec3f bare = pixel(draw(frame), kWidth / 2, kHeight / 2);
-    const Meshes meshes{{"box", box_mesh({-1, -1, -1}, {1, 1, 1})}, {"shell", box_mesh({-1.1f, -1.1f, -1.1f}, {1.1f, 1.1f, 1.1f})}};
+    const Meshes meshes{{"box", box_mesh({-1, -1, -1}, {1, 1, 1})},
+                        {"shell", box_mesh({-1.1f, -1.1f, -1.1f}, {1.1f, 1.1f, 1.1f})}};
     for (const char* asset : {"box", "shell"}) {
         frame.obstacles.emplace_back();
         frame.obstacles.back().asset = asset;
     }
     const Image8 walled = draw(frame, meshes);
     const Vec3f seen = pixel(walled, kWidth / 2, kHeight / 2);
-    EXPECT_LT(angle_between(seen, bare), 8.0);             // still its colour,
-    EXPECT_GT(seen.norm(), 0.6f * bare.norm());            // still bright behind two plain walls,
-    EXPECT_LT(seen.norm(), 0.995f * bare.norm());          // and the walls are there
+    EXPECT_LT(angle_between(seen, bare), 8.0);     // still its colour,
+    EXPECT_GT(seen.norm(), 0.6f * bare.norm());    // still bright behind two plain walls,
+    EXPECT_LT(seen.norm(), 0.995f * bare.norm());  // and the walls are there
     const int edge = kWidth / 2 + static_cast<int>(kWidth / 2 * (0.9 / 4) / std::tan(20 * kPi / 180));
     EXPECT_GT((pixel(walled, edge, kHeight / 2) - background(kHeight / 2)).norm(), 0.05f);
 }
@@ -175,7 +185,8 @@ TEST_F(PreviewTest, ObstaclesStandWhereTheirTransformPutsThem) {
 TEST_F(PreviewTest, EqualInputGivesEqualBytes) {
     std::vector<Vec3f> position;
     for (std::uint64_t i = 0; i < 5000; ++i)
-        position.emplace_back(random_unit(1, i, 0, 0) - 0.5, random_unit(1, i, 0, 1) - 0.5, random_unit(1, i, 0, 2) - 0.5);
+        position.emplace_back(random_unit(1, i, 0, 0) - 0.5, random_unit(1, i, 0, 1) - 0.5,
+                              random_unit(1, i, 0, 2) - 0.5);
     const Frame frame = particles_at(position, std::vector<float>(5000, 0.02f), std::vector<float>(5000, 0));
     options_.grid = options_.labels = true;
     const Image8 first = draw(frame);

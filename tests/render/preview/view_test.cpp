@@ -22,7 +22,8 @@ TEST(View, SeesLookAtInTheMiddleAndTheFieldAtTheEdges) {
     EXPECT_NEAR((view.project({0, 0, 0}) - Vec2d(0.5, 0.5)).norm(), 0, kRoundOff);
     const double half = 2 * std::tan(30 * kPi / 180);  // horizontal field of 60 degrees at distance 2
     EXPECT_NEAR((view.project({half, 0, 0}) - Vec2d(1, 0.5)).norm(), 0, kRoundOff);
-    EXPECT_NEAR((view.project({0, 0, half / 2}) - Vec2d(0.5, 0)).norm(), 0, kRoundOff);  // half as high as wide; up is the top
+    EXPECT_NEAR((view.project({0, 0, half / 2}) - Vec2d(0.5, 0)).norm(), 0,
+                kRoundOff);  // half as high as wide; up is the top
 }
 
 TEST(View, KeysTurnTheCameraAboutItsOwnPlaceAndMoveIt) {

@@ -15,10 +15,9 @@ namespace thixo::preview {
 
 namespace {
 
-// Both keep every buffer below the 128 MB that any OpenGL 4.5 takes.
+// Both keep every buffer below the 128 MB that any OpenGL 4.5 takes. Corners in sixes: whole triangles, whole lines.
 constexpr std::size_t kSplatsPerDraw = std::size_t(1) << 20;
-constexpr std::size_t kCornersPerDraw =
-    6 * kSplatsPerDraw;  // a multiple of three and of two: whole triangles and lines
+constexpr std::size_t kCornersPerDraw = 6 * kSplatsPerDraw;
 
 using Mat4f = Eigen::Matrix4f;  // column-major, as OpenGL wants it
 

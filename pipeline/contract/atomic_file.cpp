@@ -12,9 +12,9 @@
 #include <charconv>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
@@ -54,7 +54,8 @@ struct Temporary {
 };
 
 [[noreturn]] void fail(const fs::path& path, int error) {
-    throw ResourceError("cannot write '{}': {}; free space or choose another folder with --out", path.string(), std::strerror(error));
+    throw ResourceError("cannot write '{}': {}; free space or choose another folder with --out", path.string(),
+                        std::strerror(error));
 }
 
 struct Fault {
@@ -71,7 +72,8 @@ std::optional<Fault> injected_fault() {
     int nth = 0;
     unsigned long long bytes = 0;
     std::array<char, 8> how{};
-    if (std::sscanf(text, "%d:%llu:%7s", &nth, &bytes, how.data()) != 3) throw InputError("THIXO_WRITE_FAULT='{}' is not nth:bytes:how", text);
+    if (std::sscanf(text, "%d:%llu:%7s", &nth, &bytes, how.data()) != 3)
+        throw InputError("THIXO_WRITE_FAULT='{}' is not nth:bytes:how", text);
     if (call < nth) return std::nullopt;
     return Fault{static_cast<std::size_t>(bytes), std::string_view(how.data()) == "kill"};
 }
@@ -106,7 +108,8 @@ std::string temporary_name(const fs::path& path) {
     return fmt::format("{}{}-{}-{}{}", kPrefix, ::getpid(), host_name(), path.filename().string(), kSuffix);
 }
 
-/// Whether the process that made this temporary is gone: its number is free (or was given to us), or the file has not changed for long.
+/// Whether the process that made this temporary is gone: its number is free (or was given to us), or the file has not
+/// changed for long.
 bool abandoned(const fs::directory_entry& entry) {
     const std::string name = entry.path().filename().string();
     pid_t pid = 0;
@@ -114,7 +117,8 @@ bool abandoned(const fs::directory_entry& entry) {
     const auto [end, bad] = std::from_chars(first, name.data() + name.size(), pid);
     if (bad != std::errc() || pid <= 0) return false;
     const std::string host = fmt::format("-{}-", host_name());
-    const bool here = std::string_view(end, static_cast<std::size_t>(name.data() + name.size() - end)).starts_with(host);
+    const bool here =
+        std::string_view(end, static_cast<std::size_t>(name.data() + name.size() - end)).starts_with(host);
     if (here && (pid == ::getpid() || (::kill(pid, 0) != 0 && errno == ESRCH))) return true;
     std::error_code error;
     const auto changed = entry.last_write_time(error);
@@ -146,7 +150,8 @@ std::string read_whole(const fs::path& path) {
         throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
     }
     struct stat status {};
-    if (::fstat(file.get(), &status) != 0) throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
+    if (::fstat(file.get(), &status) != 0)
+        throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
     if (!S_ISREG(status.st_mode)) throw CacheError("'{}' is not a regular file", path.string());
     std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
     std::size_t done = 0;
@@ -164,7 +169,8 @@ std::string read_whole(const fs::path& path) {
 void make_folder(const fs::path& folder) {
     std::error_code error;
     fs::create_directories(folder, error);
-    if (error) throw ResourceError("cannot make folder '{}': {}; choose another with --out", folder.string(), error.message());
+    if (error)
+        throw ResourceError("cannot make folder '{}': {}; choose another with --out", folder.string(), error.message());
 }
 
 int remove_stale_temporaries(const fs::path& folder) {

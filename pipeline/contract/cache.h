@@ -26,21 +26,22 @@ struct CacheIdentity {
     std::string simulation_hash;  // of the blocks the simulation reads
 };
 
-/// Writes out/cache. Every file is written whole (atomic_file.h), a frame's files before the manifest that lists them. All members throw
-/// ResourceError when the disk is full or read-only; what the manifest listed before is then still there and still listed.
+/// Writes out/cache. Every file is written whole (atomic_file.h), a frame's files before the manifest that lists them.
+/// All members throw ResourceError when the disk is full or read-only; what the manifest listed before is then still
+/// there and still listed.
 class CacheWriter {
   public:
     /// An empty cache. Throws InputError where out/cache already has a manifest.
     static CacheWriter create(const std::filesystem::path& out, CacheIdentity identity);
     /// An empty cache in place of the one that may be there.
     static CacheWriter restart(const std::filesystem::path& out, CacheIdentity identity);
-    /// Goes on with the cache that is there: keeps frames up to and with `last_kept`, drops later ones (they will be written again).
-    /// A complete cache of the same resolved scene, all kept, stays complete and is not written to.
+    /// Goes on with the cache that is there: keeps frames up to and with `last_kept`, drops later ones (they will be
+    /// written again). A complete cache of the same resolved scene, all kept, stays complete and is not written to.
     /// Throws CacheError (missing, damaged) and InputError where its simulation hash is another.
     static CacheWriter resume(const std::filesystem::path& out, CacheIdentity identity, int last_kept);
 
-    /// Adds the frame, or replaces the one of that number. `frame.particles` and `frame.surfels` need "P" where they have points.
-    /// Throws DivergedError where a value is not finite, naming attribute and point.
+    /// Adds the frame, or replaces the one of that number. `frame.particles` and `frame.surfels` need "P" where they
+    /// have points. Throws DivergedError where a value is not finite, naming attribute and point.
     void write_frame(const Frame& frame);
     /// Stores the bytes once as assets/<hash>.ply, listed from the next frame on. Returns the hash.
     std::string add_asset(std::string_view bytes);
@@ -59,8 +60,8 @@ class CacheWriter {
     Manifest manifest_;
 };
 
-/// Reads a cache, also one that a running simulation still extends. Every file's size and checksum are verified before it is parsed; all
-/// members throw CacheError with one line that names the file.
+/// Reads a cache, also one that a running simulation still extends. Every file's size and checksum are verified before
+/// it is parsed; all members throw CacheError with one line that names the file.
 class CacheReader {
   public:
     /// `path`: an output folder, its cache folder, or a manifest.json.

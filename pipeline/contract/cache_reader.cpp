@@ -16,7 +16,8 @@ constexpr const char* kManifestName = "manifest.json";
 /// The cache folder `path` means: itself, its cache/, or where the manifest lies; empty where there is none.
 fs::path cache_folder(const fs::path& path) {
     std::error_code ignored;
-    if (path.filename() == kManifestName && fs::is_regular_file(path, ignored)) return path.has_parent_path() ? path.parent_path() : fs::path(".");
+    if (path.filename() == kManifestName && fs::is_regular_file(path, ignored))
+        return path.has_parent_path() ? path.parent_path() : fs::path(".");
     for (const fs::path& folder : {path, path / "cache"})
         if (fs::is_regular_file(folder / kManifestName, ignored)) return folder;
     return {};
@@ -28,13 +29,15 @@ Manifest read_manifest(const fs::path& folder) {
 }
 
 void require_count(std::size_t found, std::uint64_t listed, const fs::path& file) {
-    if (found != listed) throw CacheError("'{}' is damaged: it holds {} points, the manifest says {}", file.string(), found, listed);
+    if (found != listed)
+        throw CacheError("'{}' is damaged: it holds {} points, the manifest says {}", file.string(), found, listed);
 }
 
 }  // namespace
 
 CacheReader::CacheReader(const fs::path& path) : folder_(cache_folder(path)) {
-    if (folder_.empty()) throw CacheError("no cache in '{}': it has no manifest.json; simulate first with 'thixo sim'", path.string());
+    if (folder_.empty())
+        throw CacheError("no cache in '{}': it has no manifest.json; simulate first with 'thixo sim'", path.string());
     manifest_ = read_manifest(folder_);
 }
 
@@ -65,10 +68,12 @@ std::string CacheReader::verified(const CacheFile& file) const {
     const std::uintmax_t size = fs::file_size(path, error);
     // The size first: a file grown by damage is not even read.
     if (!error && size != file.size)
-        throw CacheError("'{}' is damaged: it has {} bytes, the manifest says {}; simulate again with --restart", path.string(), size, file.size);
+        throw CacheError("'{}' is damaged: it has {} bytes, the manifest says {}; simulate again with --restart",
+                         path.string(), size, file.size);
     std::string bytes = read_whole(path);
     if (bytes.size() != file.size || hash_hex(bytes) != file.hash)
-        throw CacheError("'{}' is damaged: its checksum does not match the manifest; simulate again with --restart", path.string());
+        throw CacheError("'{}' is damaged: its checksum does not match the manifest; simulate again with --restart",
+                         path.string());
     return bytes;
 }
 

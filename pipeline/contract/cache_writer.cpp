@@ -23,19 +23,21 @@ Manifest empty_manifest(CacheIdentity identity) {
 }
 
 bool is_frame_file(const std::string& name) {
-    return (name.starts_with("particles.") && name.ends_with(".vdb")) || (name.starts_with("surfels.") && name.ends_with(".vdb")) ||
+    return (name.starts_with("particles.") && name.ends_with(".vdb")) ||
+           (name.starts_with("surfels.") && name.ends_with(".vdb")) ||
            (name.starts_with("frame.") && name.ends_with(".json"));
 }
 
 bool lists(const Manifest& m, const std::string& name) {
     const auto named = [&](const CacheFile& f) { return f.name == name; };
-    return std::any_of(m.assets.begin(), m.assets.end(), named) || std::any_of(m.frames.begin(), m.frames.end(), [&](const ManifestFrame& f) {
+    return std::any_of(m.assets.begin(), m.assets.end(), named) ||
+           std::any_of(m.frames.begin(), m.frames.end(), [&](const ManifestFrame& f) {
                return named(f.particle_file) || named(f.surfel_file) || named(f.facts_file);
            });
 }
 
-/// Removes cache files that the manifest does not list: of dropped frames, and of a frame that was being written when a run was killed.
-/// Nothing that a cache would not write itself is touched.
+/// Removes cache files that the manifest does not list: of dropped frames, and of a frame that was being written when a
+/// run was killed. Nothing that a cache would not write itself is touched.
 void remove_unlisted(const fs::path& folder, const Manifest& m) {
     std::vector<fs::path> unlisted;
     std::error_code error;
@@ -60,8 +62,8 @@ void require_files(const fs::path& folder, const Manifest& m) {
         const std::uintmax_t size = fs::file_size(folder / f.name, error);
         if (error) throw CacheError("'{}' is missing; simulate again with --restart", (folder / f.name).string());
         if (size != f.size)
-            throw CacheError("'{}' is damaged: it has {} bytes, the manifest says {}; simulate again with --restart", (folder / f.name).string(),
-                             size, f.size);
+            throw CacheError("'{}' is damaged: it has {} bytes, the manifest says {}; simulate again with --restart",
+                             (folder / f.name).string(), size, f.size);
     };
     for (const CacheFile& a : m.assets) require(a);
     for (const ManifestFrame& f : m.frames)
@@ -70,7 +72,8 @@ void require_files(const fs::path& folder, const Manifest& m) {
 
 }  // namespace
 
-CacheWriter::CacheWriter(const fs::path& out, Manifest manifest) : folder_(out / "cache"), manifest_(std::move(manifest)) {}
+CacheWriter::CacheWriter(const fs::path& out, Manifest manifest)
+    : folder_(out / "cache"), manifest_(std::move(manifest)) {}
 
 CacheWriter CacheWriter::open(const fs::path& out, Manifest manifest, bool unchanged) {
     CacheWriter writer(out, std::move(manifest));
@@ -84,17 +87,22 @@ CacheWriter CacheWriter::open(const fs::path& out, Manifest manifest, bool uncha
 
 CacheWriter CacheWriter::create(const fs::path& out, CacheIdentity identity) {
     if (CacheReader::exists(out / "cache"))
-        throw InputError("'{}' holds a cache already; choose another folder with --out, or replace it with --restart", out.string());
+        throw InputError("'{}' holds a cache already; choose another folder with --out, or replace it with --restart",
+                         out.string());
     return open(out, empty_manifest(std::move(identity)), false);
 }
 
-CacheWriter CacheWriter::restart(const fs::path& out, CacheIdentity identity) { return open(out, empty_manifest(std::move(identity)), false); }
+CacheWriter CacheWriter::restart(const fs::path& out, CacheIdentity identity) {
+    return open(out, empty_manifest(std::move(identity)), false);
+}
 
 CacheWriter CacheWriter::resume(const fs::path& out, CacheIdentity identity, int last_kept) {
     const Manifest old = CacheReader(out / "cache").manifest();
     if (old.simulation_hash != identity.simulation_hash)
-        throw InputError("'{}' holds the cache of another simulation; choose another folder with --out, or replace it with --restart",
-                         out.string());
+        throw InputError(
+            "'{}' holds the cache of another simulation; choose another folder with --out, or replace it with "
+            "--restart",
+            out.string());
     Manifest m = empty_manifest(std::move(identity));
     m.assets = old.assets;
     for (const ManifestFrame& f : old.frames)
@@ -132,7 +140,8 @@ void CacheWriter::write_frame(const Frame& frame) {
     entry.facts_file = store(facts_file_name(frame.number), facts);
 
     auto& frames = manifest_.frames;
-    const auto at = std::lower_bound(frames.begin(), frames.end(), frame.number, [](const ManifestFrame& f, int n) { return f.number < n; });
+    const auto at = std::lower_bound(frames.begin(), frames.end(), frame.number,
+                                     [](const ManifestFrame& f, int n) { return f.number < n; });
     if (at != frames.end() && at->number == frame.number)
         *at = std::move(entry);
     else
@@ -145,7 +154,8 @@ std::string CacheWriter::add_asset(std::string_view bytes) {
     CacheFile file{"", bytes.size(), hash_hex(bytes)};
     file.name = asset_file_name(file.hash);
     auto& assets = manifest_.assets;
-    const auto at = std::lower_bound(assets.begin(), assets.end(), file.name, [](const CacheFile& f, const std::string& n) { return f.name < n; });
+    const auto at = std::lower_bound(assets.begin(), assets.end(), file.name,
+                                     [](const CacheFile& f, const std::string& n) { return f.name < n; });
     if (at != assets.end() && at->name == file.name) return file.hash;
     std::string hash = file.hash;
     write_whole(folder_ / file.name, bytes);

@@ -15,7 +15,8 @@ namespace thixo {
 namespace fs = std::filesystem;
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "exported files are written as the machine holds its numbers");
+static_assert(std::endian::native == std::endian::little,
+              "exported files are written as the machine holds its numbers");
 
 template <class T>
 void put(std::string& out, T value) {
@@ -29,7 +30,8 @@ using Element = typename std::decay_t<V>::value_type;
 template <class T>
 constexpr bool kIsVector = std::is_same_v<T, Vec3f>;
 
-/// Rows in ascending id, so that a particle's row is found by tools that know no ids; in their own order where there are none.
+/// Rows in ascending id, so that a particle's row is found by tools that know no ids; in their own order where there
+/// are none.
 std::vector<std::size_t> row_order(const PointSet& points) {
     std::vector<std::size_t> order(points.count);
     std::iota(order.begin(), order.end(), std::size_t(0));
@@ -49,12 +51,15 @@ const std::vector<Vec3f>& positions_of(const PointSet& points) {
     return points.find("P") ? points.get<Vec3f>("P") : none;
 }
 
-// ---- csv --------------------------------------------------------------------------------------------------------------------------
+// ---- csv
+// --------------------------------------------------------------------------------------------------------------------------
 
 void append_cell(std::string& out, float v) { fmt::format_to(std::back_inserter(out), "{}", v); }
 void append_cell(std::string& out, std::int32_t v) { fmt::format_to(std::back_inserter(out), "{}", v); }
 void append_cell(std::string& out, std::int64_t v) { fmt::format_to(std::back_inserter(out), "{}", v); }
-void append_cell(std::string& out, const Vec3f& v) { fmt::format_to(std::back_inserter(out), "{},{},{}", v.x(), v.y(), v.z()); }
+void append_cell(std::string& out, const Vec3f& v) {
+    fmt::format_to(std::back_inserter(out), "{},{},{}", v.x(), v.y(), v.z());
+}
 
 std::string csv(const PointSet& points, const std::vector<std::size_t>& order) {
     std::string out;
@@ -76,7 +81,8 @@ std::string csv(const PointSet& points, const std::vector<std::size_t>& order) {
     return out;
 }
 
-// ---- ply --------------------------------------------------------------------------------------------------------------------------
+// ---- ply
+// --------------------------------------------------------------------------------------------------------------------------
 
 /// The properties of an attribute, by the names other programs look for.
 std::string ply_properties(const Attribute& a) {
@@ -103,7 +109,8 @@ std::string ply(const PointSet& points, const std::vector<std::size_t>& order) {
         if (const Attribute* a = points.find(name)) columns.push_back(a);
     for (const Attribute& a : points.attributes)
         if (a.name != "P" && a.name != "N" && a.name != "pscale") columns.push_back(&a);
-    std::string out = fmt::format("ply\nformat binary_little_endian 1.0\ncomment Thixo\nelement vertex {}\n", points.count);
+    std::string out =
+        fmt::format("ply\nformat binary_little_endian 1.0\ncomment Thixo\nelement vertex {}\n", points.count);
     for (const Attribute* a : columns) out += ply_properties(*a);
     out += "end_header\n";
     for (const std::size_t i : order)
@@ -111,7 +118,8 @@ std::string ply(const PointSet& points, const std::vector<std::size_t>& order) {
     return out;
 }
 
-// ---- vtp --------------------------------------------------------------------------------------------------------------------------
+// ---- vtp
+// --------------------------------------------------------------------------------------------------------------------------
 
 template <class T>
 constexpr const char* kVtkType = "Float32";
@@ -126,8 +134,9 @@ class Appended {
     /// `value(i)` for i in [0, n), and the element that refers to them.
     template <class T, class F>
     std::string array(const std::string& name, std::size_t n, F&& value) {
-        const std::string element = fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
-                                                kVtkType<T>, name, kIsVector<T> ? 3 : 1, bytes_.size());
+        const std::string element = fmt::format(
+            "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
+            kVtkType<T>, name, kIsVector<T> ? 3 : 1, bytes_.size());
         put(bytes_, static_cast<std::uint64_t>(n * sizeof(T)));
         for (std::size_t i = 0; i < n; ++i) {
             if constexpr (kIsVector<T>)
@@ -147,15 +156,23 @@ std::string vtp(const PointSet& points, const std::vector<std::size_t>& order) {
     const std::size_t n = points.count;
     const std::vector<Vec3f>& positions = positions_of(points);
     Appended appended;
-    std::string out = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n";
+    std::string out =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+        "header_type=\"UInt64\">\n<PolyData>\n";
     out += fmt::format(
-        "<Piece NumberOfPoints=\"{0}\" NumberOfVerts=\"{0}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n<PointData>\n", n);
+        "<Piece NumberOfPoints=\"{0}\" NumberOfVerts=\"{0}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+        "NumberOfPolys=\"0\">\n<PointData>\n",
+        n);
     for (const Attribute& a : points.attributes) {
         if (a.name == "P") continue;
-        std::visit([&](const auto& v) { out += appended.array<Element<decltype(v)>>(a.name, n, [&](std::size_t i) { return v[order[i]]; }); },
-                   a.data);
+        std::visit(
+            [&](const auto& v) {
+                out += appended.array<Element<decltype(v)>>(a.name, n, [&](std::size_t i) { return v[order[i]]; });
+            },
+            a.data);
     }
-    out += "</PointData>\n<Points>\n" + appended.array<Vec3f>("Points", n, [&](std::size_t i) { return positions[order[i]]; });
+    out += "</PointData>\n<Points>\n" +
+           appended.array<Vec3f>("Points", n, [&](std::size_t i) { return positions[order[i]]; });
     out += "</Points>\n<Verts>\n" + appended.array<std::int64_t>("connectivity", n, [](std::size_t i) { return i; });
     out += appended.array<std::int64_t>("offsets", n, [](std::size_t i) { return i + 1; });
     out += "</Verts>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";
@@ -168,8 +185,11 @@ struct TimedFile {
 };
 
 std::string pvd(const std::vector<TimedFile>& files) {
-    std::string out = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n<Collection>\n";
-    for (const TimedFile& f : files) out += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", f.time, f.name);
+    std::string out =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" "
+        "byte_order=\"LittleEndian\">\n<Collection>\n";
+    for (const TimedFile& f : files)
+        out += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", f.time, f.name);
     return out + "</Collection>\n</VTKFile>\n";
 }
 
@@ -196,15 +216,16 @@ std::string export_points(const PointSet& points, ExportFormat format) {
     return format == ExportFormat::ply ? ply(points, order) : vtp(points, order);
 }
 
-std::vector<fs::path> export_cache(const CacheReader& reader, const std::vector<int>& frames, ExportFormat format, ExportWhat what,
-                                   const fs::path& out_dir) {
+std::vector<fs::path> export_cache(const CacheReader& reader, const std::vector<int>& frames, ExportFormat format,
+                                   ExportWhat what, const fs::path& out_dir) {
     const char* kind = kWhats[static_cast<std::size_t>(what)];
     make_folder(out_dir);
     remove_stale_temporaries(out_dir);
     std::vector<fs::path> written;
     std::vector<TimedFile> timed;
     for (const int number : frames) {
-        const PointSet points = what == ExportWhat::particles ? reader.load_particles(number) : reader.load_surfels(number);
+        const PointSet points =
+            what == ExportWhat::particles ? reader.load_particles(number) : reader.load_surfels(number);
         const std::string name = fmt::format("{}.{:04}.{}", kind, number, kFormats[static_cast<std::size_t>(format)]);
         write_whole(out_dir / name, export_points(points, format));
         written.push_back(out_dir / name);

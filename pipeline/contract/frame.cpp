@@ -17,10 +17,14 @@ void require_finite(const Json& value, const std::string& path, int frame) {
     if (value.is_number_float() && !std::isfinite(value.get<double>()))
         throw DivergedError("frame {}: {} is not finite; use a smaller time step", frame, path);
     if (value.is_structured())
-        for (const auto& item : value.items()) require_finite(item.value(), path + (value.is_array() ? "[" : ".") + item.key() + (value.is_array() ? "]" : ""), frame);
+        for (const auto& item : value.items())
+            require_finite(item.value(),
+                           path + (value.is_array() ? "[" : ".") + item.key() + (value.is_array() ? "]" : ""), frame);
 }
 
-Json body_json(const FrameBody& b) { return {{"id", b.id}, {"parent", b.parent}, {"name", b.name}, {"material", b.material}}; }
+Json body_json(const FrameBody& b) {
+    return {{"id", b.id}, {"parent", b.parent}, {"name", b.name}, {"material", b.material}};
+}
 
 Json obstacle_json(const FrameObstacle& o) {
     return {{"name", o.name},           {"look", o.look},         {"asset", o.asset},
@@ -80,14 +84,10 @@ FrameTotals parse_totals(const Json& j, const JsonPlace& place) {
 }  // namespace
 
 std::string print_frame_facts(const Frame& frame) {
-    Json json = {{"frame", frame.number},
-                 {"time", frame.time},
-                 {"spacing", frame.spacing},
-                 {"particles", frame.particles.count},
-                 {"surfels", frame.surfels.count},
-                 {"totals", totals_json(frame.totals)},
-                 {"bodies", Json::array()},
-                 {"obstacles", Json::array()}};
+    Json json = {{"frame", frame.number},          {"time", frame.time},
+                 {"spacing", frame.spacing},       {"particles", frame.particles.count},
+                 {"surfels", frame.surfels.count}, {"totals", totals_json(frame.totals)},
+                 {"bodies", Json::array()},        {"obstacles", Json::array()}};
     for (const FrameBody& b : frame.bodies) json["bodies"].push_back(body_json(b));
     for (const FrameObstacle& o : frame.obstacles) json["obstacles"].push_back(obstacle_json(o));
     for (const char* key : {"time", "spacing", "totals", "obstacles"}) require_finite(json[key], key, frame.number);
@@ -104,7 +104,8 @@ Frame parse_frame_facts(std::string_view text, const std::string& file) {
     frame.spacing = number_at(json, "spacing", place);
     frame.totals = parse_totals(object_at(json, "totals", place), place.in("totals"));
     for (const Json& j : array_at(json, "bodies", place)) frame.bodies.push_back(parse_body(j, place.in("bodies")));
-    for (const Json& j : array_at(json, "obstacles", place)) frame.obstacles.push_back(parse_obstacle(j, place.in("obstacles")));
+    for (const Json& j : array_at(json, "obstacles", place))
+        frame.obstacles.push_back(parse_obstacle(j, place.in("obstacles")));
     return frame;
 }
 

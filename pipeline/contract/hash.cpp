@@ -16,7 +16,8 @@ struct FreeState {
 };
 
 std::string digits(XXH128_hash_t h) {
-    return fmt::format("{:016x}{:016x}", static_cast<unsigned long long>(h.high64), static_cast<unsigned long long>(h.low64));
+    return fmt::format("{:016x}{:016x}", static_cast<unsigned long long>(h.high64),
+                       static_cast<unsigned long long>(h.low64));
 }
 
 }  // namespace
@@ -24,7 +25,8 @@ std::string digits(XXH128_hash_t h) {
 std::string hash_hex(std::string_view bytes) { return digits(XXH3_128bits(bytes.data(), bytes.size())); }
 
 std::string hash_hex_without(std::string_view bytes, std::size_t offset, std::size_t length) {
-    THIXO_ASSERT(offset <= bytes.size() && length <= bytes.size() - offset, "{} + {} of {} bytes", offset, length, bytes.size());
+    THIXO_ASSERT(offset <= bytes.size() && length <= bytes.size() - offset, "{} + {} of {} bytes", offset, length,
+                 bytes.size());
     const std::unique_ptr<XXH3_state_t, FreeState> state(XXH3_createState());
     if (!state) throw std::bad_alloc();
     const std::string zeros(length, '0');

@@ -9,8 +9,8 @@ namespace thixo {
 /// XXH3-128 of the bytes as 32 lower-case hexadecimal digits, most significant first.
 std::string hash_hex(std::string_view bytes);
 
-/// XXH3-128 of `bytes` as if the `length` bytes at `offset` were all '0': the checksum of a file that carries its own checksum there.
-/// Requires offset + length <= bytes.size().
+/// XXH3-128 of `bytes` as if the `length` bytes at `offset` were all '0': the checksum of a file that carries its own
+/// checksum there. Requires offset + length <= bytes.size().
 std::string hash_hex_without(std::string_view bytes, std::size_t offset, std::size_t length);
 
 }  // namespace thixo

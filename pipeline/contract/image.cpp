@@ -32,7 +32,8 @@ std::vector<float>& Image::add(std::string name, bool half) {
 }
 
 const ImageChannel* Image::find(std::string_view name) const {
-    const auto it = std::find_if(channels.begin(), channels.end(), [&](const ImageChannel& c) { return c.name == name; });
+    const auto it =
+        std::find_if(channels.begin(), channels.end(), [&](const ImageChannel& c) { return c.name == name; });
     return it == channels.end() ? nullptr : &*it;
 }
 
@@ -46,9 +47,10 @@ const std::vector<float>& Image::get(std::string_view name) const {
 
 std::string encode_png(const Image8& image) {
     THIXO_ASSERT(image.channels == 3 || image.channels == 4, "{} channels", image.channels);
-    const std::size_t size = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * static_cast<std::size_t>(image.channels);
-    THIXO_ASSERT(image.width > 0 && image.height > 0 && image.values.size() == size, "{} values for {} x {} pixels", image.values.size(),
-                 image.width, image.height);
+    const std::size_t size = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                             static_cast<std::size_t>(image.channels);
+    THIXO_ASSERT(image.width > 0 && image.height > 0 && image.values.size() == size, "{} values for {} x {} pixels",
+                 image.values.size(), image.width, image.height);
     png_image png = start(static_cast<png_uint_32>(image.width), static_cast<png_uint_32>(image.height),
                           image.channels == 4 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB);
     png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(png);
@@ -69,7 +71,8 @@ Image8 read_png(const std::filesystem::path& path) {
     const bool alpha = (png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
     png.format = alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
     Image8 image{static_cast<int>(png.width), static_cast<int>(png.height), alpha ? 4 : 3, {}};
-    const std::size_t size = static_cast<std::size_t>(png.width) * png.height * static_cast<std::size_t>(image.channels);
+    const std::size_t size =
+        static_cast<std::size_t>(png.width) * png.height * static_cast<std::size_t>(image.channels);
     if (png.width > kLargestSide || png.height > kLargestSide || size / kLargestRatio > bytes.size()) {
         png_image_free(&png);
         throw CacheError("'{}' is damaged: it is too short for its size in pixels", path.string());

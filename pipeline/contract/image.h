@@ -12,7 +12,7 @@ namespace thixo {
 
 /// One channel, row-major from the top left; `half` is how it is stored, in memory it is float.
 struct ImageChannel {
-    std::string name;           // R G B A Z, or <layer>.<R G B | X Y Z>: give layers 3 or 4 channels, Blender drops layers of 2
+    std::string name;  // R G B A Z, or <layer>.<R G B | X Y Z>: give layers 3 or 4 channels, Blender drops layers of 2
     bool half = true;
     std::vector<float> values;  // width * height
 };
@@ -33,14 +33,16 @@ struct Image {
     const std::vector<float>& get(std::string_view name) const;
 };
 
-/// Scene-linear Rec.709, ZIP, one part, with a checksum of the whole file in its header. Channels are stored sorted by name.
+/// Scene-linear Rec.709, ZIP, one part, with a checksum of the whole file in its header. Channels are stored sorted by
+/// name.
 std::string encode_exr(const Image& image);
 /// encode_exr, written whole (atomic_file.h). Throws ResourceError.
 void write_exr(const std::filesystem::path& path, const Image& image);
 
 /// Whether a file without Thixo's checksum (another program's) is accepted.
 enum class Checksum { required, if_present };
-/// Reads and decodes every pixel; `file` is named in messages. Throws CacheError: missing, truncated, damaged, not an EXR.
+/// Reads and decodes every pixel; `file` is named in messages. Throws CacheError: missing, truncated, damaged, not an
+/// EXR.
 Image decode_exr(std::string_view bytes, const std::string& file, Checksum checksum = Checksum::if_present);
 Image read_exr(const std::filesystem::path& path, Checksum checksum = Checksum::if_present);
 

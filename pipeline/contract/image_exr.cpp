@@ -23,7 +23,8 @@ namespace {
 
 constexpr const char* kChecksumKey = "thixo_checksum";
 constexpr std::size_t kDigits = 32;
-constexpr std::size_t kLargestRatio = 1100;  // of deflate: pixels that need more bytes than this times the file cannot be in it
+constexpr std::size_t kLargestRatio =
+    1100;  // of deflate: pixels that need more bytes than this times the file cannot be in it
 
 class MemoryOut : public Imf::OStream {
   public:
@@ -60,18 +61,21 @@ class MemoryIn : public Imf::IStream {
     std::size_t at_ = 0;
 };
 
-/// Where the digits of the checksum attribute stand in the header, or npos. An attribute is: name, 0, type, 0, size (4 bytes), value.
+/// Where the digits of the checksum attribute stand in the header, or npos. An attribute is: name, 0, type, 0, size (4
+/// bytes), value.
 std::size_t checksum_at(std::string_view bytes) {
     std::string mark = std::string(kChecksumKey) + '\0' + "string" + '\0';
     mark += {static_cast<char>(kDigits), 0, 0, 0};
     const std::size_t at = bytes.find(mark);
-    return at == std::string_view::npos || at + mark.size() + kDigits > bytes.size() ? std::string_view::npos : at + mark.size();
+    return at == std::string_view::npos || at + mark.size() + kDigits > bytes.size() ? std::string_view::npos
+                                                                                     : at + mark.size();
 }
 
 Imf::Header make_header(const Image& image) {
     Imf::Header header(image.width, image.height);
     header.compression() = Imf::ZIP_COMPRESSION;
-    for (const ImageChannel& c : image.channels) header.channels().insert(c.name, Imf::Channel(c.half ? Imf::HALF : Imf::FLOAT));
+    for (const ImageChannel& c : image.channels)
+        header.channels().insert(c.name, Imf::Channel(c.half ? Imf::HALF : Imf::FLOAT));
     for (const auto& [key, text] : image.attributes) header.insert(key, Imf::StringAttribute(text));
     header.insert(kChecksumKey, Imf::StringAttribute(std::string(kDigits, '0')));
     return header;
@@ -89,7 +93,8 @@ void write_pixels(const Image& image, Imf::OStream& out) {
         if (c.half) {
             halves[i].resize(image.pixels());
             std::transform(c.values.begin(), c.values.end(), halves[i].begin(), to_half);
-            buffer.insert(c.name, Imf::Slice(Imf::HALF, reinterpret_cast<char*>(halves[i].data()), sizeof(Imath::half), sizeof(Imath::half) * width));
+            buffer.insert(c.name, Imf::Slice(Imf::HALF, reinterpret_cast<char*>(halves[i].data()), sizeof(Imath::half),
+                                             sizeof(Imath::half) * width));
         } else {
             char* base = reinterpret_cast<char*>(const_cast<float*>(c.values.data()));  // an OutputFile only reads it
             buffer.insert(c.name, Imf::Slice(Imf::FLOAT, base, sizeof(float), sizeof(float) * width));
@@ -106,24 +111,30 @@ Image read_pixels(std::string_view bytes, const std::string& name) {
     if (!file.isComplete()) throw std::runtime_error("its writer did not finish");
     const Imf::Header& header = file.header();
     const Imath::Box2i window = header.dataWindow();
-    const auto width = std::int64_t(window.max.x) - window.min.x + 1, height = std::int64_t(window.max.y) - window.min.y + 1;
-    if (width < 1 || height < 1 || width > 1 << 20 || height > 1 << 20) throw std::runtime_error("its size is out of range");
+    const auto width = std::int64_t(window.max.x) - window.min.x + 1,
+               height = std::int64_t(window.max.y) - window.min.y + 1;
+    if (width < 1 || height < 1 || width > 1 << 20 || height > 1 << 20)
+        throw std::runtime_error("its size is out of range");
     Image image(static_cast<int>(width), static_cast<int>(height));
     std::size_t stored = 0;
     for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
-        if (c.channel().xSampling != 1 || c.channel().ySampling != 1) throw std::runtime_error("a channel is subsampled");
+        if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
+            throw std::runtime_error("a channel is subsampled");
         stored += image.pixels() * (c.channel().type == Imf::HALF ? 2 : 4);
     }
     if (stored / kLargestRatio > bytes.size()) throw std::runtime_error("it is too short for its size in pixels");
-    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) image.add(c.name(), c.channel().type == Imf::HALF);
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+        image.add(c.name(), c.channel().type == Imf::HALF);
     Imf::FrameBuffer buffer;
     const std::ptrdiff_t origin = window.min.x + window.min.y * static_cast<std::ptrdiff_t>(width);
     for (ImageChannel& c : image.channels)  // the library converts half to float
-        buffer.insert(c.name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(c.values.data() - origin), sizeof(float), sizeof(float) * width));
+        buffer.insert(c.name, Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(c.values.data() - origin), sizeof(float),
+                                         sizeof(float) * width));
     file.setFrameBuffer(buffer);
     file.readPixels(window.min.y, window.max.y);
     for (auto a = header.begin(); a != header.end(); ++a)
-        if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute()); text && std::strcmp(a.name(), kChecksumKey) != 0)
+        if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute());
+            text && std::strcmp(a.name(), kChecksumKey) != 0)
             image.attributes[a.name()] = text->value();
     return image;
 }
@@ -131,10 +142,11 @@ Image read_pixels(std::string_view bytes, const std::string& name) {
 }  // namespace
 
 std::string encode_exr(const Image& image) {
-    THIXO_ASSERT(image.width > 0 && image.height > 0 && !image.channels.empty(), "{} x {} pixels, {} channels", image.width, image.height,
-                 image.channels.size());
+    THIXO_ASSERT(image.width > 0 && image.height > 0 && !image.channels.empty(), "{} x {} pixels, {} channels",
+                 image.width, image.height, image.channels.size());
     for (const ImageChannel& c : image.channels)
-        THIXO_ASSERT(c.values.size() == image.pixels(), "channel {} has {} values for {} pixels", c.name, c.values.size(), image.pixels());
+        THIXO_ASSERT(c.values.size() == image.pixels(), "channel {} has {} values for {} pixels", c.name,
+                     c.values.size(), image.pixels());
     MemoryOut out;
     write_pixels(image, out);
     const std::size_t at = checksum_at(out.bytes);
@@ -160,6 +172,8 @@ Image decode_exr(std::string_view bytes, const std::string& file, Checksum check
     }
 }
 
-Image read_exr(const std::filesystem::path& path, Checksum checksum) { return decode_exr(read_whole(path), path.string(), checksum); }
+Image read_exr(const std::filesystem::path& path, Checksum checksum) {
+    return decode_exr(read_whole(path), path.string(), checksum);
+}
 
 }  // namespace thixo

@@ -60,7 +60,8 @@ Json describe_values(const std::vector<Vec3f>& v) {
 
 Json attributes_json(const PointSet& points) {
     Json json = Json::object();
-    for (const Attribute& a : points.attributes) json[a.name] = std::visit([](const auto& v) { return describe_values(v); }, a.data);
+    for (const Attribute& a : points.attributes)
+        json[a.name] = std::visit([](const auto& v) { return describe_values(v); }, a.data);
     return json;
 }
 
@@ -116,7 +117,8 @@ Json frame_file_json(const fs::path& path, const FrameFile& file) {
         json["attributes"] = attributes_json(reader.load_surfels(file.number));
     } else {
         json["attributes"] = attributes_json(reader.load_particles(file.number));
-        if (file.kind == FrameFile::facts) json["surfel_attributes"] = attributes_json(reader.load_surfels(file.number));
+        if (file.kind == FrameFile::facts)
+            json["surfel_attributes"] = attributes_json(reader.load_surfels(file.number));
     }
     return json;
 }
@@ -129,8 +131,12 @@ Json stray_points_json(const fs::path& path) {
 
 Json picture_json(const fs::path& path) {
     const Image image = read_exr(path);
-    Json json = {{"width", image.width}, {"height", image.height}, {"attributes", Json::object()}, {"header", Json(image.attributes)}};
-    for (const ImageChannel& c : image.channels) json["attributes"][c.name] = range_json(c.half ? "half" : "float", c.values);
+    Json json = {{"width", image.width},
+                 {"height", image.height},
+                 {"attributes", Json::object()},
+                 {"header", Json(image.attributes)}};
+    for (const ImageChannel& c : image.channels)
+        json["attributes"][c.name] = range_json(c.half ? "half" : "float", c.values);
     return json;
 }
 
@@ -139,12 +145,14 @@ Json document(const fs::path& path) {
     if (fs::is_directory(path, ignored) || path.filename() == "manifest.json") return cache_json(CacheReader(path));
     if (path.extension() == ".exr") return picture_json(path);
     const std::optional<FrameFile> file = frame_file(path.filename().string());
-    if (file && (file->kind == FrameFile::facts || CacheReader::exists(folder_of(path)))) return frame_file_json(path, *file);
+    if (file && (file->kind == FrameFile::facts || CacheReader::exists(folder_of(path))))
+        return frame_file_json(path, *file);
     if (path.extension() == ".vdb") return stray_points_json(path);
     throw CacheError("'{}' is not a cache, a frame or a picture of Thixo", path.string());
 }
 
-// ---- text for a person ------------------------------------------------------------------------------------------------------------
+// ---- text for a person
+// ------------------------------------------------------------------------------------------------------------
 
 std::string number_text(const Json& value) {
     if (value.is_array()) {
@@ -158,20 +166,22 @@ std::string number_text(const Json& value) {
 std::string attributes_text(const Json& attributes) {
     std::string text;
     for (const auto& [name, a] : attributes.items())
-        text += fmt::format("  {:<14} {:<6} min {}  mean {}  max {}\n", name, a["type"].get<std::string>(), number_text(a["min"]),
-                            number_text(a["mean"]), number_text(a["max"]));
+        text += fmt::format("  {:<14} {:<6} min {}  mean {}  max {}\n", name, a["type"].get<std::string>(),
+                            number_text(a["min"]), number_text(a["mean"]), number_text(a["max"]));
     return text;
 }
 
 std::string cache_text(const Json& json) {
-    std::string text = fmt::format("cache of scene '{}', format {}, {} frames, {}\n", json["scene"].get<std::string>(), json["format"].get<int>(),
-                                   json["frames"].size(), json["complete"].get<bool>() ? "complete" : "not complete");
+    std::string text = fmt::format("cache of scene '{}', format {}, {} frames, {}\n", json["scene"].get<std::string>(),
+                                   json["format"].get<int>(), json["frames"].size(),
+                                   json["complete"].get<bool>() ? "complete" : "not complete");
     if (!json["frames"].empty())
-        text += fmt::format("{:>6} {:>10} {:>10} {:>10} {:>7} {:>12} {:>12} {:>12}\n", "frame", "time [s]", "particles", "surfels", "bodies",
-                            "mass [kg]", "energy [J]", "volume [m^3]");
+        text += fmt::format("{:>6} {:>10} {:>10} {:>10} {:>7} {:>12} {:>12} {:>12}\n", "frame", "time [s]", "particles",
+                            "surfels", "bodies", "mass [kg]", "energy [J]", "volume [m^3]");
     for (const Json& f : json["frames"])
-        text += fmt::format("{:>6} {:>10.4f} {:>10} {:>10} {:>7} {:>12.6g} {:>12.6g} {:>12.6g}\n", f["frame"].get<int>(), f["time"].get<double>(),
-                            f["particles"].get<std::uint64_t>(), f["surfels"].get<std::uint64_t>(), f["bodies"].get<std::uint64_t>(),
+        text += fmt::format("{:>6} {:>10.4f} {:>10} {:>10} {:>7} {:>12.6g} {:>12.6g} {:>12.6g}\n",
+                            f["frame"].get<int>(), f["time"].get<double>(), f["particles"].get<std::uint64_t>(),
+                            f["surfels"].get<std::uint64_t>(), f["bodies"].get<std::uint64_t>(),
                             f["mass"].get<double>(), f["energy"].get<double>(), f["volume"].get<double>());
     return text;
 }
@@ -182,7 +192,8 @@ std::string facts_text(const Json& json) {
         if (key == "attributes" || key == "surfel_attributes")
             text += key + ":\n" + attributes_text(value);
         else if (value.is_object())
-            for (const auto& [name, entry] : value.items()) text += fmt::format("{}: {}\n", name, entry.get<std::string>());
+            for (const auto& [name, entry] : value.items())
+                text += fmt::format("{}: {}\n", name, entry.get<std::string>());
         else
             text += fmt::format("{}: {}\n", key, value.is_string() ? value.get<std::string>() : number_text(value));
     }
@@ -193,13 +204,15 @@ std::string facts_text(const Json& json) {
 
 bool describes(const fs::path& path) {
     std::error_code ignored;
-    return fs::is_directory(path, ignored) || path.filename() == "manifest.json" || path.extension() == ".exr" || path.extension() == ".vdb" ||
-           frame_file(path.filename().string()).has_value();
+    return fs::is_directory(path, ignored) || path.filename() == "manifest.json" || path.extension() == ".exr" ||
+           path.extension() == ".vdb" || frame_file(path.filename().string()).has_value();
 }
 
 std::string describe(const fs::path& path, bool json) {
     const Json d = document(path);
-    if (json) return d.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";  // header text of a foreign picture may be anything
+    if (json)
+        return d.dump(2, ' ', false, Json::error_handler_t::replace) +
+               "\n";  // header text of a foreign picture may be anything
     return d.contains("frames") ? cache_text(d) : facts_text(d);
 }
 

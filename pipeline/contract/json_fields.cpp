@@ -62,12 +62,16 @@ bool bool_at(const Json& object, const char* key, const JsonPlace& place) {
     return value.get<bool>();
 }
 
-double number_at(const Json& object, const char* key, const JsonPlace& place) { return finite(at(object, key, place), place.in(key)); }
+double number_at(const Json& object, const char* key, const JsonPlace& place) {
+    return finite(at(object, key, place), place.in(key));
+}
 
-std::int64_t integer_at(const Json& object, const char* key, std::int64_t least, std::int64_t most, const JsonPlace& place) {
+std::int64_t integer_at(const Json& object, const char* key, std::int64_t least, std::int64_t most,
+                        const JsonPlace& place) {
     const Json& value = at(object, key, place);
     if (!value.is_number_integer()) wrong(place.in(key), "an integer");
-    if (value.is_number_unsigned() && value.get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX)) wrong(place.in(key), "in range");
+    if (value.is_number_unsigned() && value.get<std::uint64_t>() > static_cast<std::uint64_t>(INT64_MAX))
+        wrong(place.in(key), "in range");
     const auto number = value.get<std::int64_t>();
     if (number < least || number > most) wrong(place.in(key), "in range");
     return number;

@@ -25,7 +25,8 @@ const Json& object_at(const Json& object, const char* key, const JsonPlace& plac
 std::string text_at(const Json& object, const char* key, const JsonPlace& place);
 bool bool_at(const Json& object, const char* key, const JsonPlace& place);
 double number_at(const Json& object, const char* key, const JsonPlace& place);
-std::int64_t integer_at(const Json& object, const char* key, std::int64_t least, std::int64_t most, const JsonPlace& place);
+std::int64_t integer_at(const Json& object, const char* key, std::int64_t least, std::int64_t most,
+                        const JsonPlace& place);
 /// Fills out[0..count) from an array of exactly so many finite numbers.
 void numbers_at(const Json& object, const char* key, double* out, std::size_t count, const JsonPlace& place);
 template <std::size_t N>

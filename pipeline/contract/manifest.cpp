@@ -35,14 +35,16 @@ CacheFile parse_file(const Json& json, const JsonPlace& place) {
     f.name = text_at(json, "name", place);
     f.size = static_cast<std::uint64_t>(integer_at(json, "size", 0, INT64_MAX, place));
     f.hash = text_at(json, "hash", place);
-    if (!is_hash(f.hash)) throw CacheError("'{}' is damaged: \"{}\" is not a checksum", place.file, place.in("hash").path);
+    if (!is_hash(f.hash))
+        throw CacheError("'{}' is damaged: \"{}\" is not a checksum", place.file, place.in("hash").path);
     return f;
 }
 
 /// A file of a frame has exactly one possible name, so no manifest can lead out of its folder.
 CacheFile parse_named_file(const Json& json, const std::string& name, const JsonPlace& place) {
     CacheFile f = parse_file(json, place);
-    if (f.name != name) throw CacheError("'{}' is damaged: \"{}\" is not \"{}\"", place.file, place.in("name").path, name);
+    if (f.name != name)
+        throw CacheError("'{}' is damaged: \"{}\" is not \"{}\"", place.file, place.in("name").path, name);
     return f;
 }
 
@@ -54,7 +56,8 @@ ManifestFrame parse_frame(const Json& json, const JsonPlace& place) {
     f.particles = static_cast<std::uint64_t>(integer_at(json, "particles", 0, INT64_MAX, place));
     f.surfels = static_cast<std::uint64_t>(integer_at(json, "surfels", 0, INT64_MAX, place));
     const Json& files = array_at(json, "files", place);
-    if (files.size() != 3) throw CacheError("'{}' is damaged: \"{}\" does not list three files", place.file, place.in("files").path);
+    if (files.size() != 3)
+        throw CacheError("'{}' is damaged: \"{}\" does not list three files", place.file, place.in("files").path);
     f.particle_file = parse_named_file(files[0], particle_file_name(f.number), place.in("files"));
     f.surfel_file = parse_named_file(files[1], surfel_file_name(f.number), place.in("files"));
     f.facts_file = parse_named_file(files[2], facts_file_name(f.number), place.in("files"));
@@ -64,7 +67,8 @@ ManifestFrame parse_frame(const Json& json, const JsonPlace& place) {
 void parse_lists(const Json& json, const JsonPlace& place, Manifest& m) {
     for (const Json& j : array_at(json, "assets", place)) {
         CacheFile f = parse_file(j, place.in("assets"));
-        if (f.name != asset_file_name(f.hash)) throw CacheError("'{}' is damaged: \"assets\" lists '{}' under another hash", place.file, f.name);
+        if (f.name != asset_file_name(f.hash))
+            throw CacheError("'{}' is damaged: \"assets\" lists '{}' under another hash", place.file, f.name);
         if (!m.assets.empty() && m.assets.back().name >= f.name)
             throw CacheError("'{}' is damaged: \"assets\" is not in ascending order at '{}'", place.file, f.name);
         m.assets.push_back(std::move(f));
@@ -72,7 +76,8 @@ void parse_lists(const Json& json, const JsonPlace& place, Manifest& m) {
     for (const Json& j : array_at(json, "frames", place)) {
         ManifestFrame f = parse_frame(j, place.in("frames"));
         if (!m.frames.empty() && m.frames.back().number >= f.number)
-            throw CacheError("'{}' is damaged: frame {} follows frame {}", place.file, f.number, m.frames.back().number);
+            throw CacheError("'{}' is damaged: frame {} follows frame {}", place.file, f.number,
+                             m.frames.back().number);
         m.frames.push_back(std::move(f));
     }
 }
@@ -82,7 +87,8 @@ void refuse_newer_format(const Json& json, const std::string& file) {
     const auto it = json.is_object() ? json.find("format") : json.end();
     if (!json.is_object() || it == json.end() || !it->is_number_integer()) return;
     if (it->is_number_unsigned() && it->get<std::uint64_t>() > static_cast<std::uint64_t>(kCacheFormat))
-        throw CacheError("'{}' has cache format {}, this program reads 1 to {}; use a newer thixo", file, it->get<std::uint64_t>(), kCacheFormat);
+        throw CacheError("'{}' has cache format {}, this program reads 1 to {}; use a newer thixo", file,
+                         it->get<std::uint64_t>(), kCacheFormat);
 }
 
 bool checksum_matches(std::string_view text) {
@@ -95,7 +101,8 @@ bool checksum_matches(std::string_view text) {
 std::string ManifestFrame::hash() const { return hash_hex(particle_file.hash + surfel_file.hash + facts_file.hash); }
 
 const ManifestFrame* Manifest::find(int number) const {
-    const auto it = std::lower_bound(frames.begin(), frames.end(), number, [](const ManifestFrame& f, int n) { return f.number < n; });
+    const auto it = std::lower_bound(frames.begin(), frames.end(), number,
+                                     [](const ManifestFrame& f, int n) { return f.number < n; });
     return it != frames.end() && it->number == number ? &*it : nullptr;
 }
 
@@ -131,7 +138,8 @@ std::string print_manifest(const Manifest& m) {
 Manifest parse_manifest(std::string_view text, const std::string& file) {
     const Json json = parse_json(text, file);
     refuse_newer_format(json, file);
-    if (!checksum_matches(text)) throw CacheError("'{}' is damaged: its checksum does not match; simulate again with --restart", file);
+    if (!checksum_matches(text))
+        throw CacheError("'{}' is damaged: its checksum does not match; simulate again with --restart", file);
     const JsonPlace place{file, ""};
     object_or_fail(json, place);
     Manifest m;
@@ -143,7 +151,8 @@ Manifest parse_manifest(std::string_view text, const std::string& file) {
     parse_lists(json, place, m);
     const Json& totals = object_at(json, "totals", place);
     const auto frames = integer_at(totals, "frames", 0, INT64_MAX, place.in("totals"));
-    if (static_cast<std::size_t>(frames) != m.frames.size()) throw CacheError("'{}' is damaged: its totals disagree with its frames", file);
+    if (static_cast<std::size_t>(frames) != m.frames.size())
+        throw CacheError("'{}' is damaged: its totals disagree with its frames", file);
     return m;
 }
 

@@ -13,17 +13,17 @@ inline constexpr int kCacheFormat = 1;
 inline constexpr int kLargestFrameNumber = 999'999;
 
 struct CacheFile {
-    std::string name;         // relative to the cache folder
-    std::uint64_t size = 0;   // bytes
-    std::string hash;         // hash_hex of the file
+    std::string name;        // relative to the cache folder
+    std::uint64_t size = 0;  // bytes
+    std::string hash;        // hash_hex of the file
 
     bool operator==(const CacheFile&) const = default;
 };
 
 struct ManifestFrame {
     int number = 0;
-    double time = 0;                          // s
-    std::uint64_t particles = 0, surfels = 0; // counts
+    double time = 0;                           // s
+    std::uint64_t particles = 0, surfels = 0;  // counts
     CacheFile particle_file, surfel_file, facts_file;
 
     bool operator==(const ManifestFrame&) const = default;
@@ -42,19 +42,20 @@ struct Manifest {
 
     bool operator==(const Manifest&) const = default;
     const ManifestFrame* find(int number) const;
-    std::uint64_t bytes() const;        // of all frame files and assets
+    std::uint64_t bytes() const;  // of all frame files and assets
 };
 
 /// Names within the cache folder.
-std::string particle_file_name(int frame);  // particles.0001.vdb
-std::string surfel_file_name(int frame);    // surfels.0001.vdb
-std::string facts_file_name(int frame);     // frame.0001.json
+std::string particle_file_name(int frame);           // particles.0001.vdb
+std::string surfel_file_name(int frame);             // surfels.0001.vdb
+std::string facts_file_name(int frame);              // frame.0001.json
 std::string asset_file_name(std::string_view hash);  // assets/<hash>.ply
 
 /// JSON with a fixed layout and key order; its first key is a checksum of the rest.
 std::string print_manifest(const Manifest& manifest);
 
-/// Parses and checks everything; `file` is named in messages. Throws CacheError: damaged, of a newer format, or contradictory.
+/// Parses and checks everything; `file` is named in messages. Throws CacheError: damaged, of a newer format, or
+/// contradictory.
 Manifest parse_manifest(std::string_view text, const std::string& file);
 
 }  // namespace thixo

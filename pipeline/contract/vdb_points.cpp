@@ -58,10 +58,14 @@ template <class V>
 using Element = typename std::decay_t<V>::value_type;
 
 template <class T>
-T store(const T& value) { return value; }
+T store(const T& value) {
+    return value;
+}
 vdb::Vec3f store(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 template <class T>
-T restore(const T& value) { return value; }
+T restore(const T& value) {
+    return value;
+}
 Vec3f restore(const vdb::Vec3f& v) { return {v.x(), v.y(), v.z()}; }
 
 bool finite(float v) { return std::isfinite(v); }
@@ -81,10 +85,12 @@ void check(const PointSet& points) {
         THIXO_ASSERT(names.insert(a.name).second, "attribute '{}' is there twice", a.name);
         std::visit(
             [&](const auto& values) {
-                THIXO_ASSERT(values.size() == points.count, "attribute '{}' has {} values for {} points", a.name, values.size(), points.count);
+                THIXO_ASSERT(values.size() == points.count, "attribute '{}' has {} values for {} points", a.name,
+                             values.size(), points.count);
                 for (std::size_t i = 0; i < values.size(); ++i)
                     if (!finite(values[i]))
-                        throw DivergedError("attribute {} of the point {} is not finite; use a smaller time step", a.name, point_name(points, i));
+                        throw DivergedError("attribute {} of the point {} is not finite; use a smaller time step",
+                                            a.name, point_name(points, i));
             },
             a.data);
     }
@@ -113,11 +119,13 @@ std::vector<Place> places(const PointSet& points, const std::vector<Vec3f>& posi
     std::vector<Place> order(positions.size());
     for (std::size_t i = 0; i < positions.size(); ++i) {
         if (!(positions[i].cwiseAbs().maxCoeff() / voxel_size < kFarthest))
-            throw DivergedError("the point {} is {} m away from the origin, too far for its spacing; add a boundary that holds it",
-                                point_name(points, i), positions[i].norm());
+            throw DivergedError(
+                "the point {} is {} m away from the origin, too far for its spacing; add a boundary that holds it",
+                point_name(points, i), positions[i].norm());
         const vdb::Coord ijk = voxel_of(positions[i], voxel_size);
         const auto axis = [](std::int32_t v) { return static_cast<std::uint64_t>((v >> Leaf::LOG2DIM) + (1 << 20)); };
-        order[i] = {axis(ijk.x()) << 42 | axis(ijk.y()) << 21 | axis(ijk.z()), Leaf::coordToOffset(ijk), static_cast<std::uint32_t>(i)};
+        order[i] = {axis(ijk.x()) << 42 | axis(ijk.y()) << 21 | axis(ijk.z()), Leaf::coordToOffset(ijk),
+                    static_cast<std::uint32_t>(i)};
     }
     std::sort(order.begin(), order.end());
     return order;
@@ -134,16 +142,22 @@ std::vector<const Attribute*> stored_attributes(const PointSet& points) {
 std::string type_list(const std::vector<const Attribute*>& attributes) {
     std::string text;
     for (const Attribute* a : attributes)
-        std::visit([&](const auto& v) { text += fmt::format("{}{}:{}", text.empty() ? "" : " ", a->name, Stored<Element<decltype(v)>>::name); },
-                   a->data);
+        std::visit(
+            [&](const auto& v) {
+                text += fmt::format("{}{}:{}", text.empty() ? "" : " ", a->name, Stored<Element<decltype(v)>>::name);
+            },
+            a->data);
     return text;
 }
 
 Descriptor::Ptr make_descriptor(const std::vector<const Attribute*>& attributes) {
     Descriptor::Ptr d = Descriptor::create(StoredArray<Vec3f>::attributeType());
     for (std::size_t i = 1; i < attributes.size(); ++i)
-        std::visit([&](const auto& v) { d = d->duplicateAppend(attributes[i]->name, StoredArray<Element<decltype(v)>>::attributeType()); },
-                   attributes[i]->data);
+        std::visit(
+            [&](const auto& v) {
+                d = d->duplicateAppend(attributes[i]->name, StoredArray<Element<decltype(v)>>::attributeType());
+            },
+            attributes[i]->data);
     return d;
 }
 
@@ -155,8 +169,8 @@ void fill(vp::AttributeArray& array, std::size_t count, F&& value) {
     typed.compact();  // one value where all are equal
 }
 
-void fill_leaf(Leaf& leaf, const Descriptor::Ptr& descriptor, const std::vector<const Attribute*>& attributes, std::span<const Place> order,
-               double voxel_size) {
+void fill_leaf(Leaf& leaf, const Descriptor::Ptr& descriptor, const std::vector<const Attribute*>& attributes,
+               std::span<const Place> order, double voxel_size) {
     auto* set = new vp::AttributeSet(descriptor, static_cast<vdb::Index>(order.size()));
     leaf.replaceAttributeSet(set, true);  // takes ownership
     const auto& positions = std::get<std::vector<Vec3f>>(attributes[0]->data);
@@ -167,7 +181,10 @@ void fill_leaf(Leaf& leaf, const Descriptor::Ptr& descriptor, const std::vector<
     });
     for (std::size_t a = 1; a < attributes.size(); ++a)
         std::visit(
-            [&](const auto& v) { fill<Element<decltype(v)>>(*set->get(a), order.size(), [&](std::size_t k) { return v[order[k].point]; }); },
+            [&](const auto& v) {
+                fill<Element<decltype(v)>>(*set->get(a), order.size(),
+                                           [&](std::size_t k) { return v[order[k].point]; });
+            },
             attributes[a]->data);
     std::vector<vdb::PointDataIndex32> ends(Leaf::SIZE);
     std::size_t k = 0;
@@ -196,7 +213,8 @@ vp::PointDataGrid::Ptr make_grid(const PointSet& points, double voxel_size) {
 }
 
 std::string as_uuid(const std::string& hash) {
-    return fmt::format("{}-{}-{}-{}-{}", hash.substr(0, 8), hash.substr(8, 4), hash.substr(12, 4), hash.substr(16, 4), hash.substr(20, 12));
+    return fmt::format("{}-{}-{}-{}-{}", hash.substr(0, 8), hash.substr(8, 4), hash.substr(12, 4), hash.substr(16, 4),
+                       hash.substr(20, 12));
 }
 
 /// Reads from memory without a copy.
@@ -209,19 +227,24 @@ class MemoryBuffer : public std::streambuf {
 
   protected:
     pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
-        const off_type base = from == std::ios_base::beg ? 0 : from == std::ios_base::cur ? gptr() - eback() : egptr() - eback();
+        const off_type base = from == std::ios_base::beg   ? 0
+                              : from == std::ios_base::cur ? gptr() - eback()
+                                                           : egptr() - eback();
         const off_type target = base + offset;
         if (target < 0 || target > egptr() - eback()) return pos_type(off_type(-1));
         setg(eback(), eback() + target, egptr());
         return pos_type(target);
     }
-    pos_type seekpos(pos_type target, std::ios_base::openmode mode) override { return seekoff(off_type(target), std::ios_base::beg, mode); }
+    pos_type seekpos(pos_type target, std::ios_base::openmode mode) override {
+        return seekoff(off_type(target), std::ios_base::beg, mode);
+    }
 };
 
 /// Appends a leaf's values of one attribute.
 template <class T>
 void append(std::vector<T>& out, const vp::AttributeArray& array, std::size_t count) {
-    if (!array.isType<StoredArray<T>>() || array.size() != count) throw std::runtime_error("an attribute has another type or length");
+    if (!array.isType<StoredArray<T>>() || array.size() != count)
+        throw std::runtime_error("an attribute has another type or length");
     const auto& typed = StoredArray<T>::cast(array);
     typed.loadData();
     for (std::size_t k = 0; k < count; ++k) out.push_back(restore(typed.getUnsafe(static_cast<vdb::Index>(k))));
@@ -266,7 +289,8 @@ PointSet read_grid(const vp::PointDataGrid& grid) {
     const double voxel_size = grid.voxelSize()[0];
     PointSet points;
     points.attributes = parse_type_list(grid.metaValue<std::string>(kTypesKey));
-    if (count > 0 && (points.attributes.empty() || points.attributes[0].name != "P")) throw std::runtime_error("points without positions");
+    if (count > 0 && (points.attributes.empty() || points.attributes[0].name != "P"))
+        throw std::runtime_error("points without positions");
     std::size_t found = 0;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) found += leaf->getLastValue();
     if (found != count) throw std::runtime_error("another number of points than stated");
@@ -274,7 +298,8 @@ PointSet read_grid(const vp::PointDataGrid& grid) {
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         leaf->validateOffsets();
         const std::size_t in_leaf = leaf->getLastValue();
-        for (Attribute& a : points.attributes) std::visit([&](auto& v) { append(v, leaf->constAttributeArray(a.name), in_leaf); }, a.data);
+        for (Attribute& a : points.attributes)
+            std::visit([&](auto& v) { append(v, leaf->constAttributeArray(a.name), in_leaf); }, a.data);
         to_world(std::get<std::vector<Vec3f>>(points.attributes[0].data), points.count, *leaf, voxel_size);
         points.count += in_leaf;
     }

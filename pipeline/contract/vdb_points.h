@@ -8,18 +8,20 @@
 
 namespace thixo {
 
-/// The voxel edge for points `spacing` [m] apart: the largest power of two not above twice the spacing. For a power of two "P" survives
-/// the voxel-relative storage without any rounding.
+/// The voxel edge for points `spacing` [m] apart: the largest power of two not above twice the spacing. For a power of
+/// two "P" survives the voxel-relative storage without any rounding.
 double voxel_size_for(double spacing);
 
-/// The bytes of a .vdb file with one point grid called `name`. Voxel edge [m]: `voxel_size`, stored as the grid's transform. Values are float32 and
-/// integers, Blosc-compressed, lossless: where voxel_size is a power of two the positions too, else to 1e-7 voxel and one rounding.
-/// Equal point sets give equal bytes: the header's UUID is the checksum of the file.
-/// Requires the attribute "P" (Vec3f) where count > 0, all arrays of `count`, different names. Throws DivergedError where a value is not
-/// finite or lies too far from the origin to be resolved (8e6 voxels), naming attribute and point.
+/// The bytes of a .vdb file with one point grid called `name`. Voxel edge [m]: `voxel_size`, stored as the grid's
+/// transform. Values are float32 and integers, Blosc-compressed, lossless: where voxel_size is a power of two the
+/// positions too, else to 1e-7 voxel and one rounding. Equal point sets give equal bytes: the header's UUID is the
+/// checksum of the file. Requires the attribute "P" (Vec3f) where count > 0, all arrays of `count`, different names.
+/// Throws DivergedError where a value is not finite or lies too far from the origin to be resolved (8e6 voxels), naming
+/// attribute and point.
 std::string encode_points(const PointSet& points, const std::string& name, double voxel_size);
 
-/// The points in voxel order, "P" first. Verifies the file's own checksum before it parses; `file` is named in messages. Throws CacheError.
+/// The points in voxel order, "P" first. Verifies the file's own checksum before it parses; `file` is named in
+/// messages. Throws CacheError.
 PointSet decode_points(std::string_view bytes, const std::string& file);
 
 }  // namespace thixo

@@ -29,7 +29,8 @@ const Frame& frame() {
         for (std::size_t i = 0; i < kCount; ++i) {
             const auto noise = [&](std::uint64_t use) { return static_cast<float>(random_unit(1, i, 0, use)); };
             const auto step = static_cast<float>(kSpacing);
-            position[i] = step * (Vec3f(static_cast<float>(i % 100), static_cast<float>(i / 100 % 100), static_cast<float>(i / 10'000)) +
+            position[i] = step * (Vec3f(static_cast<float>(i % 100), static_cast<float>(i / 100 % 100),
+                                        static_cast<float>(i / 10'000)) +
                                   0.2f * Vec3f(noise(0), noise(1), noise(2)));
             velocity[i] = Vec3f(position[i].y(), -position[i].x(), 0.1f) + 0.01f * Vec3f(noise(3), noise(4), noise(5));
             id[i] = static_cast<std::int64_t>(i);
@@ -54,7 +55,9 @@ const std::string& raw_bytes() {
     static const std::string made = [] {
         std::string bytes;
         for (const Attribute& a : frame().particles.attributes)
-            std::visit([&](const auto& v) { bytes.append(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(v[0])); }, a.data);
+            std::visit(
+                [&](const auto& v) { bytes.append(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(v[0])); },
+                a.data);
         return bytes;
     }();
     return made;
@@ -70,7 +73,8 @@ struct Folder {
 };
 
 void rates(benchmark::State& state, std::size_t stored) {
-    state.counters["particles/s"] = benchmark::Counter(static_cast<double>(kCount), benchmark::Counter::kIsIterationInvariantRate);
+    state.counters["particles/s"] =
+        benchmark::Counter(static_cast<double>(kCount), benchmark::Counter::kIsIterationInvariantRate);
     state.counters["MB"] = static_cast<double>(stored) / 1e6;
 }
 

@@ -32,7 +32,8 @@ TEST(AtomicFile, AFileSizeLimitLeavesTheOldFile) {
     ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &limit), 0);
     const rlimit small{100'000, limit.rlim_max};
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);
-    const std::string message = message_of([&] { write_whole(folder / "file", std::string(1'000'000, 'x')); }, kNoResource);
+    const std::string message =
+        message_of([&] { write_whole(folder / "file", std::string(1'000'000, 'x')); }, kNoResource);
     ::setrlimit(RLIMIT_FSIZE, &limit);
     std::signal(SIGXFSZ, old_handler);
     EXPECT_NE(message.find((folder / "file").string() + "': File too large"), std::string::npos) << message;
@@ -96,8 +97,10 @@ TEST(AtomicFile, TemporariesOfLivingProcessesAndOtherFilesStay) {
     char host[256] = {};
     ASSERT_EQ(::gethostname(host, sizeof host - 1), 0);
     // Our parent lives; the other host may live.
-    const std::string ours = ".thixo-" + std::to_string(::getppid()) + "-" + host + "-file.tmp", other = ".thixo-1-elsewhere.example-file.tmp";
-    for (const std::string& name : {ours, other, std::string("notes.tmp"), std::string(".thixo-x.tmp")}) write_whole(folder / name, "x");
+    const std::string ours = ".thixo-" + std::to_string(::getppid()) + "-" + host + "-file.tmp",
+                      other = ".thixo-1-elsewhere.example-file.tmp";
+    for (const std::string& name : {ours, other, std::string("notes.tmp"), std::string(".thixo-x.tmp")})
+        write_whole(folder / name, "x");
     EXPECT_EQ(remove_stale_temporaries(folder.path()), 0);
     EXPECT_EQ(files_in(folder.path()), 4u);
     fs::last_write_time(folder / other, fs::file_time_type::clock::now() - std::chrono::hours(2));
@@ -116,7 +119,8 @@ TEST(AtomicFile, ReadingNamesWhatIsNotAFile) {
     EXPECT_NE(message_of([&] { read_whole(folder / "none"); }, kBadCache).find("none' is missing"), std::string::npos);
     EXPECT_NE(message_of([&] { read_whole(folder.path()); }, kBadCache).find("not a regular file"), std::string::npos);
     ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
-    EXPECT_NE(message_of([&] { read_whole(folder / "pipe"); }, kBadCache).find("not a regular file"), std::string::npos);
+    EXPECT_NE(message_of([&] { read_whole(folder / "pipe"); }, kBadCache).find("not a regular file"),
+              std::string::npos);
 }
 
 }  // namespace

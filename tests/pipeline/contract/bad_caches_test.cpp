@@ -26,7 +26,8 @@ class BadCaches : public ::testing::Test {
             if (name.find("0001") == std::string::npos) files_.push_back(name);  // one of every kind
         ASSERT_EQ(files_.size(), 5u);
     }
-    /// Expects that reading names the file in one line, within ten seconds (it takes milliseconds; OpenVDB alone took minutes over a damaged header).
+    /// Expects that reading names the file in one line, within ten seconds (it takes milliseconds; OpenVDB alone took
+    /// minutes over a damaged header).
     void expect_named(const std::string& name, const std::string& what) {
         const auto start = std::chrono::steady_clock::now();
         const std::string message = message_of([&] { read_all(out_.path()); }, kBadCache);
@@ -46,7 +47,9 @@ class BadCaches : public ::testing::Test {
     std::vector<std::string> files_;
 };
 
-TEST_F(BadCaches, AreFineWithoutDamage) { EXPECT_EQ(message_of([&] { read_all(out_.path()); }, kDone), ""); }
+TEST_F(BadCaches, AreFineWithoutDamage) {
+    EXPECT_EQ(message_of([&] { read_all(out_.path()); }, kDone), "");
+}
 
 TEST_F(BadCaches, TruncatedFilesAreNamed) {
     for (const std::string& name : files_) {
@@ -66,7 +69,8 @@ TEST_F(BadCaches, FlippedBitsAreNamed) {
         const std::string bytes = read_whole(out_ / name);
         for (std::uint64_t k = 0; k < 60; ++k) {
             std::string flipped = bytes;
-            const std::size_t at = k < 30 ? random_bits(1, k, 0, 0) % std::min<std::size_t>(bytes.size(), 200) : random_bits(1, k, 0, 0) % bytes.size();
+            const std::size_t at = k < 30 ? random_bits(1, k, 0, 0) % std::min<std::size_t>(bytes.size(), 200)
+                                          : random_bits(1, k, 0, 0) % bytes.size();
             flipped[at] = static_cast<char>(flipped[at] ^ (1 << random_bits(1, k, 0, 1) % 8));
             put(name, flipped);
             expect_named(name, "bit at " + std::to_string(at));
@@ -105,7 +109,8 @@ TEST_F(BadCaches, MissingFilesAreNamed) {
     expect_named("it has no manifest.json", "absence");
     fs::remove_all(out_ / "cache");
     expect_named(out_.path().string(), "an empty folder");
-    EXPECT_NE(message_of([&] { CacheReader reader("/no/such/folder"); }, kBadCache).find("/no/such/folder"), std::string::npos);
+    EXPECT_NE(message_of([&] { CacheReader reader("/no/such/folder"); }, kBadCache).find("/no/such/folder"),
+              std::string::npos);
 }
 
 TEST_F(BadCaches, AFrameThatIsNotThereIsNamed) {
@@ -116,8 +121,10 @@ TEST_F(BadCaches, AFrameThatIsNotThereIsNamed) {
 TEST_F(BadCaches, AreNamedByInfoToo) {
     put("cache/frame.0002.json", "{}");
     for (const bool json : {true, false})
-        EXPECT_NE(message_of([&] { describe(out_.path(), json); }, kBadCache).find("frame.0002.json"), std::string::npos);
-    EXPECT_NE(message_of([&] { describe(out_ / "cache/frame.0002.json", true); }, kBadCache).find("frame.0002.json"), std::string::npos);
+        EXPECT_NE(message_of([&] { describe(out_.path(), json); }, kBadCache).find("frame.0002.json"),
+                  std::string::npos);
+    EXPECT_NE(message_of([&] { describe(out_ / "cache/frame.0002.json", true); }, kBadCache).find("frame.0002.json"),
+              std::string::npos);
 }
 
 // Checksums stop accidents; a file made on purpose must still not crash the parser of frame facts.
@@ -128,7 +135,8 @@ TEST(FrameFacts, AnyTextParsesOrIsRefused) {
         std::string changed = text;
         for (std::uint64_t edit = 0; edit < 1 + k % 4; ++edit) {
             const std::size_t at = random_bits(7, k, edit, 0) % changed.size();
-            const char* pieces[] = {"null", "[", "}", "-1", "1e999", "99999999999999999999", "\"", "", "true", "{\"a\":1}"};
+            const char* pieces[] = {"null", "[", "}",    "-1",       "1e999", "99999999999999999999",
+                                    "\"",   "",  "true", "{\"a\":1}"};
             changed.replace(at, random_bits(7, k, edit, 1) % 6, pieces[random_bits(7, k, edit, 2) % std::size(pieces)]);
         }
         try {
@@ -144,10 +152,14 @@ TEST(FrameFacts, AnyTextParsesOrIsRefused) {
 TEST(FrameFacts, WrongTypesAreNamedByTheirKey) {
     const std::string text = print_frame_facts(sample_frame(1));
     const std::vector<std::array<std::string, 3>> cases = {
-        {"\"frame\": 1", "\"frame\": 1.5", "frame"},          {"\"time\":", "\"t\":", "time"},
-        {"\"mass\": ", "\"mass\": \"\", \"m\": ", "totals.mass"}, {"\"air\": 7", "\"air\": -7", "totals.air"},
-        {"\"id\": 3", "\"id\": 3000000000", "bodies.id"},       {"\"transform\": [", "\"transform\": [0, ", "obstacles.transform"},
-        {"\"bodies\": [", "\"bodies\": [7, ", "bodies"},        {"\"look\": \"glass\"", "\"look\": 1", "obstacles.look"},
+        {"\"frame\": 1", "\"frame\": 1.5", "frame"},
+        {"\"time\":", "\"t\":", "time"},
+        {"\"mass\": ", "\"mass\": \"\", \"m\": ", "totals.mass"},
+        {"\"air\": 7", "\"air\": -7", "totals.air"},
+        {"\"id\": 3", "\"id\": 3000000000", "bodies.id"},
+        {"\"transform\": [", "\"transform\": [0, ", "obstacles.transform"},
+        {"\"bodies\": [", "\"bodies\": [7, ", "bodies"},
+        {"\"look\": \"glass\"", "\"look\": 1", "obstacles.look"},
     };
     for (const auto& [from, to, key] : cases) {
         std::string changed = text;

@@ -93,7 +93,9 @@ inline Frame sample_frame(int number, std::size_t particles = 300, std::size_t s
     return frame;
 }
 
-inline CacheIdentity sample_identity() { return {"pour", "scene: pour\nframes: {first: 1, last: 3}\n", "0123456789abcdef"}; }
+inline CacheIdentity sample_identity() {
+    return {"pour", "scene: pour\nframes: {first: 1, last: 3}\n", "0123456789abcdef"};
+}
 
 /// Frames 1 to last with one asset, finished.
 inline void write_sample_cache(const fs::path& out, int last) {
@@ -138,7 +140,8 @@ inline void expect_same_points(const PointSet& a, const PointSet& b) {
             [&](const auto& values) {
                 const auto& others = std::get<std::decay_t<decltype(values)>>(y->data);
                 ASSERT_EQ(values.size(), others.size()) << x.name;
-                for (std::size_t k = 0; k < values.size(); ++k) ASSERT_EQ(values[row_a[k]], others[row_b[k]]) << x.name << " of row " << k;
+                for (std::size_t k = 0; k < values.size(); ++k)
+                    ASSERT_EQ(values[row_a[k]], others[row_b[k]]) << x.name << " of row " << k;
             },
             x.data);
     }
@@ -156,7 +159,8 @@ std::string message_of(F&& f, ExitCode code) {
     return "";
 }
 
-/// Runs f in a child process under THIXO_WRITE_FAULT=fault and returns how it ended (of waitpid). The child exits with f's result.
+/// Runs f in a child process under THIXO_WRITE_FAULT=fault and returns how it ended (of waitpid). The child exits with
+/// f's result.
 template <class F>
 int in_child(const std::string& fault, F&& f) {
     const pid_t child = ::fork();

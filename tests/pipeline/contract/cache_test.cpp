@@ -15,7 +15,8 @@ void continue_sample_cache(const fs::path& out, int last) {
     const bool there = CacheReader::exists(out);
     const std::vector<int> frames = there ? CacheReader(out).frames() : std::vector<int>();
     const int kept = frames.empty() ? 0 : frames.back();
-    CacheWriter writer = there ? CacheWriter::resume(out, sample_identity(), kept) : CacheWriter::create(out, sample_identity());
+    CacheWriter writer =
+        there ? CacheWriter::resume(out, sample_identity(), kept) : CacheWriter::create(out, sample_identity());
     const std::string glass = writer.add_asset("ply\nthe mesh of a glass\n");
     for (int n = kept + 1; n <= last; ++n) {
         Frame frame = sample_frame(n);
@@ -59,7 +60,9 @@ TEST(Cache, FramesComeBackAsTheyWere) {
 TEST(Cache, OpensByItsFolderItsOutFolderAndItsManifest) {
     const TemporaryFolder out;
     EXPECT_FALSE(CacheReader::exists(out.path()));
-    EXPECT_NE(message_of([&] { CacheReader reader(out.path()); }, kBadCache).find("no cache in '" + out.path().string()), std::string::npos);
+    EXPECT_NE(
+        message_of([&] { CacheReader reader(out.path()); }, kBadCache).find("no cache in '" + out.path().string()),
+        std::string::npos);
     write_sample_cache(out.path(), 1);
     for (const fs::path& path : {out.path(), out / "cache", out / "cache/manifest.json"}) {
         EXPECT_TRUE(CacheReader::exists(path));
@@ -137,13 +140,16 @@ TEST(Cache, NothingIsOverwrittenUnasked) {
     const TemporaryFolder out;
     write_sample_cache(out.path(), 1);
     const auto before = contents(out.path());
-    EXPECT_NE(message_of([&] { CacheWriter::create(out.path(), sample_identity()); }, kBadInput).find("--restart"), std::string::npos);
+    EXPECT_NE(message_of([&] { CacheWriter::create(out.path(), sample_identity()); }, kBadInput).find("--restart"),
+              std::string::npos);
     CacheIdentity other = sample_identity();
     other.simulation_hash = "another";
-    EXPECT_NE(message_of([&] { CacheWriter::resume(out.path(), other, 1); }, kBadInput).find("--restart"), std::string::npos);
+    EXPECT_NE(message_of([&] { CacheWriter::resume(out.path(), other, 1); }, kBadInput).find("--restart"),
+              std::string::npos);
     EXPECT_EQ(contents(out.path()), before);
     fs::remove(out / "cache/surfels.0001.vdb");
-    EXPECT_NE(message_of([&] { CacheWriter::resume(out.path(), sample_identity(), 1); }, kBadCache).find("surfels.0001.vdb' is missing"),
+    EXPECT_NE(message_of([&] { CacheWriter::resume(out.path(), sample_identity(), 1); }, kBadCache)
+                  .find("surfels.0001.vdb' is missing"),
               std::string::npos);
 }
 
@@ -189,7 +195,8 @@ TEST(Cache, AFullDiskAtAnyWriteKeepsTheFramesThatWereThere) {
         }
         const CacheReader reader(out.path());
         ASSERT_EQ(static_cast<int>(reader.frames().size()), std::max(0, write - 3) / 4) << write;
-        for (const int n : reader.frames()) expect_same_points(reader.load_frame(n).particles, sample_frame(n).particles);
+        for (const int n : reader.frames())
+            expect_same_points(reader.load_frame(n).particles, sample_frame(n).particles);
         for (const auto& [name, bytes] : contents(out.path())) EXPECT_FALSE(name.ends_with(".tmp")) << name;
     }
 }
@@ -201,7 +208,9 @@ TEST(Cache, AFrameThatCannotBeWrittenLeavesNoTrace) {
     const auto before = contents(out.path());
     Frame bad = sample_frame(2);
     bad.totals.kinetic_energy = std::numeric_limits<double>::infinity();
-    EXPECT_NE(message_of([&] { writer.write_frame(bad); }, kDiverged).find("frame 2: totals.kinetic_energy is not finite"), std::string::npos);
+    EXPECT_NE(
+        message_of([&] { writer.write_frame(bad); }, kDiverged).find("frame 2: totals.kinetic_energy is not finite"),
+        std::string::npos);
     EXPECT_EQ(contents(out.path()), before);
 }
 
@@ -214,7 +223,8 @@ TEST(Cache, AFrameWithoutPointsIsAFrame) {
     EXPECT_NE(frame.surfels.find("temperature"), nullptr);
 }
 
-// tests/golden/cache_format_1 was written by the first program of format 1, as write_sample_cache writes, with these frames.
+// tests/golden/cache_format_1 was written by the first program of format 1, as write_sample_cache writes, with these
+// frames.
 Frame golden_frame(int number) {
     Frame frame = sample_frame(number, 12, 9);
     for (PointSet* points : {&frame.particles, &frame.surfels})  // in one octant, where OpenVDB needs the fewest bytes

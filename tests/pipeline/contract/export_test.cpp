@@ -50,7 +50,8 @@ TEST(Export, CsvNumbersReadBackToTheSameBits) {
         for (std::string c; std::getline(cells, c, ',');) cell.push_back(c);
         ASSERT_EQ(cell.size(), 9u);
         ASSERT_EQ(std::stoll(cell[0]), points.get<std::int64_t>("id")[i]);
-        for (int c = 0; c < 3; ++c) ASSERT_EQ(std::stof(cell[1 + static_cast<std::size_t>(c)]), points.get<Vec3f>("P")[i][c]);
+        for (int c = 0; c < 3; ++c)
+            ASSERT_EQ(std::stof(cell[1 + static_cast<std::size_t>(c)]), points.get<Vec3f>("P")[i][c]);
         ASSERT_EQ(std::stof(cell[7]), points.get<float>("temperature")[i]);
     }
 }
@@ -59,7 +60,8 @@ TEST(Export, PlyHasPositionNormalRadiusThenTheRest) {
     const std::string ply = export_points(three_points(), ExportFormat::ply);
     const std::string header =
         "ply\nformat binary_little_endian 1.0\ncomment Thixo\nelement vertex 3\n"
-        "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+        "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float "
+        "nz\n"
         "property float radius\nproperty double id\nproperty int body\nend_header\n";
     ASSERT_TRUE(ply.starts_with(header)) << ply.substr(0, header.size());
     const std::size_t row = 7 * 4 + 8 + 4;
@@ -104,16 +106,21 @@ TEST(Export, WritesAFileAFrameAndACollectionWithTimes) {
         ASSERT_EQ(files.size(), 3u);
         EXPECT_EQ(files[1], out / "vtp" / (kind + ".0003.vtp"));
         const std::string pvd = read_whole(out / "vtp" / (kind + ".pvd"));
-        EXPECT_NE(pvd.find("<DataSet timestep=\"0.125\" part=\"0\" file=\"" + kind + ".0003.vtp\"/>"), std::string::npos) << pvd;
+        EXPECT_NE(pvd.find("<DataSet timestep=\"0.125\" part=\"0\" file=\"" + kind + ".0003.vtp\"/>"),
+                  std::string::npos)
+            << pvd;
     }
     EXPECT_EQ(export_cache(reader, {2}, ExportFormat::csv, ExportWhat::surfels, out / "csv").size(), 1u);
     EXPECT_EQ(read_whole(out / "csv/surfels.0002.csv"), export_points(reader.load_surfels(2), ExportFormat::csv));
-    EXPECT_NE(message_of([&] { export_cache(reader, {9}, ExportFormat::ply, ExportWhat::surfels, out / "ply"); }, kBadCache).find("no frame 9"),
-              std::string::npos);
+    EXPECT_NE(
+        message_of([&] { export_cache(reader, {9}, ExportFormat::ply, ExportWhat::surfels, out / "ply"); }, kBadCache)
+            .find("no frame 9"),
+        std::string::npos);
 }
 
 TEST(Export, AnEmptySetIsAFile) {
-    for (const auto format : {ExportFormat::ply, ExportFormat::vtp, ExportFormat::csv}) EXPECT_FALSE(export_points(PointSet(), format).empty());
+    for (const auto format : {ExportFormat::ply, ExportFormat::vtp, ExportFormat::csv})
+        EXPECT_FALSE(export_points(PointSet(), format).empty());
     EXPECT_EQ(export_points(sample_points(0, 1), ExportFormat::csv), "id,P.x,P.y,P.z,v.x,v.y,v.z,temperature,body\n");
 }
 

@@ -42,7 +42,8 @@ TEST(Exr, KeepsFloatsExactlyAndHalvesToTheirPrecision) {
         ASSERT_NE(r, nullptr) << c.name;
         EXPECT_EQ(r->half, c.half);
         for (std::size_t i = 0; i < c.values.size(); ++i) {
-            // A half has 11 significant bits: half a unit in the last place is 2^-11 of the value at most (2^-25 below 2^-14).
+            // A half has 11 significant bits: half a unit in the last place is 2^-11 of the value at most (2^-25 below
+            // 2^-14).
             const float bound = c.half ? std::max(std::ldexp(c.values[i], -11), std::ldexp(1.0f, -25)) : 0.0f;
             ASSERT_LE(std::abs(r->values[i] - c.values[i]), bound) << c.name << " " << i;
         }
@@ -63,7 +64,8 @@ TEST(Exr, HalvesAreClampedToTheLargestHalfAndKeepNan) {
 TEST(Exr, EqualPicturesGiveEqualBytesWithoutADate) {
     const std::string bytes = encode_exr(sample_image());
     EXPECT_EQ(bytes, encode_exr(sample_image()));
-    for (const char* word : {"capDate", "Date", "host", "software", "owner"}) EXPECT_EQ(bytes.find(word), std::string::npos) << word;
+    for (const char* word : {"capDate", "Date", "host", "software", "owner"})
+        EXPECT_EQ(bytes.find(word), std::string::npos) << word;
 }
 
 TEST(Exr, EveryFlippedBitAndEveryTruncationIsFound) {
@@ -98,7 +100,8 @@ TEST(Exr, PicturesOfOtherProgramsAreReadUnlessTruncated) {
     EXPECT_EQ(decode_exr(bytes, "other.exr").get("Y"), values);
     EXPECT_NE(refusal(bytes, Checksum::required).find("no checksum"), std::string::npos);
     for (std::size_t length = 0; length < bytes.size(); length += 37)
-        ASSERT_NE(refusal(bytes.substr(0, length)).find("'frame.exr' is damaged or not an EXR"), std::string::npos) << length;
+        ASSERT_NE(refusal(bytes.substr(0, length)).find("'frame.exr' is damaged or not an EXR"), std::string::npos)
+            << length;
 }
 
 TEST(Exr, HostileHeadersAreRefusedSoon) {
@@ -145,7 +148,8 @@ TEST(Png, ComesBackAsItWas) {
     const TemporaryFolder folder;
     for (const int channels : {3, 4}) {
         Image8 image{19, 11, channels, {}};
-        for (int i = 0; i < 19 * 11 * channels; ++i) image.values.push_back(static_cast<std::uint8_t>(random_bits(2, static_cast<std::uint64_t>(i), 0, 0)));
+        for (int i = 0; i < 19 * 11 * channels; ++i)
+            image.values.push_back(static_cast<std::uint8_t>(random_bits(2, static_cast<std::uint64_t>(i), 0, 0)));
         write_png(folder / "p.png", image);
         const Image8 read = read_png(folder / "p.png");
         EXPECT_EQ(read.width, 19);
@@ -160,11 +164,14 @@ TEST(Png, ComesBackAsItWas) {
 TEST(Png, DamageIsNamed) {
     const TemporaryFolder folder;
     Image8 image{64, 64, 3, {}};
-    for (std::uint64_t i = 0; i < 64 * 64 * 3; ++i) image.values.push_back(static_cast<std::uint8_t>(random_bits(2, i, 0, 0)));
+    for (std::uint64_t i = 0; i < 64 * 64 * 3; ++i)
+        image.values.push_back(static_cast<std::uint8_t>(random_bits(2, i, 0, 0)));
     const std::string bytes = encode_png(image);
-    for (std::size_t length = 0; length + 12 < bytes.size(); length += 501) {  // its last 12 bytes only say that it ends
+    for (std::size_t length = 0; length + 12 < bytes.size();
+         length += 501) {  // its last 12 bytes only say that it ends
         write_whole(folder / "p.png", bytes.substr(0, length));
-        ASSERT_NE(message_of([&] { read_png(folder / "p.png"); }, kBadCache).find("p.png"), std::string::npos) << length;
+        ASSERT_NE(message_of([&] { read_png(folder / "p.png"); }, kBadCache).find("p.png"), std::string::npos)
+            << length;
     }
 }
 

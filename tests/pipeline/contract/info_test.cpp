@@ -18,7 +18,8 @@ std::vector<std::string> keys(const ordered_json& j) {
     return list;
 }
 
-const std::vector<std::string> kFrameKeys = {"frame", "time", "particles", "surfels", "bodies", "air", "virtual", "mass", "momentum", "energy", "volume", "sha"};
+const std::vector<std::string> kFrameKeys = {"frame",   "time", "particles", "surfels", "bodies", "air",
+                                             "virtual", "mass", "momentum",  "energy",  "volume", "sha"};
 
 TEST(Info, OfACacheHasExactlyThePromisedKeys) {
     const TemporaryFolder out;
@@ -52,7 +53,9 @@ TEST(Info, ShaIsTheSameForEqualFramesAndAnotherForOthers) {
     Frame frame = sample_frame(1);
     frame.obstacles[0].asset = writer.add_asset("ply\nthe mesh of a glass\n");
     writer.write_frame(frame);
-    const auto sha = [](const fs::path& path) { return ordered_json::parse(describe(path, true))["frames"][0]["sha"].get<std::string>(); };
+    const auto sha = [](const fs::path& path) {
+        return ordered_json::parse(describe(path, true))["frames"][0]["sha"].get<std::string>();
+    };
     EXPECT_EQ(sha(a.path()), sha(b.path()));
     auto& v = std::get<std::vector<Vec3f>>(frame.particles.attributes[2].data);
     v[7].x() = std::nextafter(v[7].x(), 9.0f);
@@ -88,8 +91,10 @@ TEST(Info, OfAFrameStatesEveryAttribute) {
     }
     EXPECT_TRUE(ordered_json::parse(describe(out / "cache/frame.0001.json", true))["surfel_attributes"].contains("v"));
     EXPECT_TRUE(ordered_json::parse(describe(out / "cache/surfels.0001.vdb", true))["attributes"].contains("body"));
-    EXPECT_NE(describe(out / "cache/particles.0001.vdb", false).find("temperature    float  min 10  mean 25  max 40"), std::string::npos);
-    EXPECT_NE(describe(out.path(), false).find("cache of scene 'pour', format 1, 1 frames, not complete"), std::string::npos);
+    EXPECT_NE(describe(out / "cache/particles.0001.vdb", false).find("temperature    float  min 10  mean 25  max 40"),
+              std::string::npos);
+    EXPECT_NE(describe(out.path(), false).find("cache of scene 'pour', format 1, 1 frames, not complete"),
+              std::string::npos);
 }
 
 TEST(Info, APointFileThatStandsAloneIsRead) {
@@ -118,7 +123,8 @@ TEST(Info, OfAnythingElseSaysSo) {
     write_whole(folder / "x.txt", "x");
     EXPECT_FALSE(describes(folder / "x.txt"));
     EXPECT_NE(message_of([&] { describe(folder / "x.txt", true); }, kBadCache).find("x.txt"), std::string::npos);
-    EXPECT_NE(message_of([&] { describe(folder / "none.vdb", true); }, kBadCache).find("none.vdb' is missing"), std::string::npos);
+    EXPECT_NE(message_of([&] { describe(folder / "none.vdb", true); }, kBadCache).find("none.vdb' is missing"),
+              std::string::npos);
 }
 
 }  // namespace

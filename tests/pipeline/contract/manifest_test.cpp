@@ -15,7 +15,9 @@ Manifest sample() {
     m.scene_text = "scene: pour\n# \"quotes\", tabs\t and \xc3\xa4\n";
     m.simulation_hash = "0123";
     m.assets = {{asset_file_name(hash_hex("mesh")), 4, hash_hex("mesh")}};
-    for (const int n : {1, 2, 10'000}) m.frames.push_back({n, n / 24.0, 5, 6, file(particle_file_name(n)), file(surfel_file_name(n)), file(facts_file_name(n))});
+    for (const int n : {1, 2, 10'000})
+        m.frames.push_back(
+            {n, n / 24.0, 5, 6, file(particle_file_name(n)), file(surfel_file_name(n)), file(facts_file_name(n))});
     return m;
 }
 
@@ -29,7 +31,9 @@ std::string edited(const std::string& from, const std::string& to) {
     return text.replace(digits, 32, hash_hex_without(text, digits, 32));
 }
 
-std::string refusal(const std::string& text) { return message_of([&] { parse_manifest(text, "manifest.json"); }, kBadCache); }
+std::string refusal(const std::string& text) {
+    return message_of([&] { parse_manifest(text, "manifest.json"); }, kBadCache);
+}
 
 TEST(Manifest, ComesBackAsItWas) {
     const Manifest m = sample();
@@ -105,8 +109,10 @@ TEST(Manifest, DuplicatedAndUnorderedFramesAreRefused) {
 }
 
 TEST(Manifest, GarbageIsRefused) {
-    for (const std::string& text : {std::string(), std::string("[]"), std::string("7"), std::string("null"), std::string("{}"), std::string("{\"format\": 1}"),
-                                    std::string(1000, '\0'), std::string(100'000, '['), std::string("\xff\xfe{}"), std::string("{\"format\": 1e999}")})
+    for (const std::string& text :
+         {std::string(), std::string("[]"), std::string("7"), std::string("null"), std::string("{}"),
+          std::string("{\"format\": 1}"), std::string(1000, '\0'), std::string(100'000, '['), std::string("\xff\xfe{}"),
+          std::string("{\"format\": 1e999}")})
         EXPECT_NE(refusal(text).find("'manifest.json' is damaged"), std::string::npos) << text.substr(0, 40);
 }
 

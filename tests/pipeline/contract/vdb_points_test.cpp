@@ -70,7 +70,8 @@ TEST(VdbPoints, PointsComeVoxelByVoxel) {
     std::array<int, 3> now{INT32_MAX, 0, 0};
     for (const Vec3f& p : read.get<Vec3f>("P")) {
         std::array<int, 3> voxel;
-        for (int c = 0; c < 3; ++c) voxel[static_cast<std::size_t>(c)] = static_cast<int>(std::floor(p[c] / kVoxel + 0.5));
+        for (int c = 0; c < 3; ++c)
+            voxel[static_cast<std::size_t>(c)] = static_cast<int>(std::floor(p[c] / kVoxel + 0.5));
         if (voxel == now) continue;
         ASSERT_TRUE(left.insert(voxel).second) << "a voxel was left and entered again";
         now = voxel;
@@ -115,8 +116,12 @@ TEST(VdbPoints, EveryFlippedBitAndEveryTruncationIsFound) {
     for (std::size_t i = 0; i < bytes.size(); ++i) {
         std::string flipped = bytes;
         flipped[i] = static_cast<char>(flipped[i] ^ (1 << (i % 8)));
-        ASSERT_NE(message_of([&] { decode_points(flipped, "the file"); }, kBadCache).find("the file"), std::string::npos) << i;
-        ASSERT_NE(message_of([&] { decode_points(bytes.substr(0, i), "the file"); }, kBadCache).find("the file"), std::string::npos) << i;
+        ASSERT_NE(message_of([&] { decode_points(flipped, "the file"); }, kBadCache).find("the file"),
+                  std::string::npos)
+            << i;
+        ASSERT_NE(message_of([&] { decode_points(bytes.substr(0, i), "the file"); }, kBadCache).find("the file"),
+                  std::string::npos)
+            << i;
     }
 }
 

@@ -229,6 +229,8 @@ class Path {
         const Vec3f f = evaluate(material, colour, wo, local(light.direction), pdf);
         if (f.maxCoeff() <= 0) return;
         Ray shadow{leave(hit, light.direction), light.direction, 0, light.distance * (1 - 1e-4f)};
+        for (std::size_t j = 0; j < world_.lights.size(); ++j)  // rectangles stand in each other's light, as they do for a ray that meets them
+            if (j != i && !world_.lights[j].infinite() && hit_area(world_.lights[j], shadow.origin, shadow.direction) < shadow.tmax) return;
         bool through = false;
         const Vec3f left = transmittance(world_, shadow, s_.interior, through);
         if (left.maxCoeff() <= 0) return;

@@ -2,6 +2,7 @@
 
 #include <immintrin.h>
 
+#include <algorithm>
 #include <bit>
 
 namespace thixo::render {
@@ -10,21 +11,23 @@ namespace {
 /// Rim of the disc in the support's unit ball, squared.
 constexpr float kDisc2 = 1.0f / (kReach * kReach);
 
-/// Keeps the candidates that begin first; the window ends where the first dropped one begins.
-void insert(Candidates& found, const Candidate& candidate) {
+/// Keeps the candidates that begin first; the window ends where the first dropped one begins. Of more than that many which all hold the
+/// window's beginning (surfels heaped up in one place), those of the lowest index do for all.
+void insert(Candidates& found, const Candidate& candidate, float tmin) {
     if (found.count < Candidates::kCapacity) {
         found.list[found.count++] = candidate;
         return;
     }
-    const auto later = [](const Candidate& a, const Candidate& b) {
-        return a.enter > b.enter || (a.enter == b.enter && a.surfel > b.surfel);
+    const auto begin = [&](const Candidate& c) { return std::max(c.enter, tmin); };
+    const auto later = [&](const Candidate& a, const Candidate& b) {
+        return begin(a) > begin(b) || (begin(a) == begin(b) && a.surfel > b.surfel);
     };
     int last = 0;
     for (int i = 1; i < found.count; ++i)
         if (later(found.list[i], found.list[last])) last = i;
     Candidate dropped = candidate;
     if (later(found.list[last], candidate)) std::swap(dropped, found.list[last]);
-    found.end = std::min(found.end, dropped.enter);
+    if (begin(dropped) > tmin) found.end = std::min(found.end, begin(dropped));
 }
 
 struct Crossing {  // of eight supports, in t
@@ -95,7 +98,7 @@ void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const I
         const bool inside = interior.count() > 0 && interior.contains(object[block.layer[lane]]);
         const float away = inside ? -facing[lane] : facing[lane];
         if (away > kLimitSine) continue;
-        insert(found, {block_index * kLanes + Index(lane), enter[lane], leave[lane]});
+        insert(found, {block_index * kLanes + Index(lane), enter[lane], leave[lane]}, ray.tmin);
         if ((crossing.disc >> lane & 1) && away < 0 && plane[lane] >= ray.tmin) found.end = std::min(found.end, leave[lane]);
     }
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <functional>
 
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/surfel.h"
@@ -23,6 +22,12 @@ inline void add_disc(SurfelCloud& cloud, const Vec3f& position, const Vec3f& nor
 inline Vec3f fibonacci(std::size_t i, std::size_t n) {
     const double z = 1 - (2.0 * double(i) + 1) / double(n), phi = double(i) * kPi * (3 - std::sqrt(5.0));
     const double r = std::sqrt(std::max(0.0, 1 - z * z));
+    return Vec3d(r * std::cos(phi), r * std::sin(phi), z).cast<float>();
+}
+
+/// Random direction i of stream `use`, even on the sphere.
+inline Vec3f on_sphere(std::uint64_t i, std::uint64_t use) {
+    const double z = 2 * random_unit(1, i, use, 0) - 1, phi = 2 * kPi * random_unit(1, i, use, 1), r = std::sqrt(1 - z * z);
     return Vec3d(r * std::cos(phi), r * std::sin(phi), z).cast<float>();
 }
 

@@ -1,0 +1,122 @@
+// Materials: no energy is made or lost, what is sampled is what is evaluated, light may run either way.
+#include "render/material.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+
+namespace thixo::render {
+namespace {
+
+using scene::AppearanceType;
+
+Material white(AppearanceType type, double roughness) {
+    scene::Appearance a;
+    a.type = type;
+    a.colour = {1, 1, 1};
+    a.roughness = roughness;
+    return make_material(a);
+}
+
+struct Case {
+    AppearanceType type;
+    double roughness;
+};
+const Case kCases[] = {{AppearanceType::diffuse, 0},     {AppearanceType::plastic, 0},     {AppearanceType::plastic, 0.15},
+                       {AppearanceType::plastic, 0.6},   {AppearanceType::conductor, 0},   {AppearanceType::conductor, 0.1},
+                       {AppearanceType::conductor, 0.4}, {AppearanceType::conductor, 1.0}};
+
+Vec3f toward(float cosine) { return {std::sqrt(1 - cosine * cosine), 0, cosine}; }
+
+float uniform(std::uint64_t i, std::uint64_t use) { return float(random_unit(11, i, use, 0)); }
+
+TEST(Material, AWhiteSurfaceInAWhiteFurnaceIsWhite) {
+    // 40 000 samples: a standard error of about 0.2 %; the tabulated albedo adds 0.2 %. 1 % is what is promised.
+    for (const Case& c : kCases)
+        for (const float cosine : {0.1f, 0.3f, 0.6f, 1.0f}) {
+            const Material m = white(c.type, c.roughness);
+            double sum = 0;
+            constexpr int n = 40000;
+            for (std::uint64_t i = 0; i < n; ++i) sum += double(scatter(m, m.colour, toward(cosine), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.x());
+            EXPECT_NEAR(sum / n, 1, 0.01) << int(c.type) << " roughness " << c.roughness << " cosine " << cosine;
+        }
+}
+
+TEST(Material, NoColourReflectsMoreThanItGets) {
+    scene::Appearance a;
+    a.colour = {0.9, 0.5, 0.1};
+    for (const Case& c : kCases) {
+        a.type = c.type;
+        a.roughness = c.roughness;
+        const Material m = make_material(a);
+        Vec3d sum = Vec3d::Zero();
+        constexpr int n = 20000;
+        for (std::uint64_t i = 0; i < n; ++i) sum += scatter(m, m.colour, toward(0.5f), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.cast<double>();
+        EXPECT_LT(sum.maxCoeff() / n, 1.005);
+        EXPECT_GT(sum.x(), sum.y());
+    }
+}
+
+TEST(Material, LightMayRunEitherWay) {
+    // Helmholtz: f(a, b) = f(b, a), so f cos / cos is symmetric; to the rounding of float.
+    for (const Case& c : kCases) {
+        const Material m = white(c.type, c.roughness);
+        for (std::uint64_t i = 0; i < 200; ++i) {
+            const Vec3f a = sample_cosine({uniform(i, 0), uniform(i, 1)}), b = sample_cosine({uniform(i, 2), uniform(i, 3)});
+            if (a.z() < 0.02f || b.z() < 0.02f) continue;
+            float unused;
+            const float there = evaluate(m, m.colour, a, b, unused).x() / b.z(), back = evaluate(m, m.colour, b, a, unused).x() / a.z();
+            EXPECT_NEAR(there, back, 1e-3f * std::max(1.0f, there));
+        }
+    }
+}
+
+TEST(Material, TheDensityIsThatOfTheSamples) {
+    // The mean of 1/pdf over sampled directions is the solid angle of the hemisphere that is reached; for cosine-like lobes that is 2 pi up to the
+    // variance at the horizon. Instead of that, the share of samples within 30 degrees of the normal against the integral of pdf there: 1 %.
+    for (const Case& c : kCases) {
+        const Material m = white(c.type, c.roughness);
+        if (m.smooth() && c.type != AppearanceType::diffuse) continue;
+        const Vec3f wo = toward(0.8f);
+        const float edge = std::cos(0.5236f);
+        constexpr int n = 60000;
+        double share = 0, integral = 0;
+        for (std::uint64_t i = 0; i < n; ++i) {
+            share += scatter(m, m.colour, wo, uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).direction.z() > edge;
+            const Vec3f wi = sample_cone({uniform(i, 3), uniform(i, 4)}, 1 - edge);
+            float pdf;
+            evaluate(m, m.colour, wo, wi, pdf);
+            integral += double(pdf) * 2 * kPi * (1 - edge);
+        }
+        EXPECT_NEAR(share / n, integral / n, 0.015) << int(c.type) << " " << c.roughness;
+    }
+}
+
+TEST(Material, ARoughDielectricIsRefusedByName) {
+    scene::Appearance a;
+    a.name = "frost";
+    a.type = AppearanceType::dielectric;
+    a.roughness = 0.3;
+    try {
+        make_material(a);
+        FAIL() << "accepted";
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("look.appearances.frost.roughness"), std::string::npos);
+    }
+}
+
+TEST(Material, ACheckerHasFieldsOfItsEdge) {
+    scene::Appearance a;
+    a.checker = 0.5;
+    a.colour = {1, 1, 1};
+    a.colour2 = {0, 0, 0};
+    const Material m = make_material(a);
+    EXPECT_EQ(m.colour_at({0.25f, 0.25f, 9}).x(), 1);
+    EXPECT_EQ(m.colour_at({0.75f, 0.25f, 9}).x(), 0);
+    EXPECT_EQ(m.colour_at({-0.25f, 0.25f, 9}).x(), 0);
+    EXPECT_EQ(m.colour_at({-0.25f, -0.25f, 9}).x(), 1);
+}
+
+}  // namespace
+}  // namespace thixo::render

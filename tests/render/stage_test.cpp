@@ -1,0 +1,201 @@
+// The stage: from a cache to pictures, each once, and the same whichever way they are asked for.
+#include "render/stage.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "pipeline/base/error.h"
+#include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/cache.h"
+#include "pipeline/contract/scene_hash.h"
+#include "pipeline/contract/scene_io.h"
+#include "pipeline/geometry/mesh_io.h"
+#include "pipeline/geometry/tessellate.h"
+#include "tests/render/surfel_shapes.h"
+
+namespace thixo::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+const char* const kScene = R"(
+scene: {name: drop}
+frames: {first: 1, last: 4}
+world:
+  boundaries:
+    table: {shape: {plane: {normal: [0, 0, 1], offset: 0}}}
+materials:
+  water: {}
+bodies:
+  drop: {material: water, shape: {sphere: {radius: 0.1}, translate: [0, 0, 0.2]}}
+look:
+  camera: {position: [0, -1, 0.4], look_at: [0, 0, 0.15], fov: 40}
+  lights: {sky: {type: sky}}
+  appearances:
+    water: {type: dielectric, ior: 1.33}
+    table: {type: diffuse, checker: 0.1}
+  output: {width: 32, height: 18, samples: 2}
+)";
+
+class RenderStage : public testing::Test {
+  protected:
+    RenderStage() {
+        std::string name = (fs::temp_directory_path() / "thixo_render_stage_XXXXXX").string();
+        folder_ = ::mkdtemp(name.data());
+    }
+    ~RenderStage() override { fs::remove_all(folder_); }
+
+    std::string out(const std::string& name) const { return (folder_ / name).string(); }
+
+    static CacheWriter writer(const std::string& out) {
+        const scene::Scene scene = scene::parse_scene(kScene, "drop.yaml");
+        return CacheWriter::create(out, {scene.name, scene::print_scene(scene), scene::simulation_hash(scene)});
+    }
+
+    static void add_frame(CacheWriter& writer, int number) {
+        Frame frame;
+        frame.number = number;
+        frame.time = number / 24.0;
+        frame.spacing = 0.02;
+        frame.bodies = {{0, -1, "drop", "water"}};
+        SurfelCloud ball = shapes::sphere(200, 0.1f, {0, 0, 0.2f - 0.01f * float(number)});
+        const std::size_t n = ball.size();
+        frame.surfels.count = n;
+        frame.surfels.add("P", ball.position);
+        frame.surfels.add("t1", ball.axis1);
+        frame.surfels.add("t2", ball.axis2);
+        frame.surfels.add("body", std::vector<std::int32_t>(n, 0));
+        FrameObstacle table;
+        table.name = table.look = "table";
+        table.asset = writer.add_asset(write_ply(tessellate_plane({0, 0, 0}, {0, 0, 1}, 4)));
+        frame.obstacles.push_back(table);
+        writer.write_frame(frame);
+    }
+
+    void make_cache(const std::string& out, int frames = 4) {
+        CacheWriter w = writer(out);
+        for (int k = 1; k <= frames; ++k) add_frame(w, k);
+        w.finish();
+    }
+
+    static RenderArgs args(const std::string& out, const std::string& frames = "") {
+        RenderArgs a;
+        a.out = out;
+        a.frames = frames;
+        a.quiet = true;
+        return a;
+    }
+
+    static std::string bytes(const std::string& out, int frame, const char* ending = "exr") {
+        return read_whole(fs::path(out) / "frames" / fmt::format("beauty.{:04d}.{}", frame, ending));
+    }
+
+    fs::path folder_;
+};
+
+TEST_F(RenderStage, TwoHalvesRenderedApartEqualTheWhole) {
+    make_cache(out("whole"));
+    fs::copy(out("whole"), out("halves"), fs::copy_options::recursive);
+    EXPECT_EQ(run_stage(args(out("whole"))), kDone);
+    EXPECT_EQ(run_stage(args(out("halves"), "3-4")), kDone);
+    EXPECT_EQ(run_stage(args(out("halves"), "1-2")), kDone);
+    for (int k = 1; k <= 4; ++k)
+        for (const char* ending : {"exr", "png"}) EXPECT_EQ(bytes(out("whole"), k, ending), bytes(out("halves"), k, ending)) << k << ending;
+    EXPECT_NE(bytes(out("whole"), 1), bytes(out("whole"), 2));
+}
+
+TEST_F(RenderStage, PicturesThatAreThereAreKept) {
+    make_cache(out("a"));
+    run_stage(args(out("a"), "1-2"));
+    const fs::path first = fs::path(out("a")) / "frames/beauty.0001.exr";
+    const auto old = fs::file_time_type::clock::now() - std::chrono::hours(5);
+    fs::last_write_time(first, old);
+    run_stage(args(out("a")));
+    EXPECT_EQ(fs::last_write_time(first), old);
+    EXPECT_TRUE(fs::exists(fs::path(out("a")) / "frames/beauty.0004.png"));
+}
+
+TEST_F(RenderStage, ADamagedPictureIsMadeAgain) {
+    make_cache(out("a"), 1);
+    run_stage(args(out("a")));
+    const std::string good = bytes(out("a"), 1);
+    fs::resize_file(fs::path(out("a")) / "frames/beauty.0001.exr", good.size() / 2);
+    run_stage(args(out("a")));
+    EXPECT_EQ(bytes(out("a"), 1), good);
+}
+
+TEST_F(RenderStage, AnotherLookOverwritesNothingUnasked) {
+    make_cache(out("a"), 2);
+    run_stage(args(out("a"), "1"));
+    const std::string before = bytes(out("a"), 1);
+    RenderArgs changed = args(out("a"));
+    changed.set = {"look.output.samples=3"};
+    try {
+        run_stage(changed);
+        FAIL() << "overwritten";
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("beauty.0001.exr"), std::string::npos);
+        EXPECT_NE(std::string(e.what()).find("--restart"), std::string::npos);
+    }
+    EXPECT_EQ(bytes(out("a"), 1), before);
+    EXPECT_FALSE(fs::exists(fs::path(out("a")) / "frames/beauty.0002.exr"));
+    changed.restart = true;
+    run_stage(changed);
+    EXPECT_NE(bytes(out("a"), 1), before);
+}
+
+TEST_F(RenderStage, ALookFileHasAFolderOfItsOwn) {
+    make_cache(out("a"), 1);
+    run_stage(args(out("a")));
+    write_whole(folder_ / "night.yaml", "lights: {sky: {strength: 0.05}}\n");
+    RenderArgs night = args(out("a"));
+    night.look = (folder_ / "night.yaml").string();
+    run_stage(night);
+    EXPECT_NE(read_whole(fs::path(out("a")) / "frames.night/beauty.0001.exr"), bytes(out("a"), 1));
+}
+
+TEST_F(RenderStage, AMissingFrameIsNamedAfterTheOthersAreRendered) {
+    make_cache(out("a"), 2);
+    try {
+        run_stage(args(out("a"), "1-5"));
+        FAIL() << "no complaint";
+    } catch (const CacheError& e) {
+        EXPECT_NE(std::string(e.what()).find("frame 3"), std::string::npos);
+    }
+    EXPECT_FALSE(bytes(out("a"), 2).empty());
+}
+
+TEST_F(RenderStage, AFollowerRendersFramesAsTheyCome) {
+    CacheWriter w = writer(out("a"));
+    std::thread simulation([&] {
+        for (int k = 1; k <= 4; ++k) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(30));
+            add_frame(w, k);
+        }
+        w.finish();
+    });
+    RenderArgs follow = args(out("a"));
+    follow.follow = true;
+    EXPECT_EQ(run_stage(follow), kDone);
+    simulation.join();
+    make_cache(out("b"));
+    run_stage(args(out("b")));
+    for (int k = 1; k <= 4; ++k) EXPECT_EQ(bytes(out("a"), k), bytes(out("b"), k));
+}
+
+TEST_F(RenderStage, ThreadsAndPlacesLeaveNoTrace) {
+    make_cache(out("a"), 1);
+    fs::copy(out("a"), out("elsewhere"), fs::copy_options::recursive);
+    RenderArgs one = args(out("a")), three = args(out("elsewhere"));
+    one.threads = 1;
+    three.threads = 3;
+    run_stage(one);
+    run_stage(three);
+    EXPECT_EQ(bytes(out("a"), 1), bytes(out("elsewhere"), 1));
+}
+
+}  // namespace
+}  // namespace thixo::render

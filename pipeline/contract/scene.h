@@ -1,4 +1,5 @@
-// The scene file in memory. SI units, degrees Celsius, z up. Every key is declared once, beside its struct (scene_key.h says how).
+// The scene file in memory. SI units, degrees Celsius, z up. Every key is declared once, beside its struct (scene_key.h
+// says how).
 #pragma once
 
 #include <string>
@@ -28,7 +29,8 @@ struct Scene {
 template <class V>
 void visit(V& v, Scene& s) {
     v.group("scene", "what the scene is called", [&](auto& g) {
-        g.key("name", s.name, "", any(), "letters, digits, _ and -; names the output folder; left out: the file's name");
+        g.key("name", s.name, "", any(),
+              "letters, digits, _ and -; names the output folder; left out: the file's name");
         g.key("title", s.title, "", any(), "a line for people");
     });
     v.block("frames", s.frames, "which instants become pictures");

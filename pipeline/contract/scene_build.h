@@ -21,13 +21,11 @@ Value to_value(const Vec3d& v);
 Value to_value(const std::vector<Vec2d>& points);
 Value to_value(const Shape& shape);
 template <class E>
-    requires std::is_enum_v<E>
-Value to_value(E word) {
+requires std::is_enum_v<E> Value to_value(E word) {
     return to_value(std::string(Words<E>::list[static_cast<std::size_t>(word)]));
 }
 template <class T>
-    requires std::is_class_v<T>
-Value to_block(const T& block);
+requires std::is_class_v<T> Value to_block(const T& block);
 
 class Builder {
   public:
@@ -38,7 +36,9 @@ class Builder {
     void key(const char* name, const T& member, const char*, Check, const char*) {
         put(name, to_value(member));
     }
-    void reference(const char* name, const std::string& member, Refers, Check, const char*) { put(name, to_value(member)); }
+    void reference(const char* name, const std::string& member, Refers, Check, const char*) {
+        put(name, to_value(member));
+    }
     void file(const char* name, const std::string& member, Check, const char*) { put(name, to_value(member)); }
     template <class F>
     void group(const char* name, const char*, F&& f) {
@@ -71,8 +71,7 @@ class Builder {
 
 /// The block with every key. (visit takes what it visits as mutable; this visitor only reads.)
 template <class T>
-    requires std::is_class_v<T>
-Value to_block(const T& block) {
+requires std::is_class_v<T> Value to_block(const T& block) {
     Builder builder;
     visit(builder, const_cast<T&>(block));
     return std::move(builder.map);

@@ -27,7 +27,8 @@ struct Checker {
     void require(bool good, const std::string& path, std::string message, std::string hint = {}) const {
         if (!good) context.problems.add(position_of(context, path), std::move(message), std::move(hint));
     }
-    void refer(const std::string& name, const std::vector<std::string>& names, const std::string& path, const char* what) const {
+    void refer(const std::string& name, const std::vector<std::string>& names, const std::string& path,
+               const char* what) const {
         if (name.empty()) return;  // left out, or already a problem
         if (std::find(names.begin(), names.end(), name) != names.end()) return;
         require(false, path, fmt::format("there is no {} \"{}\"", what, name),
@@ -49,27 +50,33 @@ void check_motion(const std::vector<Key>& motion, const std::string& path, const
 }
 
 void check_kind(const BoxShape& s, const std::string& path, const Checker& check) {
-    check.require(s.rounding <= 0.5 * s.size.minCoeff(), path + ".box.rounding", "\"rounding\" is more than half the shortest edge");
+    check.require(s.rounding <= 0.5 * s.size.minCoeff(), path + ".box.rounding",
+                  "\"rounding\" is more than half the shortest edge");
 }
 void check_kind(const Cylinder& s, const std::string& path, const Checker& check) {
     check.require(s.rounding <= std::min(s.radius, 0.5 * s.height), path + ".cylinder.rounding",
                   "\"rounding\" is more than the radius or half the height");
 }
 void check_kind(const Capsule& s, const std::string& path, const Checker& check) {
-    check.require((s.to - s.from).norm() > 0, path + ".capsule", "the two ends of the capsule are the same point", "a ball is a sphere");
+    check.require((s.to - s.from).norm() > 0, path + ".capsule", "the two ends of the capsule are the same point",
+                  "a ball is a sphere");
 }
 void check_kind(const RoundedCone& s, const std::string& path, const Checker& check) {
-    check.require(s.height > std::abs(s.radius1 - s.radius2), path + ".rounded_cone", "one sphere of the rounded cone holds the other");
+    check.require(s.height > std::abs(s.radius1 - s.radius2), path + ".rounded_cone",
+                  "one sphere of the rounded cone holds the other");
 }
 void check_kind(const Torus& s, const std::string& path, const Checker& check) {
     check.require(s.tube <= s.radius, path + ".torus.tube", "\"tube\" is more than the radius of the ring");
 }
 void check_kind(const Revolve& s, const std::string& path, const Checker& check) {
     const std::string key = path + ".revolve.profile";
-    if (s.profile.empty() && check.context.where.find(key) == check.context.where.end()) return;  // missing: already a problem
-    check.require(s.profile.size() >= 3, key, fmt::format("\"profile\" needs at least 3 points, not {}", s.profile.size()));
+    if (s.profile.empty() && check.context.where.find(key) == check.context.where.end())
+        return;  // missing: already a problem
+    check.require(s.profile.size() >= 3, key,
+                  fmt::format("\"profile\" needs at least 3 points, not {}", s.profile.size()));
     for (const Vec2d& p : s.profile)
-        if (p.x() < 0) return check.require(false, key, fmt::format("a point of \"profile\" has r = {}, below 0", p.x()));
+        if (p.x() < 0)
+            return check.require(false, key, fmt::format("a point of \"profile\" has r = {}, below 0", p.x()));
     double area = 0;
     for (std::size_t k = 0; k < s.profile.size(); ++k) {
         const Vec2d &a = s.profile[k], &b = s.profile[(k + 1) % s.profile.size()];
@@ -101,7 +108,8 @@ struct Extent {
     }
 };
 
-/// How large shapes become with named ones put in their place: thirty names that each use the next one twice make a thousand million.
+/// How large shapes become with named ones put in their place: thirty names that each use the next one twice make a
+/// thousand million.
 class Extents {
   public:
     explicit Extents(const Scene& scene) {
@@ -143,8 +151,10 @@ void check_extents(const Scene& scene, const Checker& check) {
         total += extent.count;
         check.require(!extent.endless, path, "the shape contains itself", "by named shapes that refer to each other");
         if (extent.endless) return false;
-        check.require(extent.depth <= kDeepestShapes, path, fmt::format("shapes are nested more than {} deep", kDeepestShapes));
-        check.require(total <= kMostShapes, path, fmt::format("more than {} shapes, named ones counted where they are used", kMostShapes));
+        check.require(extent.depth <= kDeepestShapes, path,
+                      fmt::format("shapes are nested more than {} deep", kDeepestShapes));
+        check.require(total <= kMostShapes, path,
+                      fmt::format("more than {} shapes, named ones counted where they are used", kMostShapes));
         return extent.depth <= kDeepestShapes && total <= kMostShapes;
     };
     // One such problem is enough: the others follow from it.
@@ -161,7 +171,8 @@ void check_shapes(const Scene& scene, const Checker& check) {
     for (const auto& [name, shape] : scene.shapes) names.push_back(name);
     walk_shapes(scene, [&](const Shape& shape, const std::string& path) {
         std::visit([&](const auto& kind) { check_kind(kind, path, check); }, shape.kind);
-        if (const auto* named = std::get_if<NamedShape>(&shape.kind)) check.refer(named->name, names, path + ".named", "shape");
+        if (const auto* named = std::get_if<NamedShape>(&shape.kind))
+            check.refer(named->name, names, path + ".named", "shape");
     });
     check_extents(scene, check);
 }
@@ -172,7 +183,8 @@ void check_look(const Look& look, ReadContext& context) {
     const Checker check{context};
     const Camera& c = look.camera;
     const Vec3d view = c.look_at - c.position;
-    check.require(view.norm() > 1e-9, "look.camera.look_at", "\"look_at\" and \"position\" of the camera are the same point");
+    check.require(view.norm() > 1e-9, "look.camera.look_at",
+                  "\"look_at\" and \"position\" of the camera are the same point");
     check.require(view.norm() <= 1e-9 || view.normalized().cross(c.up.normalized()).norm() > 1e-6, "look.camera.up",
                   "\"up\" of the camera points along its view", "write for example up: [0, 1, 0]");
     check_motion(c.motion, "look.camera.motion", check);
@@ -180,21 +192,25 @@ void check_look(const Look& look, ReadContext& context) {
 
 void check_scene(const Scene& scene, ReadContext& context) {
     const Checker check{context};
-    check.require(scene.name.empty() || is_name(scene.name), "scene.name", fmt::format("\"{}\" is no name for a scene", shown(scene.name)),
+    check.require(scene.name.empty() || is_name(scene.name), "scene.name",
+                  fmt::format("\"{}\" is no name for a scene", shown(scene.name)),
                   "letters, digits, _ and -, at most 64");
     check.require(scene.frames.last >= scene.frames.first, "frames.last",
                   fmt::format("\"last\" is {}, before \"first\", which is {}", scene.frames.last, scene.frames.first));
     check_shapes(scene, check);
-    const std::vector<std::string> materials = names_of(scene.materials), appearances = names_of(scene.look.appearances);
+    const std::vector<std::string> materials = names_of(scene.materials),
+                                   appearances = names_of(scene.look.appearances);
     for (const Boundary& b : scene.world.boundaries) {
         check.refer(b.look, appearances, "world.boundaries." + b.name + ".look", "appearance");
         check_motion(b.motion, "world.boundaries." + b.name + ".motion", check);
     }
-    for (const Material& m : scene.materials) check.refer(m.look, appearances, "materials." + m.name + ".look", "appearance");
+    for (const Material& m : scene.materials)
+        check.refer(m.look, appearances, "materials." + m.name + ".look", "appearance");
     for (const Body& b : scene.bodies) check.refer(b.material, materials, "bodies." + b.name + ".material", "material");
     for (const Emitter& e : scene.emitters) {
         check.refer(e.material, materials, "emitters." + e.name + ".material", "material");
-        check.require(e.stop > e.start, "emitters." + e.name + ".stop", fmt::format("\"stop\" is {} s, not after \"start\"", e.stop));
+        check.require(e.stop > e.start, "emitters." + e.name + ".stop",
+                      fmt::format("\"stop\" is {} s, not after \"start\"", e.stop));
         check_motion(e.motion, "emitters." + e.name + ".motion", check);
     }
     check_look(scene.look, context);

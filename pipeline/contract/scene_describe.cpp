@@ -21,7 +21,8 @@ std::vector<KeyInfo> describe_shape_modifiers() { return Describer::keys_of<Shap
 std::vector<ShapeKindInfo> describe_shape_kinds() {
     std::vector<ShapeKindInfo> kinds;
     for_each_shape_kind([&]<class K>(const ShapeKind<K>& kind) {
-        kinds.push_back({std::string(kind.name), std::string(kind.short_key), std::string(kind.meaning), Describer::keys_of<K>()});
+        kinds.push_back(
+            {std::string(kind.name), std::string(kind.short_key), std::string(kind.meaning), Describer::keys_of<K>()});
     });
     return kinds;
 }

@@ -12,8 +12,23 @@ namespace thixo::scene {
 
 struct KeyInfo {
     enum class Type {
-        number, whole, truth, text, word, vector2, vector3, colour, profile, reference, file,  // values
-        block, named, list, shape, shapes, named_shapes                                        // more keys inside
+        number,
+        whole,
+        truth,
+        text,
+        word,
+        vector2,
+        vector3,
+        colour,
+        profile,
+        reference,
+        file,  // values
+        block,
+        named,
+        list,
+        shape,
+        shapes,
+        named_shapes  // more keys inside
     };
     std::string name;
     Type type = Type::block;
@@ -41,7 +56,14 @@ class Describer {
     template <class T>
     void key(const char* name, const T& member, const char* unit, Check check, const char* meaning) {
         if constexpr (std::is_enum_v<T>)
-            keys.push_back({name, KeyInfo::Type::word, unit, check, meaning, to_value(member), {Words<T>::list.begin(), Words<T>::list.end()}, {}});
+            keys.push_back({name,
+                            KeyInfo::Type::word,
+                            unit,
+                            check,
+                            meaning,
+                            to_value(member),
+                            {Words<T>::list.begin(), Words<T>::list.end()},
+                            {}});
         else
             keys.push_back({name, type_of(member, unit), unit, check, meaning, to_value(member), {}, {}});
     }
@@ -69,7 +91,9 @@ class Describer {
     void list(const char* name, const std::vector<T>&, const char* meaning) {
         nested(name, KeyInfo::Type::list, any(), meaning, keys_of<T>());
     }
-    void shape(const char* name, const Shape&, Check check, const char* meaning) { nested(name, KeyInfo::Type::shape, check, meaning, {}); }
+    void shape(const char* name, const Shape&, Check check, const char* meaning) {
+        nested(name, KeyInfo::Type::shape, check, meaning, {});
+    }
     void shapes(const char* name, const std::vector<Shape>&, Check check, const char* meaning) {
         nested(name, KeyInfo::Type::shapes, check, meaning, {});
     }

@@ -63,7 +63,8 @@ std::string look_hash(const Look& look) {
 
 std::vector<std::string> differing_keys(const Scene& a, const Scene& b) {
     const std::vector<Line> lines_a = simulation_lines(a), lines_b = simulation_lines(b);
-    const std::map<std::string, std::string> map_a(lines_a.begin(), lines_a.end()), map_b(lines_b.begin(), lines_b.end());
+    const std::map<std::string, std::string> map_a(lines_a.begin(), lines_a.end()),
+        map_b(lines_b.begin(), lines_b.end());
     std::vector<std::string> keys;
     for (const auto& [path, value] : lines_a) {
         const auto other = map_b.find(path);

@@ -8,15 +8,15 @@
 
 namespace thixo::scene {
 
-/// Hash of every key the simulation's result depends on, mesh contents included. Not in it: name and title, frames.last (a larger one
-/// continues), solver.checkpoint_every, the look, and where mesh files lie.
+/// Hash of every key the simulation's result depends on, mesh contents included. Not in it: name and title, frames.last
+/// (a larger one continues), solver.checkpoint_every, the look, and where mesh files lie.
 std::string simulation_hash(const Scene& scene);
 
 /// Hash of every key of the look.
 std::string look_hash(const Look& look);
 
-/// Key paths (such as materials.water.viscosity) of which simulation_hash depends and whose values differ or are missing in one scene,
-/// in the order of the scene file. Empty exactly where the hashes are equal.
+/// Key paths (such as materials.water.viscosity) of which simulation_hash depends and whose values differ or are
+/// missing in one scene, in the order of the scene file. Empty exactly where the hashes are equal.
 std::vector<std::string> differing_keys(const Scene& a, const Scene& b);
 
 }  // namespace thixo::scene

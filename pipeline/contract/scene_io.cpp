@@ -43,7 +43,9 @@ void add_default_lights(Look& look) {
 void add_default_appearance(Look& look, std::string& reference, const std::string& name) {
     if (!reference.empty()) return;
     reference = name;
-    if (std::any_of(look.appearances.begin(), look.appearances.end(), [&](const Appearance& a) { return a.name == name; })) return;
+    if (std::any_of(look.appearances.begin(), look.appearances.end(),
+                    [&](const Appearance& a) { return a.name == name; }))
+        return;
     Appearance plain;
     plain.name = name;
     look.appearances.push_back(plain);
@@ -58,12 +60,13 @@ void fill_in(Scene& scene, const std::string& source_name) {
 
 Position start_of(const Value& tree) { return {tree.at.source, 0, 0, 1}; }
 
-Scene read_scene(std::optional<Value> tree, const std::string& name, const std::vector<std::string>& overrides, Files files,
-                 Problems& problems) {
+Scene read_scene(std::optional<Value> tree, const std::string& name, const std::vector<std::string>& overrides,
+                 Files files, Problems& problems) {
     const std::string what = "scene " + shown(name, kPathShown);
     if (tree && tree->type != Value::Type::map && tree->type != Value::Type::null) {
-        problems.add(tree->at, fmt::format("a scene must be a map of blocks, not {}", describe(*tree)),
-                     tree->text.find(':') != std::string::npos && !tree->quoted ? "a blank is missing behind the colon" : "");
+        problems.add(
+            tree->at, fmt::format("a scene must be a map of blocks, not {}", describe(*tree)),
+            tree->text.find(':') != std::string::npos && !tree->quoted ? "a blank is missing behind the colon" : "");
         tree.reset();
     }
     if (tree && tree->type == Value::Type::null) {
@@ -89,7 +92,8 @@ std::optional<Value> look_block(std::optional<Value> tree, Problems& problems) {
     if (!tree || tree->type != Value::Type::map || !tree->find("look")) return tree;
     for (const Label& label : tree->labels)
         if (label.text != "look")
-            problems.add(label.at, fmt::format("a look file holds nothing beside the block \"look\", but has \"{}\"", shown(label.text)));
+            problems.add(label.at, fmt::format("a look file holds nothing beside the block \"look\", but has \"{}\"",
+                                               shown(label.text)));
     return *tree->find("look");
 }
 
@@ -102,7 +106,8 @@ Scene load_scene(const std::string& path, const std::vector<std::string>& overri
     return scene;
 }
 
-Scene parse_scene(const std::string& text, const std::string& name, const std::vector<std::string>& overrides, Files files) {
+Scene parse_scene(const std::string& text, const std::string& name, const std::vector<std::string>& overrides,
+                  Files files) {
     Problems problems;
     const int source = problems.add_source({name, std::filesystem::path(name).parent_path().string(), text});
     return read_scene(read_tree(source, problems, files == Files::check), name, overrides, files, problems);
@@ -118,7 +123,8 @@ Look overlay_look(const Look& base, const std::string& path, const std::vector<s
     Value tree = to_block(base);
     if (!path.empty()) {
         const std::optional<Value> over = look_block(read_tree_file(path, problems), problems);
-        if (over && over->type != Value::Type::map) problems.add(over->at, fmt::format("a look must be a map of blocks, not {}", describe(*over)));
+        if (over && over->type != Value::Type::map)
+            problems.add(over->at, fmt::format("a look must be a map of blocks, not {}", describe(*over)));
         problems.throw_if_any(what);
         std::vector<std::string> labels{"look"};
         overlay(tree, *over, labels);
@@ -150,7 +156,9 @@ void apply_draft(Look& look) {
 
 std::vector<std::string> scene_warnings(const Scene& scene) {
     std::vector<std::string> warnings;
-    const auto warn = [&]<class... A>(fmt::format_string<A...> f, A&&... a) { warnings.push_back(fmt::format(f, std::forward<A>(a)...)); };
+    const auto warn = [&]<class... A>(fmt::format_string<A...> f, A&&... a) {
+        warnings.push_back(fmt::format(f, std::forward<A>(a)...));
+    };
     std::set<std::string> materials, appearances;
     for (const Body& b : scene.bodies) materials.insert(b.material);
     for (const Emitter& e : scene.emitters) materials.insert(e.material);
@@ -161,16 +169,19 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
     for (const Boundary& b : scene.world.boundaries) appearances.insert(b.look);
     for (const Appearance& a : scene.look.appearances)
         if (!appearances.count(a.name)) warn("look.appearances.{} is not used by any material or boundary", a.name);
-    if (scene.bodies.empty() && scene.emitters.empty()) warn("the scene has neither bodies nor emitters: nothing will move");
+    if (scene.bodies.empty() && scene.emitters.empty())
+        warn("the scene has neither bodies nor emitters: nothing will move");
     const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
     for (const Emitter& e : scene.emitters) {
         if (e.radius < scene.solver.spacing)
-            warn("emitters.{}.radius {} m is below solver.spacing {} m: the flow is a single row of particles", e.name, e.radius, scene.solver.spacing);
+            warn("emitters.{}.radius {} m is below solver.spacing {} m: the flow is a single row of particles", e.name,
+                 e.radius, scene.solver.spacing);
         if (e.start >= end && scene.frames.last > scene.frames.first)
             warn("emitters.{} starts at {} s, after the last frame at {:.4g} s", e.name, e.start, end);
     }
     for (const Light& l : scene.look.lights)
-        if (l.type == LightType::area && l.size.maxCoeff() > 0 && l.strength == 0) warn("look.lights.{} has the strength 0", l.name);
+        if (l.type == LightType::area && l.size.maxCoeff() > 0 && l.strength == 0)
+            warn("look.lights.{} has the strength 0", l.name);
     return warnings;
 }
 

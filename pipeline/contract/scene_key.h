@@ -1,17 +1,16 @@
-// How a key of the scene file is declared: once, beside its struct, in visit(V&, Struct&). Reader, validation, printer, hash,
-// docs/scene.md, the JSON Schema and --set are visitors of these declarations. A key's default is its member's initialiser.
+// How a key of the scene file is declared: once, beside its struct, in visit(V&, Struct&). Reader, validation, printer,
+// hash, docs/scene.md, the JSON Schema and --set are visitors of these declarations. A key's default is its member's
+// initialiser.
 //
 // A visitor V has
-//   key(name, member, unit, check, meaning)        number, whole number, true/false, text, word (an enum), vector, colour, profile
-//   reference(name, text, refers, check, meaning)  name of another entry of the scene
-//   file(name, text, check, meaning)               path of a file, relative to the scene file that names it
-//   group(name, meaning, f)                        block; f(V&) declares its keys
-//   block(name, struct, meaning)                   block that is a struct with a visit of its own
-//   named(name, vector, meaning)                   map from names to blocks, order kept; the struct has a member `name`
-//   list(name, vector, meaning)                    list of blocks
-//   shape(name, shape, check, meaning)             one shape
-//   shapes(name, vector, check, meaning)           list of shapes
-//   named_shapes(name, vector, meaning)            map from names to shapes, order kept
+//   key(name, member, unit, check, meaning)        number, whole number, true/false, text, word (an enum), vector,
+//   colour, profile reference(name, text, refers, check, meaning)  name of another entry of the scene file(name, text,
+//   check, meaning)               path of a file, relative to the scene file that names it group(name, meaning, f)
+//   block; f(V&) declares its keys block(name, struct, meaning)                   block that is a struct with a visit
+//   of its own named(name, vector, meaning)                   map from names to blocks, order kept; the struct has a
+//   member `name` list(name, vector, meaning)                    list of blocks shape(name, shape, check, meaning) one
+//   shape shapes(name, vector, check, meaning)           list of shapes named_shapes(name, vector, meaning) map from
+//   names to shapes, order kept
 #pragma once
 
 #include <array>
@@ -34,7 +33,9 @@ constexpr Check between(double low, double high) { return {.low = low, .high = h
 /// Above low, and at most high.
 constexpr Check above_to(double low, double high) { return {.low = low, .high = high, .open_low = true}; }
 /// Above low and below high.
-constexpr Check inside(double low, double high) { return {.low = low, .high = high, .open_low = true, .open_high = true}; }
+constexpr Check inside(double low, double high) {
+    return {.low = low, .high = high, .open_low = true, .open_high = true};
+}
 constexpr Check direction() { return {.nonzero = true}; }
 constexpr Check required(Check check = {}) {
     check.required = true;

@@ -36,18 +36,19 @@ struct Words<LightType> {
 struct Light {
     std::string name;
     LightType type = LightType::sky;
-    Vec3d colour{1, 1, 1};         // linear Rec.709
-    double strength = 1;           // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]
-    Vec3d direction{0, 0, -1};     // sun: where the light goes; area: the side it shines to
-    double angle = 0.53;           // sun: angular diameter [degrees]
-    Vec3d position{0, 0, 3};       // area: centre [m]
-    Vec2d size{1, 1};              // area: edge lengths [m]
-    Vec3d horizon{1, 1, 1};        // sky: colour factor at the horizon
-    Vec3d ground{0.3, 0.3, 0.3};   // sky: colour factor below the horizon
+    Vec3d colour{1, 1, 1};        // linear Rec.709
+    double strength = 1;          // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]
+    Vec3d direction{0, 0, -1};    // sun: where the light goes; area: the side it shines to
+    double angle = 0.53;          // sun: angular diameter [degrees]
+    Vec3d position{0, 0, 3};      // area: centre [m]
+    Vec2d size{1, 1};             // area: edge lengths [m]
+    Vec3d horizon{1, 1, 1};       // sky: colour factor at the horizon
+    Vec3d ground{0.3, 0.3, 0.3};  // sky: colour factor below the horizon
 };
 template <class V>
 void visit(V& v, Light& l) {
-    v.key("type", l.type, "", required(), "sun: parallel light; sky: light from all sides; area: a rectangle that shines");
+    v.key("type", l.type, "", required(),
+          "sun: parallel light; sky: light from all sides; area: a rectangle that shines");
     v.key("colour", l.colour, kColour, at_least(0), "colour, linear Rec.709");
     v.key("strength", l.strength, "W/m^2, W/(m^2 sr)", at_least(0), "sun: irradiance; sky and area: radiance");
     v.key("direction", l.direction, "", direction(), "sun: where the light goes; area: the side it shines to");
@@ -71,18 +72,21 @@ struct Appearance {
     double checker = 0;            // m, edge of a checker field in world xy; 0: plain
     double roughness = 0;          // GGX alpha; 0: smooth
     double ior = 1.5;
-    Vec3d absorption{0, 0, 0};     // 1/m, dielectric
-    int priority = 0;              // nested dielectrics: the higher wins where two overlap
+    Vec3d absorption{0, 0, 0};  // 1/m, dielectric
+    int priority = 0;           // nested dielectrics: the higher wins where two overlap
 };
 template <class V>
 void visit(V& v, Appearance& a) {
-    v.key("type", a.type, "", any(), "diffuse: matt; plastic: matt under a clear coat; conductor: metal; dielectric: water, glass");
-    v.key("colour", a.colour, kColour, between(0, 1), "albedo, linear Rec.709; of a conductor its reflectance at normal incidence");
+    v.key("type", a.type, "", any(),
+          "diffuse: matt; plastic: matt under a clear coat; conductor: metal; dielectric: water, glass");
+    v.key("colour", a.colour, kColour, between(0, 1),
+          "albedo, linear Rec.709; of a conductor its reflectance at normal incidence");
     v.key("colour2", a.colour2, kColour, between(0, 1), "second colour of a checker");
     v.key("checker", a.checker, "m", at_least(0), "edge of the fields of a checker in world xy; 0: plain");
     v.key("roughness", a.roughness, "1", between(0, 1), "GGX alpha; 0: smooth");
     v.key("ior", a.ior, "1", between(1, 4), "index of refraction of plastic and dielectric; water 1.33, glass 1.5");
-    v.key("absorption", a.absorption, "1/m", at_least(0), "dielectric: loss of red, green and blue along the way inside");
+    v.key("absorption", a.absorption, "1/m", at_least(0),
+          "dielectric: loss of red, green and blue along the way inside");
     v.key("priority", a.priority, "", between(-1000, 1000), "nested dielectrics: the higher wins where two overlap");
 }
 
@@ -111,7 +115,8 @@ void visit(V& v, Output& o) {
     v.key("exposure", o.exposure, "stops", between(-50, 50), "brightness of PNG and film; EXR is untouched");
     v.key("view", o.view, "", any(), "view transform of PNG and film");
     v.key("straight_shadows", o.straight_shadows, "", any(),
-          "true: light goes straight through smooth dielectrics to a shaded point, which is brighter and less noisy than true caustics");
+          "true: light goes straight through smooth dielectrics to a shaded point, which is brighter and less noisy "
+          "than true caustics");
     v.key("clamp", o.clamp, "W/(m^2 sr)", at_least(0), "limit of the indirect radiance of one sample; 0: no limit");
     v.key("transparent_background", o.transparent_background, "", any(), "true: alpha 0 where nothing is hit");
     v.key("film", o.film, "", any(), "true: encode an mp4 of all frames");

@@ -18,7 +18,8 @@ std::optional<std::string> hash_of_file(const std::string& path) {
     if (!std::filesystem::is_regular_file(path, failure)) return std::nullopt;
     std::ifstream file(path, std::ios::binary);
     std::ostringstream bytes;
-    if (!file.is_open() || (file.peek() != std::ifstream::traits_type::eof() && !(bytes << file.rdbuf()))) return std::nullopt;
+    if (!file.is_open() || (file.peek() != std::ifstream::traits_type::eof() && !(bytes << file.rdbuf())))
+        return std::nullopt;
     return hash_hex(bytes.view());
 }
 
@@ -39,7 +40,8 @@ void read_mesh_hashes(Scene& scene, ReadContext& context) {
         if (!hash)
             context.problems.add(at("file"), fmt::format("there is no mesh file {}", shown(mesh->file, kPathShown)));
         else if (!mesh->content.empty() && mesh->content != *hash)
-            context.problems.add(at("content"), fmt::format("the mesh file {} has changed: its content is {}", shown(mesh->file, kPathShown), *hash));
+            context.problems.add(at("content"), fmt::format("the mesh file {} has changed: its content is {}",
+                                                            shown(mesh->file, kPathShown), *hash));
         else
             mesh->content = *hash;
     });

@@ -42,7 +42,8 @@ int edits(std::string_view a, std::string_view b) {
         row[0] = static_cast<int>(i);
         for (std::size_t j = 1; j <= b.size(); ++j) {
             row[j] = std::min({above[j] + 1, row[j - 1] + 1, above[j - 1] + (a[i - 1] != b[j - 1])});
-            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) row[j] = std::min(row[j], before[j - 2] + 1);
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                row[j] = std::min(row[j], before[j - 2] + 1);
         }
         std::swap(before, above);
         std::swap(above, row);
@@ -52,7 +53,9 @@ int edits(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-int characters(std::string_view text) { return static_cast<int>(std::count_if(text.begin(), text.end(), starts_character)); }
+int characters(std::string_view text) {
+    return static_cast<int>(std::count_if(text.begin(), text.end(), starts_character));
+}
 
 std::string shown(std::string_view text, int most) {
     std::string out;
@@ -80,9 +83,11 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& words) {
     if (words.empty()) return {};
-    if (const std::string best = nearest_word(word, words); !best.empty()) return fmt::format("did you mean \"{}\"?", best);
+    if (const std::string best = nearest_word(word, words); !best.empty())
+        return fmt::format("did you mean \"{}\"?", best);
     const std::size_t listed = std::min<std::size_t>(words.size(), 24);
-    return fmt::format("known: {}{}", fmt::join(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(listed), ", "),
+    return fmt::format("known: {}{}",
+                       fmt::join(words.begin(), words.begin() + static_cast<std::ptrdiff_t>(listed), ", "),
                        listed < words.size() ? ", ..." : "");
 }
 
@@ -105,7 +110,8 @@ std::string Problems::place(const Position& at) const {
 std::string Problems::text(const Problem& problem) const {
     const Position& at = problem.at;
     std::string out = fmt::format("{}: error: {}\n", place(at), problem.message);
-    if (at.source < 0 || at.line <= 0) return problem.hint.empty() ? out : out + fmt::format("         {}\n", problem.hint);
+    if (at.source < 0 || at.line <= 0)
+        return problem.hint.empty() ? out : out + fmt::format("         {}\n", problem.hint);
     std::string_view line = line_of(source(at.source).text, at.line);
     // Of a very long line the part around the place is shown.
     std::size_t place_byte = byte_of_character(line, at.column - 1);

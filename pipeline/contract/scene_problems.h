@@ -9,16 +9,16 @@ namespace thixo::scene {
 
 /// A text that values come from.
 struct Source {
-    std::string name;         // as messages show it
-    std::string folder;       // relative paths in it start here; empty: the process's
+    std::string name;    // as messages show it
+    std::string folder;  // relative paths in it start here; empty: the process's
     std::string text;
-    bool is_override = false; // a --set: changes entries but adds none
+    bool is_override = false;  // a --set: changes entries but adds none
 };
 
 struct Position {
-    int source = -1;              // index into Sources; -1: no place in a text
-    int line = 0, column = 0;     // from 1, column in characters
-    int length = 1;               // characters to mark
+    int source = -1;           // index into Sources; -1: no place in a text
+    int line = 0, column = 0;  // from 1, column in characters
+    int length = 1;            // characters to mark
 };
 
 class Problems {
@@ -26,7 +26,9 @@ class Problems {
     /// Adds a text and returns its index.
     int add_source(Source source);
     /// Shows another text of the same length in messages about a source.
-    void replace_text(int source, std::string text) { sources_[static_cast<std::size_t>(source)].text = std::move(text); }
+    void replace_text(int source, std::string text) {
+        sources_[static_cast<std::size_t>(source)].text = std::move(text);
+    }
     const Source& source(int index) const { return sources_[static_cast<std::size_t>(index)]; }
 
     /// Notes a problem; `hint` stands behind the caret. Beyond a thousand they are only counted.
@@ -36,7 +38,8 @@ class Problems {
     /// "file:line:column"
     std::string place(const Position& at) const;
 
-    /// Throws InputError if there is any problem: "<what>: 2 errors", then each of them in order of source and line, at most 50.
+    /// Throws InputError if there is any problem: "<what>: 2 errors", then each of them in order of source and line, at
+    /// most 50.
     void throw_if_any(const std::string& what) const;
 
   private:

@@ -10,8 +10,11 @@
 namespace thixo::scene {
 
 bool is_name(std::string_view text) {
-    const auto word = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'; };
-    return !text.empty() && text.size() <= 64 && word(text[0]) && std::all_of(text.begin(), text.end(), [&](char c) { return word(c) || c == '-'; });
+    const auto word = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    };
+    return !text.empty() && text.size() <= 64 && word(text[0]) &&
+           std::all_of(text.begin(), text.end(), [&](char c) { return word(c) || c == '-'; });
 }
 
 std::string describe(const Check& check) {
@@ -48,7 +51,8 @@ void BlockReader::wrong_type(const Value& value, std::string_view name, const ch
 bool BlockReader::is_block(const Value& value, std::string_view name) {
     if (value.type == Value::Type::map || value.type == Value::Type::null) return true;
     if (value.type == Value::Type::scalar && value.text.find(':') != std::string::npos && !value.quoted)
-        context_.problems.add(value.at, fmt::format("\"{}\" needs a block of keys, not {}", name, describe(value)), "a blank is missing behind the colon");
+        context_.problems.add(value.at, fmt::format("\"{}\" needs a block of keys, not {}", name, describe(value)),
+                              "a blank is missing behind the colon");
     else
         wrong_type(value, name, "a block of keys");
     return false;
@@ -67,7 +71,8 @@ bool BlockReader::in_range(const Value& value, std::string_view name, const char
     const bool has_unit = *unit && unit != std::string_view("1") && unit != std::string_view(kColour);
     std::string range = describe(check);
     if (range.empty()) range = fmt::format("{} to {}", check.low, check.high);
-    context_.problems.add(value.at, fmt::format("\"{}\" must be {}{}{}, not {}", name, range, has_unit ? " " : "", has_unit ? unit : "", shown(value.text)));
+    context_.problems.add(value.at, fmt::format("\"{}\" must be {}{}{}, not {}", name, range, has_unit ? " " : "",
+                                                has_unit ? unit : "", shown(value.text)));
     return false;
 }
 
@@ -82,18 +87,21 @@ bool BlockReader::number(const Value& value, std::string_view name, const char* 
     return true;
 }
 
-bool BlockReader::numbers(const Value& value, std::string_view name, const char* unit, Check check, int count, const char* form,
-                          double* result) {
+bool BlockReader::numbers(const Value& value, std::string_view name, const char* unit, Check check, int count,
+                          const char* form, double* result) {
     if (value.type != Value::Type::list) {
-        context_.problems.add(value.at, fmt::format("\"{}\" needs {} numbers {}, not {}", name, count, form, describe(value)));
+        context_.problems.add(value.at,
+                              fmt::format("\"{}\" needs {} numbers {}, not {}", name, count, form, describe(value)));
         return false;
     }
     if (value.items.size() != static_cast<std::size_t>(count)) {
-        context_.problems.add(value.at, fmt::format("\"{}\" needs {} numbers {}, not {}", name, count, form, value.items.size()));
+        context_.problems.add(value.at,
+                              fmt::format("\"{}\" needs {} numbers {}, not {}", name, count, form, value.items.size()));
         return false;
     }
     bool good = true;
-    for (int k = 0; k < count; ++k) good = number(value.items[static_cast<std::size_t>(k)], name, unit, check, result[k]) && good;
+    for (int k = 0; k < count; ++k)
+        good = number(value.items[static_cast<std::size_t>(k)], name, unit, check, result[k]) && good;
     return good;
 }
 
@@ -106,7 +114,8 @@ void BlockReader::key(const char* name, int& member, const char* unit, Check che
     if (!value) return;
     const Scalar<std::int64_t> s = to_whole(*value);
     if (!s.value)
-        context_.problems.add(value->at, fmt::format("\"{}\" needs a whole number, not {}", name, describe(*value)), s.hint);
+        context_.problems.add(value->at, fmt::format("\"{}\" needs a whole number, not {}", name, describe(*value)),
+                              s.hint);
     else if (in_range(*value, name, unit, check, static_cast<double>(*s.value)))
         member = static_cast<int>(std::clamp<std::int64_t>(*s.value, INT32_MIN, INT32_MAX));
 }
@@ -118,7 +127,9 @@ void BlockReader::key(const char* name, std::uint64_t& member, const char*, Chec
     if (s.value)
         member = *s.value;
     else
-        context_.problems.add(value->at, fmt::format("\"{}\" needs a whole number of at least 0, not {}", name, describe(*value)), s.hint);
+        context_.problems.add(value->at,
+                              fmt::format("\"{}\" needs a whole number of at least 0, not {}", name, describe(*value)),
+                              s.hint);
 }
 
 void BlockReader::key(const char* name, bool& member, const char*, Check check, const char*) {
@@ -128,7 +139,8 @@ void BlockReader::key(const char* name, bool& member, const char*, Check check, 
     if (s.value)
         member = *s.value;
     else
-        context_.problems.add(value->at, fmt::format("\"{}\" needs true or false, not {}", name, describe(*value)), s.hint);
+        context_.problems.add(value->at, fmt::format("\"{}\" needs true or false, not {}", name, describe(*value)),
+                              s.hint);
 }
 
 void BlockReader::key(const char* name, std::string& member, const char*, Check check, const char*) {
@@ -151,7 +163,9 @@ void BlockReader::key(const char* name, Vec2d& member, const char* unit, Check c
 void BlockReader::key(const char* name, Vec3d& member, const char* unit, Check check, const char*) {
     const Value* value = take(name, check);
     double v[3];
-    if (!value || !numbers(*value, name, unit, check, 3, unit == std::string_view(kColour) ? "[r, g, b]" : "[x, y, z]", v)) return;
+    if (!value ||
+        !numbers(*value, name, unit, check, 3, unit == std::string_view(kColour) ? "[r, g, b]" : "[x, y, z]", v))
+        return;
     if (check.nonzero && !(Vec3d(v[0], v[1], v[2]).norm() > 1e-9))
         context_.problems.add(value->at, fmt::format("\"{}\" must point somewhere, not be [0, 0, 0]", name));
     else
@@ -174,11 +188,13 @@ void BlockReader::key(const char* name, std::vector<Vec2d>& member, const char* 
 int BlockReader::word(const char* name, const std::vector<std::string>& words, Check check) {
     const Value* value = take(name, check);
     if (!value) return -1;
-    const auto found = value->type == Value::Type::scalar ? std::find(words.begin(), words.end(), value->text) : words.end();
+    const auto found =
+        value->type == Value::Type::scalar ? std::find(words.begin(), words.end(), value->text) : words.end();
     if (found != words.end()) return static_cast<int>(found - words.begin());
     const std::string hint = value->type == Value::Type::scalar ? nearest_word(value->text, words) : "";
-    context_.problems.add(value->at, fmt::format("\"{}\" must be one of {}, not {}", name, fmt::join(words, ", "), describe(*value)),
-                          hint.empty() ? "" : fmt::format("did you mean \"{}\"?", hint));
+    context_.problems.add(
+        value->at, fmt::format("\"{}\" must be one of {}, not {}", name, fmt::join(words, ", "), describe(*value)),
+        hint.empty() ? "" : fmt::format("did you mean \"{}\"?", hint));
     return -1;
 }
 
@@ -212,22 +228,26 @@ void BlockReader::report_unknown(const char* also) {
     for (const Label& label : map_.labels) {
         if (std::find(known_.begin(), known_.end(), label.text) != known_.end()) continue;
         const bool joined = label.text.find(':') != std::string::npos;
-        context_.problems.add(label.at, fmt::format("unknown key \"{}\" in {}", shown(label.text), path_.empty() ? "the scene" : path_),
-                              joined ? "a blank is missing behind the colon" : suggestion(label.text, suggested));
+        context_.problems.add(
+            label.at, fmt::format("unknown key \"{}\" in {}", shown(label.text), path_.empty() ? "the scene" : path_),
+            joined ? "a blank is missing behind the colon" : suggestion(label.text, suggested));
     }
 }
 
 bool BlockReader::entry_is_sound(const Value& map, std::size_t k, const char* block) {
     const Label& label = map.labels[k];
     if (!is_name(label.text)) {
-        context_.problems.add(label.at, fmt::format("\"{}\" is no name", shown(label.text)), "letters, digits, _ and -, at most 64");
+        context_.problems.add(label.at, fmt::format("\"{}\" is no name", shown(label.text)),
+                              "letters, digits, _ and -, at most 64");
         return false;
     }
-    if (label.at.source >= 0 && context_.problems.source(label.at.source).is_override) {  // a misspelled name would add an entry
+    if (label.at.source >= 0 &&
+        context_.problems.source(label.at.source).is_override) {  // a misspelled name would add an entry
         std::vector<std::string> names;
         for (const Label& other : map.labels)
             if (other.text != label.text) names.push_back(other.text);
-        context_.problems.add(label.at, fmt::format("there is no \"{}\" in {}", label.text, child(block)), suggestion(label.text, names));
+        context_.problems.add(label.at, fmt::format("there is no \"{}\" in {}", label.text, child(block)),
+                              suggestion(label.text, names));
         return false;
     }
     return is_block(map.items[k], label.text);

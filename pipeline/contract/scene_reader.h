@@ -24,8 +24,8 @@ struct ReadContext {
     Where where;
 };
 
-/// Reads the keys of one map; visit(reader, struct) calls it key by key, then report_unknown tells what it was not asked for.
-/// A key that is wrong keeps the member's default.
+/// Reads the keys of one map; visit(reader, struct) calls it key by key, then report_unknown tells what it was not
+/// asked for. A key that is wrong keeps the member's default.
 class BlockReader {
   public:
     /// `name` is how messages call the block; `at` where it stands, for keys that are missing.
@@ -40,7 +40,7 @@ class BlockReader {
     void key(const char* name, Vec3d& member, const char* unit, Check check, const char* meaning);
     void key(const char* name, std::vector<Vec2d>& member, const char* unit, Check check, const char* meaning);
     template <class E>
-        requires std::is_enum_v<E>
+    requires std::is_enum_v<E>
     void key(const char* name, E& member, const char*, Check check, const char*) {
         const std::vector<std::string> words(Words<E>::list.begin(), Words<E>::list.end());
         if (const int k = word(name, words, check); k >= 0) member = static_cast<E>(k);
@@ -91,12 +91,15 @@ class BlockReader {
 
   private:
     const Value* take(const char* name, Check check);
-    std::string child(std::string_view name) const { return path_.empty() ? std::string(name) : path_ + "." + std::string(name); }
+    std::string child(std::string_view name) const {
+        return path_.empty() ? std::string(name) : path_ + "." + std::string(name);
+    }
     void wrong_type(const Value& value, std::string_view name, const char* wanted);
     bool is_block(const Value& value, std::string_view name);
     bool is_list(const Value& value, std::string_view name);
     bool number(const Value& value, std::string_view name, const char* unit, Check check, double& result);
-    bool numbers(const Value& value, std::string_view name, const char* unit, Check check, int count, const char* form, double* result);
+    bool numbers(const Value& value, std::string_view name, const char* unit, Check check, int count, const char* form,
+                 double* result);
     bool in_range(const Value& value, std::string_view name, const char* unit, Check check, double number);
     int word(const char* name, const std::vector<std::string>& words, Check check);
     bool word_like(const Value& value, std::string_view name, std::string& result);
@@ -106,7 +109,8 @@ class BlockReader {
         const Value* value = take(name, {});
         if (!value || !is_block(*value, name)) return;
         for (std::size_t k = 0; k < value->items.size(); ++k)
-            if (entry_is_sound(*value, k, name)) f(value->labels[k], value->items[k], child(name) + "." + value->labels[k].text);
+            if (entry_is_sound(*value, k, name))
+                f(value->labels[k], value->items[k], child(name) + "." + value->labels[k].text);
     }
     bool entry_is_sound(const Value& map, std::size_t k, const char* block);
 

@@ -16,7 +16,8 @@ std::vector<std::string> kind_names() {
 void BlockReader::read_shape(const Value& value, const std::string& path, Shape& shape) {
     shape.where = context_.problems.place(value.at);
     if (value.type != Value::Type::map) {
-        context_.problems.add(value.at, fmt::format("a shape needs a block that names its kind, not {}", describe(value)),
+        context_.problems.add(value.at,
+                              fmt::format("a shape needs a block that names its kind, not {}", describe(value)),
                               "write for example {sphere: {radius: 0.1}}");
         return;
     }
@@ -27,7 +28,8 @@ void BlockReader::read_shape(const Value& value, const std::string& path, Shape&
         if (!parameters || kinds++ > 0) return;
         // `union: [..]` stands for `union: {shapes: [..]}`
         Value wrapped;
-        const bool is_short = !kind.short_key.empty() && (parameters->type == Value::Type::list || parameters->type == Value::Type::scalar);
+        const bool is_short = !kind.short_key.empty() &&
+                              (parameters->type == Value::Type::list || parameters->type == Value::Type::scalar);
         if (is_short) {
             wrapped.at = parameters->at;
             wrapped.at_label({std::string(kind.short_key), parameters->at}) = *parameters;
@@ -42,8 +44,11 @@ void BlockReader::read_shape(const Value& value, const std::string& path, Shape&
     visit(reader, shape);
     reader.report_unknown();
     if (kinds == 0)
-        context_.problems.add(value.at, "the shape has no kind", fmt::format("one of {}", fmt::join(kind_names(), ", ")));
-    if (kinds > 1) context_.problems.add(value.at, "the shape has more than one kind", "combine them by union, intersection or difference");
+        context_.problems.add(value.at, "the shape has no kind",
+                              fmt::format("one of {}", fmt::join(kind_names(), ", ")));
+    if (kinds > 1)
+        context_.problems.add(value.at, "the shape has more than one kind",
+                              "combine them by union, intersection or difference");
 }
 
 void BlockReader::shape(const char* name, Shape& member, Check check, const char*) {

@@ -54,23 +54,40 @@ in full) and 64 levels.
 const char* type_text(const KeyInfo& key) {
     using Type = KeyInfo::Type;
     switch (key.type) {
-        case Type::number: return "number";
-        case Type::whole: return "whole number";
-        case Type::truth: return "true or false";
-        case Type::text: return "text";
-        case Type::word: return "word";
-        case Type::vector2: return "[x, y]";
-        case Type::vector3: return "[x, y, z]";
-        case Type::colour: return "[r, g, b]";
-        case Type::profile: return "list of [r, z]";
-        case Type::reference: return "name";
-        case Type::file: return "path";
-        case Type::block: return "block";
-        case Type::named: return "named blocks";
-        case Type::list: return "list of blocks";
-        case Type::shape: return "[shape](#shapes-and-their-kinds)";
-        case Type::shapes: return "list of [shapes](#shapes-and-their-kinds)";
-        case Type::named_shapes: return "named [shapes](#shapes-and-their-kinds)";
+        case Type::number:
+            return "number";
+        case Type::whole:
+            return "whole number";
+        case Type::truth:
+            return "true or false";
+        case Type::text:
+            return "text";
+        case Type::word:
+            return "word";
+        case Type::vector2:
+            return "[x, y]";
+        case Type::vector3:
+            return "[x, y, z]";
+        case Type::colour:
+            return "[r, g, b]";
+        case Type::profile:
+            return "list of [r, z]";
+        case Type::reference:
+            return "name";
+        case Type::file:
+            return "path";
+        case Type::block:
+            return "block";
+        case Type::named:
+            return "named blocks";
+        case Type::list:
+            return "list of blocks";
+        case Type::shape:
+            return "[shape](#shapes-and-their-kinds)";
+        case Type::shapes:
+            return "list of [shapes](#shapes-and-their-kinds)";
+        case Type::named_shapes:
+            return "named [shapes](#shapes-and-their-kinds)";
     }
     return "";
 }
@@ -100,9 +117,12 @@ bool is_value(const KeyInfo& key) { return key.type < KeyInfo::Type::block; }
 void add_sections(const KeyInfo& key, const std::string& path, int level, std::string& out) {
     if (key.keys.empty()) return;
     const bool is_named = key.type == KeyInfo::Type::named, is_list = key.type == KeyInfo::Type::list;
-    out += fmt::format("\n{} {}{}\n\n{}.\n", std::string(static_cast<std::size_t>(level), '#'), path,
-                       is_named ? ".*name*" : is_list ? ".*number*" : "",
-                       static_cast<char>(std::toupper(static_cast<unsigned char>(key.meaning[0]))) + key.meaning.substr(1));
+    out += fmt::format(
+        "\n{} {}{}\n\n{}.\n", std::string(static_cast<std::size_t>(level), '#'), path,
+        is_named  ? ".*name*"
+        : is_list ? ".*number*"
+                  : "",
+        static_cast<char>(std::toupper(static_cast<unsigned char>(key.meaning[0]))) + key.meaning.substr(1));
     if (key.name == "motion") {
         out += "Keys as in [motion](#motion).\n";
         return;
@@ -120,16 +140,21 @@ std::string scene_reference() {
     out += "\n## The blocks\n";
     add_table(scene, out);
     for (const KeyInfo& block : scene) add_sections(block, block.name, 2, out);
-    out += "\n## motion\n\nA list of instants; between them the place is interpolated, before the first and after the last it rests. Turns are in the world's axes.\n";
+    out +=
+        "\n## motion\n\nA list of instants. Between them the motion is smooth and turns the shorter way, at most 180 "
+        "degrees from one to the next; before the first and after the last it rests.\n";
     add_table(Describer::keys_of<Key>(), out);
-    out += "\n## Shapes and their kinds\n\nA shape is a block with one key that names its kind, and modifiers beside it: "
-           "`{box: {size: [1, 1, 1]}, rotate: [0, 0, 45], translate: [0, 0, 1]}`.\n"
-           "Modifiers:\n";
+    out +=
+        "\n## Shapes and their kinds\n\nA shape is a block with one key that names its kind, and modifiers beside it: "
+        "`{box: {size: [1, 1, 1]}, rotate: [0, 0, 45], translate: [0, 0, 1]}`.\n"
+        "Modifiers:\n";
     add_table(describe_shape_modifiers(), out);
     for (const ShapeKindInfo& kind : describe_shape_kinds()) {
-        out += fmt::format("\n### {}\n\n{}{}.", kind.name, static_cast<char>(std::toupper(static_cast<unsigned char>(kind.meaning[0]))),
+        out += fmt::format("\n### {}\n\n{}{}.", kind.name,
+                           static_cast<char>(std::toupper(static_cast<unsigned char>(kind.meaning[0]))),
                            kind.meaning.substr(1));
-        if (!kind.short_key.empty()) out += fmt::format(" In short `{}: ...` for `{}: {{{}: ...}}`.", kind.name, kind.name, kind.short_key);
+        if (!kind.short_key.empty())
+            out += fmt::format(" In short `{}: ...` for `{}: {{{}: ...}}`.", kind.name, kind.name, kind.short_key);
         out += "\n";
         add_table(kind.keys, out);
     }

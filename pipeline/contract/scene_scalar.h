@@ -1,5 +1,5 @@
-// Scalars of a tree as numbers and truth values. Stricter than YAML readers commonly are: what one of them would take for another
-// number (017, 0x1F, 1_000) or another type (yes) is refused with a hint.
+// Scalars of a tree as numbers and truth values. Stricter than YAML readers commonly are: what one of them would take
+// for another number (017, 0x1F, 1_000) or another type (yes) is refused with a hint.
 #pragma once
 
 #include <cstdint>

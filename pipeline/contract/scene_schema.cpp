@@ -23,7 +23,9 @@ Json value_of(const Value& value) {
 }
 
 void add_range(Json& schema, const Check& check) {
-    const auto number = [](double v) { return v == static_cast<double>(static_cast<std::int64_t>(v)) ? Json(static_cast<std::int64_t>(v)) : Json(v); };
+    const auto number = [](double v) {
+        return v == static_cast<double>(static_cast<std::int64_t>(v)) ? Json(static_cast<std::int64_t>(v)) : Json(v);
+    };
     if (check.low != any().low) schema[check.open_low ? "exclusiveMinimum" : "minimum"] = number(check.low);
     if (check.high != any().high) schema[check.open_high ? "exclusiveMaximum" : "maximum"] = number(check.high);
 }
@@ -45,23 +47,35 @@ Json schema_of(const KeyInfo& key) {
             add_range(schema, key.check);
             return schema;
         }
-        case Type::truth: return {{"type", "boolean"}};
+        case Type::truth:
+            return {{"type", "boolean"}};
         case Type::text:
         case Type::file:
-        case Type::reference: return {{"type", "string"}};
-        case Type::word: return {{"enum", key.words}};
-        case Type::vector2: return numbers(2, key.check);
+        case Type::reference:
+            return {{"type", "string"}};
+        case Type::word:
+            return {{"enum", key.words}};
+        case Type::vector2:
+            return numbers(2, key.check);
         case Type::vector3:
-        case Type::colour: return numbers(3, key.check);
-        case Type::profile: return {{"type", "array"}, {"items", numbers(2, any())}, {"minItems", 3}};
-        case Type::block: return object_of(key.keys);
-        case Type::list: return {{"type", "array"}, {"items", object_of(key.keys)}};
-        case Type::shape: return {{"$ref", "#/$defs/shape"}};
-        case Type::shapes: return {{"type", "array"}, {"items", {{"$ref", "#/$defs/shape"}}}, {"minItems", 1}};
+        case Type::colour:
+            return numbers(3, key.check);
+        case Type::profile:
+            return {{"type", "array"}, {"items", numbers(2, any())}, {"minItems", 3}};
+        case Type::block:
+            return object_of(key.keys);
+        case Type::list:
+            return {{"type", "array"}, {"items", object_of(key.keys)}};
+        case Type::shape:
+            return {{"$ref", "#/$defs/shape"}};
+        case Type::shapes:
+            return {{"type", "array"}, {"items", {{"$ref", "#/$defs/shape"}}}, {"minItems", 1}};
         case Type::named:
         case Type::named_shapes: {
             const Json entry = key.type == Type::named ? object_of(key.keys) : Json{{"$ref", "#/$defs/shape"}};
-            return {{"type", {"object", "null"}}, {"additionalProperties", false}, {"patternProperties", {{kNamePattern, entry}}}};
+            return {{"type", {"object", "null"}},
+                    {"additionalProperties", false},
+                    {"patternProperties", {{kNamePattern, entry}}}};
         }
     }
     return {};
@@ -70,9 +84,11 @@ Json schema_of(const KeyInfo& key) {
 Json property(const KeyInfo& key) {
     Json schema = schema_of(key);
     const bool has_unit = !key.unit.empty() && key.unit != "1" && key.unit != kColour;
-    schema["description"] = (key.check.required ? "(required) " : "") + key.meaning + (has_unit ? " [" + key.unit + "]" : "");
+    schema["description"] =
+        (key.check.required ? "(required) " : "") + key.meaning + (has_unit ? " [" + key.unit + "]" : "");
     const bool is_value = key.default_value.type != Value::Type::null;
-    const bool is_empty = key.default_value.type == Value::Type::list ? key.default_value.items.empty() : key.default_value.text.empty();
+    const bool is_empty =
+        key.default_value.type == Value::Type::list ? key.default_value.items.empty() : key.default_value.text.empty();
     if (is_value && !key.check.required && !is_empty) schema["default"] = value_of(key.default_value);
     return schema;
 }
@@ -89,7 +105,10 @@ Json object_of(const std::vector<KeyInfo>& keys) {
 }
 
 Json shape_schema() {
-    Json shape{{"type", "object"}, {"additionalProperties", false}, {"description", "one kind, and modifiers"}, {"properties", Json::object()}};
+    Json shape{{"type", "object"},
+               {"additionalProperties", false},
+               {"description", "one kind, and modifiers"},
+               {"properties", Json::object()}};
     Json one_of = Json::array();
     for (const ShapeKindInfo& kind : describe_shape_kinds()) {
         Json schema = object_of(kind.keys);
@@ -112,7 +131,8 @@ Json shape_schema() {
 std::string scene_schema() {
     Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Thixo scene"}};
     schema.update(object_of(describe_scene()));
-    schema["properties"]["extends"] = {{"type", "string"}, {"description", "another scene file, relative to this one, which this one is laid over"}};
+    schema["properties"]["extends"] = {
+        {"type", "string"}, {"description", "another scene file, relative to this one, which this one is laid over"}};
     schema["$defs"]["shape"] = shape_schema();
     return schema.dump(1) + "\n";
 }

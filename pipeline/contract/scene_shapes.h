@@ -39,7 +39,7 @@ void visit(V& v, BoxShape& s) {
     v.key("rounding", s.rounding, "m", at_least(0), "radius of the rounded edges, at most half the shortest edge");
 }
 
-struct Cylinder {  // axis z, centred
+struct Cylinder {                     // axis z, centred
     double radius = 0.5, height = 1;  // m
     double rounding = 0;              // m
 };
@@ -47,10 +47,11 @@ template <class V>
 void visit(V& v, Cylinder& s) {
     v.key("radius", s.radius, "m", above(0), "radius about the z axis");
     v.key("height", s.height, "m", above(0), "whole height; the centre is the origin");
-    v.key("rounding", s.rounding, "m", at_least(0), "radius of the rounded rims, at most the radius and half the height");
+    v.key("rounding", s.rounding, "m", at_least(0),
+          "radius of the rounded rims, at most the radius and half the height");
 }
 
-struct RoundedCone {  // two spheres and their hull, axis z from the origin
+struct RoundedCone {                                   // two spheres and their hull, axis z from the origin
     double radius1 = 0.5, radius2 = 0.25, height = 1;  // m
 };
 template <class V>
@@ -71,7 +72,7 @@ void visit(V& v, Capsule& s) {
     v.key("radius", s.radius, "m", above(0), "radius");
 }
 
-struct Torus {  // axis z
+struct Torus {                        // axis z
     double radius = 0.5, tube = 0.1;  // m
 };
 template <class V>
@@ -90,12 +91,13 @@ void visit(V& v, Plane& s) {
     v.key("offset", s.offset, "m", any(), "distance of the plane from the origin along its normal");
 }
 
-struct Revolve {  // closed polygon (r >= 0, z) turned about z
+struct Revolve {                 // closed polygon (r >= 0, z) turned about z
     std::vector<Vec2d> profile;  // m
 };
 template <class V>
 void visit(V& v, Revolve& s) {
-    v.key("profile", s.profile, "m", required(), "closed polygon of points [r, z] with r >= 0, turned about the z axis");
+    v.key("profile", s.profile, "m", required(),
+          "closed polygon of points [r, z] with r >= 0, turned about the z axis");
 }
 
 struct MeshFile {  // file units carry no size: one of scale, height
@@ -109,7 +111,8 @@ void visit(V& v, MeshFile& s) {
     v.file("file", s.file, required(), "closed triangle mesh, OBJ or PLY");
     v.key("scale", s.scale, "m", at_least(0), "length of one unit of the file; 0: from height");
     v.key("height", s.height, "m", at_least(0), "extent along z after reading; 0: from scale");
-    v.key("content", s.content, "", any(), "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
+    v.key("content", s.content, "", any(),
+          "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
 }
 
 struct ShapeList {
@@ -133,8 +136,8 @@ void visit(V& v, NamedShape& s) {
 }
 
 struct Shape {
-    std::variant<std::monostate, Sphere, Ellipsoid, BoxShape, Cylinder, RoundedCone, Capsule, Torus, Plane, Revolve, MeshFile, Union,
-                 Intersection, Difference, NamedShape>
+    std::variant<std::monostate, Sphere, Ellipsoid, BoxShape, Cylinder, RoundedCone, Capsule, Torus, Plane, Revolve,
+                 MeshFile, Union, Intersection, Difference, NamedShape>
         kind;
     double scale = 1;          // applied first
     Vec3d rotate{0, 0, 0};     // degrees about x, then y, then z; applied second
@@ -157,7 +160,8 @@ template <class K>
 struct ShapeKind {
     using Type = K;
     std::string_view name;
-    std::string_view short_key;  // the key meant where the kind is given a list or a word in place of a block; empty: none
+    std::string_view
+        short_key;  // the key meant where the kind is given a list or a word in place of a block; empty: none
     std::string_view meaning;
 };
 

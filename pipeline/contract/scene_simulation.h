@@ -11,7 +11,7 @@
 
 namespace thixo::scene {
 
-struct Key {  // one instant of a rigid motion
+struct Key {                  // one instant of a rigid motion
     double time = 0;          // s
     Vec3d position{0, 0, 0};  // m
     Vec3d rotate{0, 0, 0};    // degrees about x, then y, then z
@@ -19,8 +19,8 @@ struct Key {  // one instant of a rigid motion
 template <class V>
 void visit(V& v, Key& k) {
     v.key("time", k.time, "s", required(), "instant; ascending in the list");
-    v.key("position", k.position, "m", any(), "shift from the place given in the scene");
-    v.key("rotate", k.rotate, "degrees", any(), "turn about x, then y, then z");
+    v.key("position", k.position, "m", any(), "shift from the place given in the scene, after the turn");
+    v.key("rotate", k.rotate, "degrees", any(), "turn about the world's x, then y, then z axis (a camera: about axes through itself)");
 }
 
 struct Frames {
@@ -95,19 +95,20 @@ void visit(V& v, Body& b) {
     v.reference("material", b.material, Refers::material, required(), "what the body is made of");
     v.shape("shape", b.shape, required(), "the room it fills at the start");
     v.key("velocity", b.velocity, "m/s", between(-1e6, 1e6), "velocity at the start");
-    v.key("angular_velocity", b.angular_velocity, "rad/s", between(-1e6, 1e6), "spin at the start, about the centre of mass");
+    v.key("angular_velocity", b.angular_velocity, "rad/s", between(-1e6, 1e6),
+          "spin at the start, about the centre of mass");
     v.key("temperature", b.temperature, "degC", between(-273.15, 1e5), "temperature at the start");
 }
 
 struct Emitter {
     std::string name, material;
     Vec3d position{0, 0, 0}, direction{0, 0, -1};
-    double radius = 0.05;         // m, of the disc
-    double speed = 1;             // m/s
-    double start = 0, stop = 1e9; // s
-    double jitter = 0;            // in spacings, random offset in the disc's plane
-    double temperature = 20;      // degC
-    std::vector<Key> motion;      // moves the emitter
+    double radius = 0.05;          // m, of the disc
+    double speed = 1;              // m/s
+    double start = 0, stop = 1e9;  // s
+    double jitter = 0;             // in spacings, random offset in the disc's plane
+    double temperature = 20;       // degC
+    std::vector<Key> motion;       // moves the emitter
 };
 template <class V>
 void visit(V& v, Emitter& e) {
@@ -129,7 +130,7 @@ struct Words<Pressure> {
     static constexpr std::array<std::string_view, 1> list{"eos"};
 };
 
-struct TimeStep {  // fixed = 0: adaptive
+struct TimeStep {            // fixed = 0: adaptive
     double fixed = 0;        // s
     double maximum = 0.005;  // s
     double cfl = 0.4;        // 1
@@ -145,7 +146,7 @@ struct Solver {
     double spacing = 0.01;  // m, between particles at rest
     double support = 2;     // kernel support h in spacings
     Pressure pressure = Pressure::eos;
-    double expected_speed = 0;           // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
+    double expected_speed = 0;  // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
     double artificial_viscosity = 0.05;  // Monaghan's alpha, 1
     TimeStep time_step;
     std::uint64_t seed = 1;
@@ -153,7 +154,8 @@ struct Solver {
 };
 template <class V>
 void visit(V& v, Solver& s) {
-    v.key("spacing", s.spacing, "m", above_to(0, 1e6), "distance of neighbouring particles at rest: the detail of the simulation");
+    v.key("spacing", s.spacing, "m", above_to(0, 1e6),
+          "distance of neighbouring particles at rest: the detail of the simulation");
     v.key("support", s.support, "spacings", between(1.2, 6), "support radius of the kernels");
     v.key("pressure", s.pressure, "", any(), "pressure solver; eos: equation of state");
     v.key("expected_speed", s.expected_speed, "m/s", between(0, 1e6),

@@ -22,14 +22,17 @@ std::string identity(const std::string& path) {
 }
 
 // The file a value `extends: file` means; nothing after a problem.
-std::optional<std::string> extended_path(const Value& extends, const std::vector<std::string>& chain, Problems& problems) {
+std::optional<std::string> extended_path(const Value& extends, const std::vector<std::string>& chain,
+                                         Problems& problems) {
     if (extends.type != Value::Type::scalar || extends.text.empty()) {
         problems.add(extends.at, fmt::format("\"extends\" needs the path of a scene file, not {}", describe(extends)));
         return std::nullopt;
     }
-    const std::string path = (fs::path(problems.source(extends.at.source).folder) / extends.text).lexically_normal().string();
+    const std::string path =
+        (fs::path(problems.source(extends.at.source).folder) / extends.text).lexically_normal().string();
     if (std::find(chain.begin(), chain.end(), identity(path)) != chain.end()) {
-        problems.add(extends.at, fmt::format("{} extends itself", shown(path, kPathShown)), "remove this line or name another file");
+        problems.add(extends.at, fmt::format("{} extends itself", shown(path, kPathShown)),
+                     "remove this line or name another file");
         return std::nullopt;
     }
     if (chain.size() >= kLongestChain) {
@@ -116,10 +119,12 @@ void apply_override(Value& tree, const std::string& text, Problems& problems) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || text.find_first_not_of(" \t\n", equals + 1) == std::string::npos) {
         const int source = problems.add_source({"--set", "", text, true});
-        problems.add({source, 1, 1, characters(text)}, "an override needs a key and a value", "write for example --set solver.spacing=0.01");
+        problems.add({source, 1, 1, characters(text)}, "an override needs a key and a value",
+                     "write for example --set solver.spacing=0.01");
         return;
     }
-    // The value is parsed in its place within the whole text, the key blanked out, so that problems point into what was typed.
+    // The value is parsed in its place within the whole text, the key blanked out, so that problems point into what was
+    // typed.
     const int source = problems.add_source({"--set", "", std::string(equals + 1, ' ') + text.substr(equals + 1), true});
     std::optional<Value> value = read_yaml(source, problems);
     problems.replace_text(source, text);

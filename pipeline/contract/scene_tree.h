@@ -10,9 +10,9 @@
 
 namespace thixo::scene {
 
-/// The tree of a source, laid over the trees of the files that `extends` names (relative to the source's folder; chains; a cycle is a
-/// problem). With follow = false `extends` is not followed and stays in the tree, where the reader does not know it.
-/// Nothing is returned where a file could not be turned into a tree.
+/// The tree of a source, laid over the trees of the files that `extends` names (relative to the source's folder;
+/// chains; a cycle is a problem). With follow = false `extends` is not followed and stays in the tree, where the reader
+/// does not know it. Nothing is returned where a file could not be turned into a tree.
 std::optional<Value> read_tree(int source, Problems& problems, bool follow = true);
 
 /// read_tree of a file that the command line names.

@@ -13,7 +13,8 @@ namespace {
 bool plain(const std::string& text) {
     const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
     if (text.empty() || !letter(text[0])) return false;
-    if (!std::all_of(text.begin(), text.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; })) return false;
+    if (!std::all_of(text.begin(), text.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; }))
+        return false;
     // Words that YAML readers take for truth values or nothing.
     static constexpr std::string_view taken[] = {"true", "false", "yes", "no", "on", "off", "y", "n", "null"};
     std::string lower = text;
@@ -43,7 +44,8 @@ std::string label_text(const Label& label) {
 }
 
 bool of_scalars(const Value& value) {
-    return std::all_of(value.items.begin(), value.items.end(), [](const Value& v) { return v.type == Value::Type::scalar; });
+    return std::all_of(value.items.begin(), value.items.end(),
+                       [](const Value& v) { return v.type == Value::Type::scalar; });
 }
 
 // Lists of numbers, lists of such lists, and the entries of a motion fit into a line.
@@ -131,10 +133,14 @@ void Value::remove(std::string_view label) {
 
 std::string describe(const Value& value) {
     switch (value.type) {
-        case Value::Type::null: return "nothing";
-        case Value::Type::list: return "a list";
-        case Value::Type::map: return "a block";
-        case Value::Type::scalar: break;
+        case Value::Type::null:
+            return "nothing";
+        case Value::Type::list:
+            return "a list";
+        case Value::Type::map:
+            return "a block";
+        case Value::Type::scalar:
+            break;
     }
     return value.quoted ? fmt::format("the text \"{}\"", shown(value.text)) : fmt::format("\"{}\"", shown(value.text));
 }

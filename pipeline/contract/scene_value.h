@@ -1,4 +1,5 @@
-// A YAML document as a plain tree: what files, overrides and printed scenes are turned into before anything is read from them.
+// A YAML document as a plain tree: what files, overrides and printed scenes are turned into before anything is read
+// from them.
 #pragma once
 
 #include <string>
@@ -17,10 +18,10 @@ struct Label {  // a key of a map
 struct Value {
     enum class Type { null, scalar, list, map };
     Type type = Type::null;
-    bool quoted = false;         // scalar in quotes: text, whatever it looks like
-    std::string text;            // scalar
-    std::vector<Value> items;    // list; or the values of a map
-    std::vector<Label> labels;   // map: as many as items, no two the same
+    bool quoted = false;        // scalar in quotes: text, whatever it looks like
+    std::string text;           // scalar
+    std::vector<Value> items;   // list; or the values of a map
+    std::vector<Label> labels;  // map: as many as items, no two the same
     Position at;
 
     const Value* find(std::string_view label) const;

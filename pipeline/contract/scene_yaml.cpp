@@ -20,7 +20,8 @@ struct Refused {  // a limit was passed: nothing more is read
     std::string message;
 };
 
-/// Builds the tree from the parser's events, which, unlike the library's own tree, show duplicate keys and the places of aliases.
+/// Builds the tree from the parser's events, which, unlike the library's own tree, show duplicate keys and the places
+/// of aliases.
 class TreeBuilder : public YAML::EventHandler {
   public:
     TreeBuilder(int source, const std::vector<std::string_view>& lines, Problems& problems)
@@ -30,8 +31,11 @@ class TreeBuilder : public YAML::EventHandler {
 
     void OnDocumentStart(const YAML::Mark&) override {}
     void OnDocumentEnd() override {}
-    void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { scalar(Value::Type::null, mark, anchor, "", false); }
-    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& text) override {
+    void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+        scalar(Value::Type::null, mark, anchor, "", false);
+    }
+    void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  const std::string& text) override {
         if (tag != "?" && tag != "!" && !tag.empty())
             problems_.add(position(mark, 1), fmt::format("the tag \"{}\" has no meaning in a scene file", shown(tag)));
         scalar(Value::Type::scalar, mark, anchor, text, tag == "!");
@@ -41,14 +45,17 @@ class TreeBuilder : public YAML::EventHandler {
         if (found == anchors_.end()) throw Refused{position(mark, 1), "an alias within the very value it stands for"};
         Value copy = found->second.value;
         charge(found->second.cost, position(mark, 1));
-        if (depth_of(copy) + open_.size() > kDeepest) throw Refused{position(mark, 1), "blocks and lists are nested too deep"};
+        if (depth_of(copy) + open_.size() > kDeepest)
+            throw Refused{position(mark, 1), "blocks and lists are nested too deep"};
         attach(std::move(copy));
     }
-    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+    void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                         YAML::EmitterStyle::value) override {
         open(Value::Type::list, mark, tag, anchor);
     }
     void OnSequenceEnd() override { close(); }
-    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+    void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                    YAML::EmitterStyle::value) override {
         open(Value::Type::map, mark, tag, anchor);
     }
     void OnMapEnd() override { close(); }
@@ -65,13 +72,14 @@ class TreeBuilder : public YAML::EventHandler {
         Value value;
         YAML::anchor_t anchor = 0;
         Cost before;
-        bool expects_key = true;                      // map
-        bool drop = false;                            // map: the key was bad, its value is left out
-        Label label;                                  // map: the key whose value comes next
-        std::map<std::string, int, std::less<>> seen; // map: key and its line
+        bool expects_key = true;                       // map
+        bool drop = false;                             // map: the key was bad, its value is left out
+        Label label;                                   // map: the key whose value comes next
+        std::map<std::string, int, std::less<>> seen;  // map: key and its line
     };
 
-    // The library counts bytes; people and editors count characters. Counting goes on from the place before: a file may be one long line.
+    // The library counts bytes; people and editors count characters. Counting goes on from the place before: a file may
+    // be one long line.
     Position position(const YAML::Mark& mark, int length) {
         const std::size_t line = static_cast<std::size_t>(std::max(mark.line, 0));
         std::size_t byte = static_cast<std::size_t>(std::max(mark.column, 0));
@@ -90,7 +98,8 @@ class TreeBuilder : public YAML::EventHandler {
     void charge(Cost cost, const Position& at) {
         total_.values += cost.values;
         total_.bytes += cost.bytes;
-        if (total_.values > kMostValues) throw Refused{at, fmt::format("more than {} values, aliases counted in full", kMostValues)};
+        if (total_.values > kMostValues)
+            throw Refused{at, fmt::format("more than {} values, aliases counted in full", kMostValues)};
         if (total_.bytes > 4 * kLargestSceneFile) throw Refused{at, "too much text, aliases counted in full"};
     }
 
@@ -123,7 +132,8 @@ class TreeBuilder : public YAML::EventHandler {
             for (; column < text.size(); ++column) {
                 if (quote == '"' && text[column] == '\\')
                     ++column;
-                else if (quote == '\'' && text[column] == quote && column + 1 < text.size() && text[column + 1] == quote)
+                else if (quote == '\'' && text[column] == quote && column + 1 < text.size() &&
+                         text[column + 1] == quote)
                     ++column;
                 else if (text[column] == quote)
                     return;
@@ -154,7 +164,8 @@ class TreeBuilder : public YAML::EventHandler {
     void close() {
         Open done = std::move(open_.back());
         open_.pop_back();
-        if (done.anchor) keep(done.anchor, done.value, {total_.values - done.before.values + 1, total_.bytes - done.before.bytes});
+        if (done.anchor)
+            keep(done.anchor, done.value, {total_.values - done.before.values + 1, total_.bytes - done.before.bytes});
         attach(std::move(done.value));
     }
 
@@ -190,7 +201,8 @@ class TreeBuilder : public YAML::EventHandler {
                           fmt::format("first in line {}", first->second));
             return;
         }
-        if (top.seen.size() > kMostKeys) throw Refused{key.at, fmt::format("more than {} keys in one block", kMostKeys)};
+        if (top.seen.size() > kMostKeys)
+            throw Refused{key.at, fmt::format("more than {} keys in one block", kMostKeys)};
         top.drop = false;
         top.label = {key.text, key.at};
     }
@@ -234,7 +246,10 @@ std::size_t character_length(std::string_view text) {
     const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(text[k]); };
     const unsigned char lead = byte(0);
     if (lead < 0x80) return lead >= 0x20 || lead == '\n' || lead == '\r' || lead == '\t' ? 1 : 0;
-    const std::size_t length = lead >= 0xc2 && lead < 0xe0 ? 2 : lead >= 0xe0 && lead < 0xf0 ? 3 : lead >= 0xf0 && lead < 0xf5 ? 4 : 0;
+    const std::size_t length = lead >= 0xc2 && lead < 0xe0   ? 2
+                               : lead >= 0xe0 && lead < 0xf0 ? 3
+                               : lead >= 0xf0 && lead < 0xf5 ? 4
+                                                             : 0;
     if (length == 0 || text.size() < length) return 0;
     for (std::size_t k = 1; k < length; ++k)
         if ((byte(k) & 0xc0) != 0x80) return 0;
@@ -250,7 +265,8 @@ bool check_bytes(int source, const std::vector<std::string_view>& lines, Problem
             const std::size_t length = character_length(text.substr(k));
             if (length == 0) {
                 problems.add({source, static_cast<int>(line) + 1, characters(text.substr(0, k)) + 1, 1},
-                             fmt::format("byte 0x{:02x} does not belong to a text in UTF-8", static_cast<unsigned char>(text[k])),
+                             fmt::format("byte 0x{:02x} does not belong to a text in UTF-8",
+                                         static_cast<unsigned char>(text[k])),
                              "is this a scene file?");
                 return false;
             }
@@ -260,14 +276,16 @@ bool check_bytes(int source, const std::vector<std::string_view>& lines, Problem
     return true;
 }
 
-void add_syntax_problem(int source, const YAML::Exception& e, const std::vector<std::string_view>& lines, Problems& problems) {
+void add_syntax_problem(int source, const YAML::Exception& e, const std::vector<std::string_view>& lines,
+                        Problems& problems) {
     Position at{source, std::max(e.mark.line, 0) + 1, 1, 1};
     const std::size_t line = std::min(static_cast<std::size_t>(at.line - 1), lines.size() - 1);
     at.line = static_cast<int>(line) + 1;
     at.column += characters(lines[line].substr(0, static_cast<std::size_t>(std::max(e.mark.column, 0))));
     const std::string_view indent = lines[line].substr(0, lines[line].find_first_not_of(" \t"));
     if (const std::size_t tab = indent.find('\t'); tab != std::string_view::npos) {
-        problems.add({source, at.line, static_cast<int>(tab) + 1, 1}, "a tab in the indentation", "YAML is indented by blanks");
+        problems.add({source, at.line, static_cast<int>(tab) + 1, 1}, "a tab in the indentation",
+                     "YAML is indented by blanks");
         return;
     }
     problems.add(at, fmt::format("this is no YAML: {}", shown(e.msg)));
@@ -284,12 +302,14 @@ std::optional<Value> read_yaml(int source, Problems& problems) {
         std::istringstream stream{std::string(text)};
         YAML::Parser parser(stream);
         if (!parser.HandleNextDocument(builder)) {
-            problems.add({source, 0, 0, 1}, "the file is empty", "a scene is a map of blocks: materials, bodies, look, ...");
+            problems.add({source, 0, 0, 1}, "the file is empty",
+                         "a scene is a map of blocks: materials, bodies, look, ...");
             return std::nullopt;
         }
         AnyEvent rest;
         if (parser.HandleNextDocument(rest)) {
-            problems.add({source, 0, 0, 1}, "more than one document in the file", "remove all after the first line \"---\"");
+            problems.add({source, 0, 0, 1}, "more than one document in the file",
+                         "remove all after the first line \"---\"");
             return std::nullopt;
         }
     } catch (const Refused& refused) {
@@ -322,7 +342,8 @@ std::optional<int> open_source(const std::string& path, const Position& from, Pr
     text.resize(static_cast<std::size_t>(file.gcount()));
     if (file.bad()) return fail(fmt::format("{} cannot be read", shown(path, kPathShown)));
     if (text.size() > kLargestSceneFile)
-        return fail(fmt::format("{} has more than {} MiB; is it a scene file?", shown(path, kPathShown), kLargestSceneFile >> 20));
+        return fail(fmt::format("{} has more than {} MiB; is it a scene file?", shown(path, kPathShown),
+                                kLargestSceneFile >> 20));
     return problems.add_source({path, folder, std::move(text)});
 }
 

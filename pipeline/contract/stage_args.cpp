@@ -22,9 +22,11 @@ constexpr int kLargestFrame = 999999;
 int frame_number(const std::string& text, std::string_view digits, std::string_view part) {
     int number = 0;
     const auto [end, failure] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    if (digits.empty() || failure == std::errc::invalid_argument || end != digits.data() + digits.size() || digits[0] == '-')
+    if (digits.empty() || failure == std::errc::invalid_argument || end != digits.data() + digits.size() ||
+        digits[0] == '-')
         bad_range(text, part, "is no frame number");
-    if (failure == std::errc::result_out_of_range || number > kLargestFrame) bad_range(text, part, "is above 999999, the last frame there can be");
+    if (failure == std::errc::result_out_of_range || number > kLargestFrame)
+        bad_range(text, part, "is above 999999, the last frame there can be");
     return number;
 }
 
@@ -69,14 +71,15 @@ void add_common(CLI::App& app, CommonArgs& a) {
     app.add_option("--out", a.out, "output folder: holds cache/, frames/ and checkpoint/")->required();
     app.add_option("--frames", a.frames, "frames, for example 1-100x2; all of the scene when left out");
     // One value a time: by default CLI11 would take every following word as a further value.
-    app.add_option_function<std::string>("--set", [&a](const std::string& s) { a.set.push_back(s); },
-                                         "key.path=value, changes a key of the scene; may be repeated")
+    app.add_option_function<std::string>(
+           "--set", [&a](const std::string& s) { a.set.push_back(s); },
+           "key.path=value, changes a key of the scene; may be repeated")
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
         ->trigger_on_parse();
     app.add_option("--threads", a.threads, "threads; 0 uses every core")->check(CLI::Range(0, 1024));
     // Not by CLI11's conversion, which turns -1 into the largest number.
-    app.add_option_function<std::string>("--seed", [&a](const std::string& s) { a.seed = seed_number(s); },
-                                         "replaces the scene's solver.seed");
+    app.add_option_function<std::string>(
+        "--seed", [&a](const std::string& s) { a.seed = seed_number(s); }, "replaces the scene's solver.seed");
     app.add_flag("--draft", a.draft, "half the particles per axis, half the resolution, few samples");
     app.add_flag("--quiet", a.quiet, "warnings and errors only");
     app.add_flag("--machine-progress", a.machine_progress, "progress lines for the driver");
@@ -140,9 +143,11 @@ RenderArgs RenderArgs::parse(const std::vector<std::string>& args) {
     app.add_flag("--follow", a.follow, "wait for frames that a running simulation still makes");
     app.add_flag("--restart", a.restart, "replace frames made with another look");
     app.add_flag("--preview", a.preview, "quick pictures instead of ray tracing");
-    app.add_option("--what", a.what, "preview: particles, surfels or auto")->check(CLI::IsMember({"particles", "surfels", "auto"}));
+    app.add_option("--what", a.what, "preview: particles, surfels or auto")
+        ->check(CLI::IsMember({"particles", "surfels", "auto"}));
     app.add_option("--attribute", a.attribute, "preview: colour by this attribute");
-    app.add_option("scene", a.scene, "scene whose look replaces the cache's; the look stored in the cache when left out");
+    app.add_option("scene", a.scene,
+                   "scene whose look replaces the cache's; the look stored in the cache when left out");
     a.help = parse_words(app, args);
     return a;
 }

@@ -21,7 +21,8 @@ const fs::path kFolder = fs::path(THIXO_SOURCE_DIR) / "tests/pipeline/contract";
 
 std::vector<std::string> bad_scenes() {
     std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(kFolder / "bad_scenes")) names.push_back(entry.path().stem().string());
+    for (const auto& entry : fs::directory_iterator(kFolder / "bad_scenes"))
+        names.push_back(entry.path().stem().string());
     std::sort(names.begin(), names.end());
     return names;
 }
@@ -60,7 +61,8 @@ bool take_error(std::vector<std::string>& lines, const std::string& path, const 
         message = expected.substr(end + 2);
     }
     const auto found = std::find_if(lines.begin(), lines.end(), [&](const std::string& line) {
-        return line.starts_with(path + (place.empty() ? "" : place + ": error: ")) && line.find(message) != std::string::npos;
+        return line.starts_with(path + (place.empty() ? "" : place + ": error: ")) &&
+               line.find(message) != std::string::npos;
     });
     if (found == lines.end()) return false;
     lines.erase(found);
@@ -89,7 +91,9 @@ TEST_P(BadScene, IsToldWhereAndWhy) {
     EXPECT_GT(expected, 0u);
     // The first line counts the errors, and no other error is told.
     EXPECT_TRUE(told.starts_with("scene ")) << told;
-    EXPECT_NE(told.find(": " + std::to_string(expected) + (expected == 1 ? " error\n" : " errors\n")), std::string::npos) << told;
+    EXPECT_NE(told.find(": " + std::to_string(expected) + (expected == 1 ? " error\n" : " errors\n")),
+              std::string::npos)
+        << told;
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, BadScene, testing::ValuesIn(bad_scenes()), [](const auto& name) { return name.param; });
@@ -123,8 +127,11 @@ TEST(SceneErrors, AtMostFiftyAreShown) {
 TEST(SceneErrors, ThroughExtendsPointIntoTheFileThatIsWrong) {
     const std::string folder = (kFolder / "scenes").string();
     const std::string told = errors_of(folder + "/pour_honey_wrong.yaml");
-    EXPECT_NE(told.find(folder + "/pour_honey_wrong.yaml:3:21: error: there is no material \"beer\""), std::string::npos) << told;
-    EXPECT_NE(told.find(folder + "/pour_honey_wrong.yaml:5:18: error: unknown key \"spere\""), std::string::npos) << told;
+    EXPECT_NE(told.find(folder + "/pour_honey_wrong.yaml:3:21: error: there is no material \"beer\""),
+              std::string::npos)
+        << told;
+    EXPECT_NE(told.find(folder + "/pour_honey_wrong.yaml:5:18: error: unknown key \"spere\""), std::string::npos)
+        << told;
     // The other way round: the wrong key is in the file that is extended.
     const std::string base = errors_of_text("extends: " + (kFolder / "bad_scenes/unknown_key.yaml").string() + "\n");
     EXPECT_NE(base.find("bad_scenes/unknown_key.yaml:2:26: error: unknown key"), std::string::npos) << base;
@@ -144,9 +151,13 @@ TEST(SceneErrors, FilesThatAreNoSceneAreRefused) {
     EXPECT_NE(errors_of_text("").find("the file is empty"), std::string::npos);
     EXPECT_NE(errors_of_text("---\n").find("the file is empty"), std::string::npos);
     EXPECT_NE(errors_of_text("~").find("the file is empty"), std::string::npos);
-    EXPECT_NE(errors_of_text(std::string("solver: {}\n\0", 12)).find("text.yaml:2:1: error: byte 0x00"), std::string::npos);
+    EXPECT_NE(errors_of_text(std::string("solver: {}\n\0", 12)).find("text.yaml:2:1: error: byte 0x00"),
+              std::string::npos);
     EXPECT_NE(errors_of_text("# caf\xe9\n").find("text.yaml:1:6: error: byte 0xe9"), std::string::npos);
-    EXPECT_NE(errors_of_text("\x7f" "ELF\x02\x01").find("error: byte"), std::string::npos);
+    EXPECT_NE(errors_of_text("\x7f"
+                             "ELF\x02\x01")
+                  .find("error: byte"),
+              std::string::npos);
     EXPECT_NE(errors_of_text("# \xed\xa0\x80 surrogate").find("error: byte 0xed"), std::string::npos);
     EXPECT_NE(errors_of_text("# \xc0\xaf too long").find("error: byte 0xc0"), std::string::npos);
 }
@@ -159,7 +170,8 @@ TEST(SceneErrors, AFileThatIsTooLargeIsRefused) {
 }
 
 TEST(SceneErrors, NestingWithoutEndIsRefused) {
-    EXPECT_NE(errors_of_text("a: " + std::string(100, '[') + std::string(100, ']')).find("nested too deep"), std::string::npos);
+    EXPECT_NE(errors_of_text("a: " + std::string(100, '[') + std::string(100, ']')).find("nested too deep"),
+              std::string::npos);
     EXPECT_FALSE(errors_of_text("a: " + std::string(100000, '[')).empty());
     EXPECT_FALSE(errors_of_text("a: " + std::string(100000, '{')).empty());
     std::string text = "shapes: {s: ";
@@ -190,9 +202,11 @@ TEST(SceneErrors, AliasedTextIsCountedInFull) {
 TEST(SceneErrors, OverridesAreToldAsTyped) {
     const std::string text = "solver: {spacing: 0.1}\nmaterials: {water: {}}\n";
     const auto told = [&](const std::string& set) { return errors_of_text(text, {set}); };
-    EXPECT_NE(told("solver.spacin=1").find("--set:1:8: error: unknown key \"spacin\""), std::string::npos) << told("solver.spacin=1");
+    EXPECT_NE(told("solver.spacin=1").find("--set:1:8: error: unknown key \"spacin\""), std::string::npos)
+        << told("solver.spacin=1");
     EXPECT_NE(told("solver.spacin=1").find("1 | solver.spacin=1"), std::string::npos) << told("solver.spacin=1");
-    EXPECT_NE(told("solver.spacing=fine").find("--set:1:16: error: \"spacing\" needs a number"), std::string::npos) << told("solver.spacing=fine");
+    EXPECT_NE(told("solver.spacing=fine").find("--set:1:16: error: \"spacing\" needs a number"), std::string::npos)
+        << told("solver.spacing=fine");
     EXPECT_NE(told("solver.spacing").find("an override needs a key and a value"), std::string::npos);
     EXPECT_NE(told("solver.spacing=").find("an override needs a key and a value"), std::string::npos);
     EXPECT_NE(told("=3").find("a part of the key path is empty"), std::string::npos);
@@ -203,12 +217,14 @@ TEST(SceneErrors, OverridesAreToldAsTyped) {
     EXPECT_NE(told("materials.watre.density=3").find("there is no \"watre\" in materials"), std::string::npos);
     EXPECT_NE(told("materials.watre.density=3").find("did you mean \"water\"?"), std::string::npos);
     EXPECT_NE(told("materials={oil: {density: 3}}").find("there is no \"oil\" in materials"), std::string::npos);
-    EXPECT_NE(told("extends=other.yaml").find("unknown key \"extends\""), std::string::npos) << told("extends=other.yaml");
+    EXPECT_NE(told("extends=other.yaml").find("unknown key \"extends\""), std::string::npos)
+        << told("extends=other.yaml");
     EXPECT_NE(told("materials=3").find("needs a block"), std::string::npos);
 }
 
 TEST(SceneErrors, AStoredSceneMayNotReadOtherFiles) {
-    EXPECT_THROW(parse_scene("extends: pour.yaml\n", (kFolder / "scenes/x.yaml").string(), {}, Files::ignore), InputError);
+    EXPECT_THROW(parse_scene("extends: pour.yaml\n", (kFolder / "scenes/x.yaml").string(), {}, Files::ignore),
+                 InputError);
     EXPECT_NO_THROW(parse_scene("extends: pour.yaml\n", (kFolder / "scenes/x.yaml").string(), {}, Files::check));
 }
 

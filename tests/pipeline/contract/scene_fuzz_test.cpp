@@ -1,4 +1,5 @@
-// Scenes damaged at random, with a fixed seed: each is read or refused with an InputError, in bounded time, and nothing else happens.
+// Scenes damaged at random, with a fixed seed: each is read or refused with an InputError, in bounded time, and nothing
+// else happens.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,22 +31,33 @@ std::vector<std::string> seeds() {
     std::sort(files.begin(), files.end());
     std::vector<std::string> texts;
     for (const fs::path& file : files)
-        if (file.stem() != "laughs" && file.stem() != "exploding_shapes") texts.push_back(read(file));  // slow by design
+        if (file.stem() != "laughs" && file.stem() != "exploding_shapes")
+            texts.push_back(read(file));  // slow by design
     return texts;
 }
 
-const std::vector<std::string> kPieces = {"[", "]", "{", "}", ": ", "- ", "\n", "  ", "\t", "\"", "'", "#", "&a ", "*a", "!x ", "|", ">", "---\n",
-                                          "~", "<<: ", "0", "-", "1e999", ".nan", "é", "\xff", "?", ", ", "%YAML 1.2\n", "\r\n", "null", "...\n"};
+const std::vector<std::string> kPieces = {"[",  "]",     "{", "}",    ": ",          "- ",   "\n",    "  ",
+                                          "\t", "\"",    "'", "#",    "&a ",         "*a",   "!x ",   "|",
+                                          ">",  "---\n", "~", "<<: ", "0",           "-",    "1e999", ".nan",
+                                          "é",  "\xff",  "?", ", ",   "%YAML 1.2\n", "\r\n", "null",  "...\n"};
 
 std::string damaged(std::string text, const std::vector<std::string>& others, std::uint64_t id) {
     const int edits = 1 + static_cast<int>(random_bits(1, id, 0, 0) % 4);
     for (int k = 1; k <= edits; ++k) {
-        const auto pick = [&](std::uint64_t use, std::size_t n) { return n ? static_cast<std::size_t>(random_bits(1, id, static_cast<std::uint64_t>(k), use) % n) : 0; };
+        const auto pick = [&](std::uint64_t use, std::size_t n) {
+            return n ? static_cast<std::size_t>(random_bits(1, id, static_cast<std::uint64_t>(k), use) % n) : 0;
+        };
         const std::size_t at = pick(1, text.size() + 1), length = pick(2, 30);
         switch (pick(0, 5)) {
-            case 0: text.insert(at, kPieces[pick(3, kPieces.size())]); break;
-            case 1: text.erase(std::min(at, text.size()), length); break;
-            case 2: text.insert(at, text.substr(pick(3, text.size() + 1), length)); break;
+            case 0:
+                text.insert(at, kPieces[pick(3, kPieces.size())]);
+                break;
+            case 1:
+                text.erase(std::min(at, text.size()), length);
+                break;
+            case 2:
+                text.insert(at, text.substr(pick(3, text.size() + 1), length));
+                break;
             case 3:
                 if (at < text.size()) text[at] = static_cast<char>(pick(3, 256));
                 break;
@@ -81,8 +93,8 @@ TEST(SceneFuzz, DamagedScenesAreReadOrRefused) {
 
 TEST(SceneFuzz, DamagedOverridesAreReadOrRefused) {
     const std::string text = read(fs::path(THIXO_SOURCE_DIR) / "tests/pipeline/contract/scenes/pour.yaml");
-    const std::vector<std::string> sets = {"solver.spacing=0.1", "look.camera.position=[1, 2, 3]", "world.boundaries.glass.motion.1.time=2",
-                                           "materials.water={density: 3}"};
+    const std::vector<std::string> sets = {"solver.spacing=0.1", "look.camera.position=[1, 2, 3]",
+                                           "world.boundaries.glass.motion.1.time=2", "materials.water={density: 3}"};
     for (std::uint64_t id = 0; id < 1500; ++id) {
         try {
             parse_scene(text, "fuzz.yaml", {damaged(sets[id % sets.size()], sets, id)}, Files::ignore);

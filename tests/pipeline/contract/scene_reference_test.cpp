@@ -15,7 +15,8 @@ namespace {
 // With THIXO_UPDATE_DOCS=1 in the environment the files are rewritten, and the test still compares.
 void expect_fresh(const char* file, const std::string& text) {
     const std::string path = std::string(THIXO_SOURCE_DIR) + "/docs/" + file;
-    if (const char* update = std::getenv("THIXO_UPDATE_DOCS"); update && std::string(update) == "1") std::ofstream(path, std::ios::binary) << text;
+    if (const char* update = std::getenv("THIXO_UPDATE_DOCS"); update && std::string(update) == "1")
+        std::ofstream(path, std::ios::binary) << text;
     std::ifstream stream(path, std::ios::binary);
     std::stringstream there;
     there << stream.rdbuf();

@@ -1,5 +1,3 @@
-#include "pipeline/contract/scene_io.h"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/contract/scene_hash.h"
+#include "pipeline/contract/scene_io.h"
 #include "pipeline/contract/scene_walk.h"
 
 namespace thixo::scene {
@@ -56,7 +55,8 @@ TEST(Scene, APouringSceneIsReadAsWritten) {
     EXPECT_EQ(entry(s.look.lights, "sun").type, LightType::sun);
     EXPECT_EQ(entry(s.look.appearances, "water").type, AppearanceType::dielectric);
     EXPECT_EQ(entry(s.look.appearances, "water").absorption, Vec3d(9, 2.5, 1));
-    EXPECT_NE(s.world.boundaries[0].shape.where.find("pour.yaml:11:14"), std::string::npos) << s.world.boundaries[0].shape.where;
+    EXPECT_NE(s.world.boundaries[0].shape.where.find("pour.yaml:11:14"), std::string::npos)
+        << s.world.boundaries[0].shape.where;
 }
 
 TEST(Scene, EveryKindOfShapeIsRead) {
@@ -79,7 +79,8 @@ shapes:
     ASSERT_EQ(s.shapes.size(), 12u);
     // In the order of the variant, with the mesh left out.
     const std::vector<std::size_t> kinds = {1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13};
-    for (std::size_t k = 0; k < kinds.size(); ++k) EXPECT_EQ(s.shapes[k].second.kind.index(), kinds[k]) << s.shapes[k].first;
+    for (std::size_t k = 0; k < kinds.size(); ++k)
+        EXPECT_EQ(s.shapes[k].second.kind.index(), kinds[k]) << s.shapes[k].first;
     const Shape& box = s.shapes[2].second;
     EXPECT_EQ(box.scale, 2);
     EXPECT_EQ(box.rotate, Vec3d(1, 2, 3));
@@ -136,7 +137,8 @@ TEST(Scene, NamesThatYamlTakesForOtherThingsSurvivePrinting) {
     std::string text = "materials:\n";
     for (const std::string& name : names) text += "  \"" + name + "\": {}\n";
     Scene s = parse_scene(text, "x.yaml");
-    for (const char* title : {"", "null", "~", "true", "12", "1e3", "017", "no", "- a", "a: b", " a ", "<<", "%a", "|", "# a"}) {
+    for (const char* title :
+         {"", "null", "~", "true", "12", "1e3", "017", "no", "- a", "a: b", " a ", "<<", "%a", "|", "# a"}) {
         s.title = title;
         const Scene again = parse_scene(print_scene(s), "again.yaml", {}, Files::ignore);
         EXPECT_EQ(again.title, title);
@@ -164,10 +166,12 @@ TEST(Scene, ExtendsLaysOneFileOverTheOtherByName) {
 }
 
 TEST(Scene, OverridesSetSingleKeysInTheirOrder) {
-    const Scene s = load_scene(kScenes + "pour.yaml",
-                               {"solver.spacing=0.5", "solver.spacing=0.01", "materials.water.viscosity=2e-3", "world.gravity=[0, 0, -1.62]",
-                                "surface.enabled=false", "look.output.view=srgb", "scene.title=a = b", "world.boundaries.glass.motion.1.time=9",
-                                "shapes.cup.revolve.1=[0.05, 0]", "look.camera={fov: 50}", "bodies.rest.shape={sphere: {radius: 0.3}}"});
+    const Scene s =
+        load_scene(kScenes + "pour.yaml",
+                   {"solver.spacing=0.5", "solver.spacing=0.01", "materials.water.viscosity=2e-3",
+                    "world.gravity=[0, 0, -1.62]", "surface.enabled=false", "look.output.view=srgb",
+                    "scene.title=a = b", "world.boundaries.glass.motion.1.time=9", "shapes.cup.revolve.1=[0.05, 0]",
+                    "look.camera={fov: 50}", "bodies.rest.shape={sphere: {radius: 0.3}}"});
     EXPECT_EQ(s.solver.spacing, 0.01);
     EXPECT_EQ(s.materials[0].viscosity, 2e-3);
     EXPECT_EQ(s.materials[0].density, 998);
@@ -227,7 +231,9 @@ TEST(Look, AWholeSceneIsNoLook) {
         overlay_look(pour().look, kScenes + "pour.yaml");
         FAIL();
     } catch (const InputError& e) {
-        EXPECT_NE(std::string(e.what()).find("pour.yaml:2:1: error: a look file holds nothing beside"), std::string::npos) << e.what();
+        EXPECT_NE(std::string(e.what()).find("pour.yaml:2:1: error: a look file holds nothing beside"),
+                  std::string::npos)
+            << e.what();
     }
     EXPECT_THROW(overlay_look(pour().look, kScenes + "none.yaml"), InputError);
     EXPECT_THROW(overlay_look(pour().look, kScenes + "loop_a.yaml"), InputError);
@@ -236,12 +242,14 @@ TEST(Look, AWholeSceneIsNoLook) {
 TEST(SceneHash, OfTheSimulationDoesNotDependOnTheLook) {
     const std::string file = kScenes + "pour.yaml";
     const std::string hash = simulation_hash(pour());
-    for (const char* set : {"look.camera.fov=20", "look.lights.sun.strength=1", "look.output.width=10", "frames.last=500", "scene.title=x",
-                            "scene.name=x", "solver.checkpoint_every=3"})
+    for (const char* set : {"look.camera.fov=20", "look.lights.sun.strength=1", "look.output.width=10",
+                            "frames.last=500", "scene.title=x", "scene.name=x", "solver.checkpoint_every=3"})
         EXPECT_EQ(simulation_hash(load_scene(file, {set})), hash) << set;
-    for (const char* set : {"solver.spacing=0.0041", "materials.water.viscosity=0.0011", "frames.fps=25", "frames.first=2", "world.gravity=[0, 0, -9.8]",
-                            "solver.seed=2", "emitters.spout.stop=3", "surface.iterations=5", "shapes.cup.revolve.1=[0.05, 0]",
-                            "world.boundaries.glass.motion.1.rotate=[0, 31, 0]", "bodies.rest.shape.intersection.shapes.1.offset=0"})
+    for (const char* set :
+         {"solver.spacing=0.0041", "materials.water.viscosity=0.0011", "frames.fps=25", "frames.first=2",
+          "world.gravity=[0, 0, -9.8]", "solver.seed=2", "emitters.spout.stop=3", "surface.iterations=5",
+          "shapes.cup.revolve.1=[0.05, 0]", "world.boundaries.glass.motion.1.rotate=[0, 31, 0]",
+          "bodies.rest.shape.intersection.shapes.1.offset=0"})
         EXPECT_NE(simulation_hash(load_scene(file, {set})), hash) << set;
 }
 
@@ -249,13 +257,15 @@ TEST(SceneHash, OfTheLookDependsOnTheLookAlone) {
     const std::string file = kScenes + "pour.yaml";
     const std::string hash = look_hash(pour().look);
     EXPECT_EQ(look_hash(load_scene(file, {"solver.spacing=1"}).look), hash);
-    for (const char* set : {"look.camera.fov=20", "look.lights.sun.strength=1", "look.output.samples=3", "look.background=[0, 0, 0]"})
+    for (const char* set :
+         {"look.camera.fov=20", "look.lights.sun.strength=1", "look.output.samples=3", "look.background=[0, 0, 0]"})
         EXPECT_NE(look_hash(load_scene(file, {set}).look), hash) << set;
 }
 
 TEST(SceneHash, DifferingKeysAreNamed) {
     const Scene a = pour();
-    const Scene b = load_scene(kScenes + "pour.yaml", {"solver.spacing=0.01", "materials.water.viscosity=1", "look.camera.fov=3", "frames.last=7"});
+    const Scene b = load_scene(kScenes + "pour.yaml", {"solver.spacing=0.01", "materials.water.viscosity=1",
+                                                       "look.camera.fov=3", "frames.last=7"});
     EXPECT_EQ(differing_keys(a, b), (std::vector<std::string>{"materials.water.viscosity", "solver.spacing"}));
     EXPECT_TRUE(differing_keys(a, a).empty());
     Scene c = a;
@@ -275,10 +285,12 @@ TEST(SceneHash, FollowsAMeshsContentNotItsPlace) {
     write("models/a.obj", "v 0 0 0\n");
     write("models/b.obj", "v 0 0 0\n");
     write("models/c.obj", "v 0 0 1\n");
-    write("scene.yaml", "materials: {m: {}}\nbodies: {bust: {material: m, shape: {mesh: {file: models/a.obj, height: 1}}}}\n");
+    write("scene.yaml",
+          "materials: {m: {}}\nbodies: {bust: {material: m, shape: {mesh: {file: models/a.obj, height: 1}}}}\n");
     const std::string file = (folder / "scene.yaml").string();
     const Scene a = load_scene(file);
-    EXPECT_EQ(std::get<MeshFile>(a.bodies[0].shape.kind).file, (folder / "models/a.obj").string());  // relative to the scene's file
+    EXPECT_EQ(std::get<MeshFile>(a.bodies[0].shape.kind).file,
+              (folder / "models/a.obj").string());  // relative to the scene's file
     const auto with = [&](const char* mesh) {
         return load_scene(file, {fmt::format("bodies.bust.shape.mesh.file={}", (folder / mesh).string())});
     };
@@ -294,7 +306,8 @@ TEST(SceneHash, FollowsAMeshsContentNotItsPlace) {
 }
 
 TEST(SceneWarnings, NameWhatIsProbablyNotMeant) {
-    const Scene s = load_scene(kScenes + "pour_honey.yaml", {"solver.spacing=0.02", "emitters.spout.start=3", "emitters.spout.material=water"});
+    const Scene s = load_scene(kScenes + "pour_honey.yaml",
+                               {"solver.spacing=0.02", "emitters.spout.start=3", "emitters.spout.material=water"});
     const std::vector<std::string> warnings = scene_warnings(s);
     ASSERT_EQ(warnings.size(), 3u);
     EXPECT_NE(warnings[0].find("materials.oil is not used"), std::string::npos);

@@ -8,8 +8,11 @@ namespace thixo {
 namespace {
 
 // Values a user may give; words of a command line are never joined or split on the way to a stage.
-const std::vector<std::string> kTexts = {"plain", "with blank", " a", "a=b", "look.camera.position=[1, 2, 3]", "-dash", "--out=x", "[1,2]",
-                                         "\"quoted\"", "it's", "ünï", "%%", "a,b", "{x: 1}", "--", "$HOME *", "a\nb", "line\\"};
+const std::vector<std::string> kTexts = {
+    "plain",   "with blank", " a",    "a=b",        "look.camera.position=[1, 2, 3]",
+    "-dash",   "--out=x",    "[1,2]", "\"quoted\"", "it's",
+    "ünï",     "%%",         "a,b",   "{x: 1}",     "--",
+    "$HOME *", "a\nb",       "line\\"};
 
 void expect_same(const CommonArgs& a, const CommonArgs& b) {
     EXPECT_EQ(a.out, b.out);
@@ -115,11 +118,11 @@ TEST(FrameRange, GivesAscendingFramesWithoutDuplicates) {
 
 TEST(FrameRange, NamesWhatIsWrong) {
     const std::pair<const char*, const char*> cases[] = {
-        {"", "is no frame number"},      {"a", "'a' is no frame number"},   {"1,", "is no frame number"},
-        {"1-", "is no frame number"},    {"-5", "is no frame number"},      {"1--3", "is no frame number"},
-        {"5-1", "ends before it starts"}, {"1-9x0", "has a step of 0"},      {"3x2", "has a step but no range"},
-        {"1-9x", "is no frame number"},  {"1-9xx2", "is no frame number"},  {"1000000", "is above 999999"},
-        {"99999999999999", "is above"},  {"1 - 3", "is no frame number"},   {"1.5", "is no frame number"},
+        {"", "is no frame number"},         {"a", "'a' is no frame number"},  {"1,", "is no frame number"},
+        {"1-", "is no frame number"},       {"-5", "is no frame number"},     {"1--3", "is no frame number"},
+        {"5-1", "ends before it starts"},   {"1-9x0", "has a step of 0"},     {"3x2", "has a step but no range"},
+        {"1-9x", "is no frame number"},     {"1-9xx2", "is no frame number"}, {"1000000", "is above 999999"},
+        {"99999999999999", "is above"},     {"1 - 3", "is no frame number"},  {"1.5", "is no frame number"},
         {"0x10", "has a step but no range"}};
     for (const auto& [text, why] : cases) {
         try {

@@ -8,6 +8,9 @@
 #include "pipeline/base/random.h"
 #include "render/preview/colour_map.h"
 
+// Asked by the leak sanitizer: OSMesa 22.3 keeps some bookkeeping of its drawables (a few kB) for good.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa.so\n"; }
+
 namespace thixo::preview {
 namespace {
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <tuple>
 #include <vector>
 
 #include "pipeline/base/math.h"
@@ -15,7 +16,7 @@ struct Particles {
     std::vector<std::int64_t> id;       // unique for ever, given in order of creation
     std::vector<Vec3> position;         // x [m]
     std::vector<Vec3> velocity;         // v [m/s] at t - dt/2 between steps (leapfrog)
-    std::vector<Vec3> acceleration;     // f/m [m/s^2] of the present step
+    std::vector<Vec3> acceleration;     // f/m [m/s^2] of the last step
     std::vector<Real> mass;             // m [kg]
     std::vector<Real> rest_volume;      // V0 = m/rho0 [m^3]
     std::vector<Real> density;          // rho [kg/m^3], summation density with the walls' share
@@ -46,5 +47,17 @@ void for_each_array(P& p, F&& f) {
     f("body", p.body);
     f("kind", p.kind);
 }
+
+/// Sets the length of every array; new elements are zero.
+void resize(Particles& p, std::size_t count);
+
+/// Room for one array of each type, kept so that reordering allocates nothing.
+using ReorderScratch = std::tuple<std::vector<Vec3>, std::vector<Real>, std::vector<std::int64_t>, std::vector<std::int32_t>, std::vector<Kind>>;
+
+/// New element k is old element order[k]; order is a permutation.
+void reorder(Particles& p, const std::vector<Index>& order, ReorderScratch& scratch);
+
+/// Appends a particle of this id, all else zero, and returns its index.
+Index add_particle(Particles& p, std::int64_t id);
 
 }  // namespace thixo

@@ -1,0 +1,12 @@
+// One check a step that the state is still a state.
+#pragma once
+
+#include "sim/state.h"
+
+namespace thixo {
+
+/// Throws DivergedError where a particle's position, velocity, density or acceleration is not finite, or its speed exceeds ten times the speed of
+/// sound. The message names particle, frame, sub-step and term, the likely cause, and the command that runs the frame again.
+void check_health(const Simulation& s, const StepLimits& limits);
+
+}  // namespace thixo

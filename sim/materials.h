@@ -1,0 +1,33 @@
+// What the forces need of a material, from what the scene gives.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/base/math.h"
+#include "pipeline/contract/scene.h"
+
+namespace thixo {
+
+struct MaterialParams {
+    Real density;       // rho0 [kg/m^3]
+    Real viscosity;     // mu [Pa s]
+    Real stiffness;     // k_gas [Pa]
+    Real gamma;         // exponent of the equation of state [1]
+    Real cohesion;      // k_cohesion [Pa m^6/kg^2]: P has the term -k_cohesion rho^2/2
+    Real sound_speed;   // c = sqrt(dP/drho) at rho0 [m/s]
+};
+
+/// Surface tension that a cohesion k_cohesion gives in the continuum limit [N/m]:
+///   gamma = pi rho0^2 k_cohesion / 2 integral_0^h w_spiky(r) r^3 dr = 3/56 k_cohesion rho0^2 h
+/// (half the work of parting two half-spaces that attract by the pair energy -k_cohesion rho0^2 w_spiky). And its inverse.
+Real surface_tension_of(Real cohesion, Real density, Real support);
+Real cohesion_for(Real surface_tension, Real density, Real support);
+
+/// Stiffness that keeps compression near 1 % at a speed U [m/s]: c = 10 U, for the density changes by U^2/c^2 (Monaghan 1994);
+///   k_gas = c^2 rho0 / gamma.   [Pa]
+Real stiffness_for(Real speed, Real density, Real gamma);
+
+/// Resolves the scene's materials. `expected_speed` U [m/s] is used where a material names no stiffness.
+std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed, Real support);
+
+}  // namespace thixo

@@ -1,0 +1,91 @@
+#include "sim/scene_shapes.h"
+
+#include "pipeline/base/error.h"
+#include "pipeline/geometry/mesh_io.h"
+#include "pipeline/geometry/mesh_repair.h"
+#include "pipeline/geometry/shapes.h"
+
+namespace thixo {
+namespace {
+
+constexpr int kDeepest = 64;  // of shapes within shapes
+
+class ShapeBuilder {
+  public:
+    explicit ShapeBuilder(const scene::Scene& scene) : scene_(scene) {}
+
+    Shape build(const scene::Shape& s, int depth) const {
+        if (depth > kDeepest) throw InputError("{}: shapes are nested more than {} deep, or a named shape contains itself", s.where, kDeepest);
+        Shape shape = std::visit([&](const auto& kind) { return make(kind, s, depth); }, s.kind);
+        const bool moved = s.scale != 1 || !s.rotate.isZero() || !s.translate.isZero();
+        if (moved) shape = transformed(shape, s.scale, rotation_from_degrees(s.rotate), s.translate);
+        if (s.offset != 0) shape = offset(shape, s.offset);
+        if (s.shell > 0) shape = shell(shape, s.shell);
+        return shape;
+    }
+
+  private:
+    static Shape make(const std::monostate&, const scene::Shape& s, int) { throw InputError("{}: a shape of no kind", s.where); }
+    static Shape make(const scene::Sphere& k, const scene::Shape&, int) { return sphere(k.radius); }
+    static Shape make(const scene::Ellipsoid& k, const scene::Shape&, int) { return ellipsoid(k.radii); }
+    static Shape make(const scene::BoxShape& k, const scene::Shape&, int) { return box(k.size, k.rounding); }
+    static Shape make(const scene::Cylinder& k, const scene::Shape&, int) { return cylinder(k.radius, k.height, k.rounding); }
+    static Shape make(const scene::RoundedCone& k, const scene::Shape&, int) { return rounded_cone(k.radius1, k.radius2, k.height); }
+    static Shape make(const scene::Capsule& k, const scene::Shape&, int) { return capsule(k.from, k.to, k.radius); }
+    static Shape make(const scene::Torus& k, const scene::Shape&, int) { return torus(k.radius, k.tube); }
+    static Shape make(const scene::Plane& k, const scene::Shape&, int) { return plane(k.normal, k.offset); }
+    static Shape make(const scene::Revolve& k, const scene::Shape&, int) { return revolve(k.profile); }
+    static Shape make(const scene::MeshFile& k, const scene::Shape& s, int) {
+        TriangleMesh mesh = read_mesh(k.file);
+        const MeshReport report = inspect_mesh(mesh);
+        if (report.triangles == 0) throw InputError("{}: mesh {} has no triangles", s.where, k.file);
+        const double extent = static_cast<double>(report.bounds.upper.z() - report.bounds.lower.z());
+        if (k.scale <= 0 && !(extent > 0)) throw InputError("{}: mesh {} is flat along z; give scale instead of height", s.where, k.file);
+        transform_mesh(mesh, k.scale > 0 ? k.scale : k.height / extent, Quatd::Identity(), Vec3d::Zero());
+        return mesh_shape(std::move(mesh));
+    }
+    Shape make(const scene::Union& k, const scene::Shape&, int depth) const { return union_of(children(k, depth), k.smooth); }
+    Shape make(const scene::Intersection& k, const scene::Shape&, int depth) const { return intersection_of(children(k, depth), k.smooth); }
+    Shape make(const scene::Difference& k, const scene::Shape&, int depth) const { return difference_of(children(k, depth), k.smooth); }
+    Shape make(const scene::NamedShape& k, const scene::Shape& s, int depth) const {
+        for (const auto& [name, shape] : scene_.shapes)
+            if (name == k.name) return build(shape, depth + 1);
+        throw InputError("{}: there is no shape named '{}' in `shapes`", s.where, k.name);
+    }
+    std::vector<Shape> children(const scene::ShapeList& list, int depth) const {
+        std::vector<Shape> shapes;
+        for (const scene::Shape& s : list.shapes) shapes.push_back(build(s, depth + 1));
+        return shapes;
+    }
+
+    const scene::Scene& scene_;
+};
+
+}  // namespace
+
+Shape make_shape(const scene::Scene& scene, const scene::Shape& shape) { return ShapeBuilder(scene).build(shape, 0); }
+
+Shape wall_solid(const scene::Scene& scene, const scene::Boundary& boundary) {
+    Shape shape = make_shape(scene, boundary.shape);
+    return boundary.inside ? inverted(shape) : shape;
+}
+
+Shape wall_solid_at_rest(const scene::Scene& scene, const scene::Boundary& boundary) {
+    Shape solid = wall_solid(scene, boundary);
+    if (boundary.motion.empty()) return solid;
+    const RigidPose pose = motion_of(boundary.motion).pose(0);
+    return transformed(solid, 1, pose.rotation, pose.translation);
+}
+
+RigidMotion motion_of(const std::vector<scene::Key>& keys) {
+    std::vector<double> times;
+    std::vector<Vec3d> positions, degrees;
+    for (const scene::Key& k : keys) {
+        times.push_back(k.time);
+        positions.push_back(k.position);
+        degrees.push_back(k.rotate);
+    }
+    return motion_from_degrees(times, positions, degrees);
+}
+
+}  // namespace thixo

@@ -1,0 +1,22 @@
+// Shapes of the scene as signed distance functions.
+#pragma once
+
+#include "pipeline/contract/scene.h"
+#include "pipeline/geometry/keyframes.h"
+#include "pipeline/geometry/shape.h"
+
+namespace thixo {
+
+/// Builds the distance function of a scene's shape: its kind, then scale, rotate, translate, offset and shell. Names are looked up in
+/// scene.shapes. Throws InputError, led by the shape's file:line:column, where a size or a mesh is bad or a name leads back to itself.
+Shape make_shape(const scene::Scene& scene, const scene::Shape& shape);
+
+/// The solid of a boundary in its own frame: its shape, or what lies outside of it where the boundary is a room.
+Shape wall_solid(const scene::Scene& scene, const scene::Boundary& boundary);
+/// The same where a boundary that does not move stands in the world.
+Shape wall_solid_at_rest(const scene::Scene& scene, const scene::Boundary& boundary);
+
+/// The scene's keyframes, smooth between keys.
+RigidMotion motion_of(const std::vector<scene::Key>& keys);
+
+}  // namespace thixo

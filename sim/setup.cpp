@@ -1,0 +1,154 @@
+#include "sim/setup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pipeline/base/error.h"
+#include "sim/sampling.h"
+#include "sim/scene_shapes.h"
+
+namespace thixo {
+namespace {
+
+constexpr Real kWallRoom = Real(0.1);   // spacings between a wall and the first particles
+constexpr Real kBodyRoom = Real(0.7);   // spacings between the particles of two bodies
+constexpr double kSlowest = 0.1;        // m/s
+
+template <class T>
+int index_of(const std::vector<T>& list, const std::string& name, const char* what) {
+    for (std::size_t k = 0; k < list.size(); ++k)
+        if (list[k].name == name) return static_cast<int>(k);
+    throw InputError("there is no {} named '{}'", what, name);
+}
+
+double fastest_of(const scene::Scene& scene) {
+    double fastest = 0;
+    for (const scene::Body& b : scene.bodies) {
+        const auto bounds = make_shape(scene, b.shape).bounds();
+        const double reach = bounds ? 0.5 * static_cast<double>((bounds->upper - bounds->lower).norm()) : 0;
+        fastest = std::max(fastest, b.velocity.norm() + b.angular_velocity.norm() * reach);
+    }
+    for (const scene::Emitter& e : scene.emitters) fastest = std::max(fastest, e.speed);
+    // A wall's speed between two keys, twice the mean: smooth motions are at most that much faster in the middle.
+    for (const scene::Boundary& b : scene.world.boundaries)
+        for (std::size_t k = 1; k < b.motion.size(); ++k)
+            fastest = std::max(fastest, 2 * (b.motion[k].position - b.motion[k - 1].position).norm() / (b.motion[k].time - b.motion[k - 1].time));
+    return fastest;
+}
+
+/// The height matter can fall through along gravity [m].
+double drop_height(const scene::Scene& scene) {
+    const double g = scene.world.gravity.norm();
+    if (g == 0) return 0;
+    const Vec3d up = -scene.world.gravity / g;
+    double top = -std::numeric_limits<double>::infinity(), own = top, bottom = -top;
+    const auto extent = [&](const Shape& shape, double& lowest, double& highest) {
+        const auto box = shape.bounds();
+        if (!box) return;
+        for (int c = 0; c < 8; ++c) {
+            const Vec3 corner(c & 1 ? box->upper.x() : box->lower.x(), c & 2 ? box->upper.y() : box->lower.y(),
+                              c & 4 ? box->upper.z() : box->lower.z());
+            const double h = up.dot(corner.cast<double>());
+            lowest = std::min(lowest, h);
+            highest = std::max(highest, h);
+        }
+    };
+    double body_bottom = bottom;
+    for (const scene::Body& b : scene.bodies) extent(make_shape(scene, b.shape), body_bottom, top);
+    for (const scene::Emitter& e : scene.emitters) top = std::max(top, up.dot(e.position));
+    for (const scene::Boundary& b : scene.world.boundaries) {
+        if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind); p && !b.inside && up.dot(p->normal.normalized()) > 0.5)
+            bottom = std::min(bottom, p->offset + up.dot(b.shape.translate));
+        else
+            extent(make_shape(scene, b.shape), bottom, own);
+    }
+    // Without walls nothing stops the fall and only the matter's own height makes pressure.
+    bottom = std::min(bottom, body_bottom);
+    return std::isfinite(top) && std::isfinite(bottom) ? std::max(0.0, top - bottom) : 0;
+}
+
+void add_body(const scene::Body& body, int number, Simulation& s) {
+    const scene::Scene& scene = s.problem.scene;
+    const Real d = s.problem.smoothing.spacing;
+    const int material = index_of(scene.materials, body.material, "material");
+    PointGrid others;
+    others.build(s.particles.position, d);
+    const auto free = [&](const Vec3& x) {
+        if (wall_distance(s.walls, x) < kWallRoom * d) return false;
+        bool taken = false;
+        others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
+        return !taken;
+    };
+    const std::vector<Vec3> sites = pack_shape(make_shape(scene, body.shape), d, free);
+    if (sites.empty())
+        throw InputError("{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
+                         body.shape.where, body.name, d);
+    Vec3d centre(0, 0, 0);
+    for (const Vec3& x : sites) centre += x.cast<double>() / static_cast<double>(sites.size());
+    const std::size_t first = s.particles.size();
+    resize(s.particles, first + sites.size());
+    Particles& p = s.particles;
+    for (std::size_t k = 0; k < sites.size(); ++k) {
+        const std::size_t i = first + k;
+        p.id[i] = s.next_id++;
+        p.position[i] = p.surface_position[i] = sites[k];
+        p.velocity[i] = (body.velocity + body.angular_velocity.cross(sites[k].cast<double>() - centre)).cast<Real>();
+        p.acceleration[i] = s.problem.gravity;
+        p.rest_volume[i] = cube(d);
+        p.density[i] = s.problem.materials[static_cast<std::size_t>(material)].density;
+        p.mass[i] = p.density[i] * p.rest_volume[i];
+        p.temperature[i] = static_cast<Real>(body.temperature);
+        p.material[i] = material;
+        p.body[i] = number;
+        p.kind[i] = Kind::liquid;
+    }
+}
+
+}  // namespace
+
+double expected_speed(const scene::Scene& scene) {
+    if (scene.solver.expected_speed > 0) return scene.solver.expected_speed;
+    const double fall2 = 2 * scene.world.gravity.norm() * drop_height(scene);
+    double speed2 = square(fastest_of(scene)) + fall2;
+    const double support = scene.solver.support * scene.solver.spacing;
+    for (const scene::Material& m : scene.materials) speed2 = std::max(speed2, 56.0 / 3.0 * m.surface_tension / (m.density * support));
+    return std::max(kSlowest, std::sqrt(speed2));
+}
+
+Simulation make_simulation(const scene::Scene& scene) {
+    const Smoothing smoothing(static_cast<Real>(scene.solver.spacing), static_cast<Real>(scene.solver.support));
+    const double speed = expected_speed(scene);
+    Simulation s{.problem = {.scene = scene,
+                             .scene_path = {},
+                             .smoothing = smoothing,
+                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing.support),
+                             .gravity = scene.world.gravity.cast<Real>(),
+                             .expected_speed = speed,
+                             .emitters = {}},
+                 .walls = make_walls(scene, smoothing.support)};
+    s.clock.frame = scene.frames.first;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
+    for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
+        const int material = index_of(scene.materials, scene.emitters[e].material, "material");
+        EmitterLayout layout = lay_out_emitter(scene.emitters[e], s.problem.materials[static_cast<std::size_t>(material)], smoothing.spacing);
+        layout.material = material;
+        layout.body = static_cast<int>(scene.bodies.size() + e);
+        s.problem.emitters.push_back(std::move(layout));
+        s.emitters.push_back({.layer = 0, .next = scene.emitters[e].start, .blocked = 0});
+    }
+    return s;
+}
+
+std::size_t estimate_particles(const scene::Scene& scene) {
+    const Simulation s = make_simulation(scene);
+    double count = static_cast<double>(s.particles.size());
+    const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
+    for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
+        const double seconds = std::max(0.0, std::min(end, scene.emitters[e].stop) - scene.emitters[e].start);
+        count += seconds * s.problem.emitters[e].flow / s.problem.emitters[e].mass;
+    }
+    return static_cast<std::size_t>(count + 0.5);
+}
+
+}  // namespace thixo

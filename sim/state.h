@@ -1,0 +1,72 @@
+// Everything a simulation is made of: the problem, the state, and what a step computes on the way.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pipeline/contract/scene.h"
+#include "pipeline/geometry/neighbour_lists.h"
+#include "pipeline/geometry/point_grid.h"
+#include "sim/emitter.h"
+#include "sim/materials.h"
+#include "sim/particles.h"
+#include "sim/smoothing.h"
+#include "sim/surface/surface.h"
+#include "sim/sweep.h"
+#include "sim/time_step.h"
+#include "sim/walls.h"
+
+namespace thixo {
+
+/// What does not change during a run.
+struct Problem {
+    scene::Scene scene;
+    std::string scene_path;               // as the user wrote it, for messages; may be empty
+    Smoothing smoothing;
+    std::vector<MaterialParams> materials;
+    Vec3 gravity{0, 0, 0};                // [m/s^2]
+    double expected_speed = 0;            // U [m/s]
+    std::vector<EmitterLayout> emitters;  // one per scene emitter
+};
+
+/// Where a run stands. Together with the particles, the emitters' and the surface's state this is what a checkpoint holds.
+struct Clock {
+    int frame = 0;             // the last frame reached
+    std::int64_t step = 0;     // steps made since the start
+    double time = 0;           // t [s]
+    double last_dt = 0;        // the step that led to t; 0: none yet [s]
+    double next_frame = 0;     // time of frame + 1 [s]
+};
+
+/// Sums since they were last taken, for stats.jsonl; never part of the state.
+struct StepStats {
+    int steps = 0;
+    double smallest_dt = 1e30, largest_dt = 0;       // [s]
+    const char* limit = "";                          // what set the smallest step
+    double fastest = 0;                              // largest particle speed [m/s]
+    double neighbours_seconds = 0, density_seconds = 0, forces_seconds = 0, integration_seconds = 0, surface_seconds = 0;
+    std::int64_t pairs = 0, particle_steps = 0;
+    int surface_updates = 0;
+    SurfaceReport surface;                           // counts summed, the rest of the last update
+};
+
+struct Simulation {
+    Problem problem;
+    Walls walls;
+
+    Clock clock{};
+    Particles particles{};
+    std::vector<EmitterState> emitters{};
+    SurfaceState surface{};
+    std::int64_t next_id = 0;
+
+    // Scratch of a step, nothing of it outlives the step.
+    PointGrid grid{};
+    NeighbourLists neighbours{};
+    Sweep sweep{};
+    ReorderScratch reorder_scratch{};
+    StepStats stats{};
+};
+
+}  // namespace thixo

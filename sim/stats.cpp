@@ -1,0 +1,52 @@
+#include "sim/stats.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/log.h"
+#include "pipeline/base/parallel.h"
+
+namespace thixo {
+
+void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds) {
+    const StepStats& t = s.stats;
+    std::int64_t blocked = 0;
+    for (const EmitterState& e : s.emitters) blocked += e.blocked;
+    const nlohmann::ordered_json line = {
+        {"frame", s.clock.frame},
+        {"time", s.clock.time},
+        {"particles", s.particles.size()},
+        {"surfels", s.surface.size()},
+        {"steps", t.steps},
+        {"dt_min", t.steps ? t.smallest_dt : 0},
+        {"dt_max", t.largest_dt},
+        {"limit", t.limit},
+        {"fastest", t.fastest},
+        {"density_error", totals.density_error},
+        {"neighbours", t.particle_steps ? static_cast<double>(t.pairs) / static_cast<double>(t.particle_steps) : 0},
+        {"blocked", blocked},
+        {"threads", thread_count()},
+        {"seconds",
+         {{"all", seconds},
+          {"neighbours", t.neighbours_seconds},
+          {"density", t.density_seconds},
+          {"forces", t.forces_seconds},
+          {"integration", t.integration_seconds},
+          {"surface", t.surface_seconds}}},
+        {"surface",
+         {{"updates", t.surface_updates},
+          {"inserted", t.surface.inserted},
+          {"deleted", t.surface.deleted},
+          {"iterations", t.surface.iterations},
+          {"largest_move", t.surface.largest_move},
+          {"unconverged", t.surface.unconverged},
+          {"volume", totals.surface_volume},
+          {"particle_volume", totals.particle_volume}}},
+    };
+    std::ofstream file(out / "stats.jsonl", std::ios::app);
+    file << line.dump() << '\n';
+    file.flush();
+    if (!file) log_warning("{}: cannot be written; the run goes on without statistics", (out / "stats.jsonl").string());
+}
+
+}  // namespace thixo

@@ -1,0 +1,15 @@
+// stats.jsonl: what a run cost and how well it went, one line a frame. Times are here and nowhere else.
+#pragma once
+
+#include <filesystem>
+
+#include "pipeline/contract/frame.h"
+#include "sim/state.h"
+
+namespace thixo {
+
+/// Appends one JSON object to out/stats.jsonl: frame, counts, steps, dt, the limit that set it, seconds by part, density error, surface report.
+/// A line that cannot be written is a warning: the run does not depend on it.
+void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds);
+
+}  // namespace thixo

@@ -1,0 +1,139 @@
+#include "sim/step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/base/timer.h"
+#include "sim/density.h"
+#include "sim/forces.h"
+#include "sim/health.h"
+#include "sim/leapfrog.h"
+
+namespace thixo {
+namespace {
+
+// Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches what no pressure holds: single
+// drops, and what an impact presses on.
+constexpr Real kLeastWallDistance = Real(0.4);
+
+void sort_particles(Simulation& s) {
+    const std::vector<Index> order = PointGrid::sort_order(s.particles.position, s.particles.id, s.problem.smoothing.support);
+    reorder(s.particles, order, s.reorder_scratch);
+}
+
+void find_neighbours(Simulation& s) {
+    ScopedTimer timer(s.stats.neighbours_seconds);
+    sort_particles(s);
+    s.grid.build(s.particles.position, s.problem.smoothing.support);
+    s.neighbours.build(s.grid, s.problem.smoothing.support);
+}
+
+void find_density(Simulation& s) {
+    ScopedTimer timer(s.stats.density_seconds);
+    pack_motion(s.particles, s.clock.last_dt, s.sweep);
+    compute_density(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.sweep);
+    compute_pressure(s.particles, s.problem.materials, s.sweep);
+}
+
+void find_forces(Simulation& s) {
+    ScopedTimer timer(s.stats.forces_seconds);
+    const ForceParams params{s.problem.gravity, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
+    compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, params, s.sweep);
+}
+
+void emit(Simulation& s) {
+    emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity,
+                   s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
+}
+
+double choose_step(Simulation& s) {
+    const scene::TimeStep& params = s.problem.scene.solver.time_step;
+    const double walls = largest_wall_speed(s.walls, s.particles.position);
+    const StepLimits limits = step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, walls);
+    check_health(s, limits);
+    const double dt = divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
+    s.stats.fastest = std::max(s.stats.fastest, limits.fastest);
+    if (dt < s.stats.smallest_dt) s.stats.limit = params.fixed > 0 ? "fixed" : limits.cause();
+    s.stats.smallest_dt = std::min(s.stats.smallest_dt, dt);
+    s.stats.largest_dt = std::max(s.stats.largest_dt, dt);
+    return dt;
+}
+
+void move_on(Simulation& s, double dt) {
+    ScopedTimer timer(s.stats.integration_seconds);
+    Clock& c = s.clock;
+    leapfrog(s.particles, c.last_dt, dt);
+    const double rest = c.next_frame - c.time;
+    c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
+    c.last_dt = dt;
+    ++c.step;
+    move_walls(s.walls, c.time);
+    hold_off_walls(s.walls, s.particles, kLeastWallDistance * s.problem.smoothing.spacing);
+}
+
+void update_surface_when_due(Simulation& s) {
+    const scene::Surface& params = s.problem.scene.surface;
+    if (!params.enabled) return;
+    const double reach = 0.25 * params.support * params.radius * static_cast<double>(s.problem.smoothing.spacing);
+    const double moved2 = parallel_reduce(
+        s.particles.size(), 0.0,
+        [&](std::size_t i) { return static_cast<double>((s.particles.position[i] - s.particles.surface_position[i]).squaredNorm()); },
+        [](double a, double b) { return std::max(a, b); });
+    if (moved2 > square(reach)) refresh_surface(s);
+}
+
+void count_step(Simulation& s) {
+    ++s.stats.steps;
+    s.stats.particle_steps += static_cast<std::int64_t>(s.particles.size());
+    s.stats.pairs += static_cast<std::int64_t>(s.neighbours.total());
+}
+
+}  // namespace
+
+double frame_time(const scene::Frames& frames, int frame) { return (frame - frames.first) / frames.fps; }
+
+void evaluate(Simulation& s) {
+    find_neighbours(s);
+    find_density(s);
+}
+
+void step(Simulation& s) {
+    emit(s);                              // emitter    4.2
+    find_neighbours(s);                   // geometry   7.1
+    find_density(s);                      // density    2.3, 4.3.1
+    find_forces(s);                       // forces     4.3, 4.4.2
+    const double dt = choose_step(s);     // time_step, health
+    move_on(s, dt);                       // leapfrog   7.2, walls
+    update_surface_when_due(s);           // surface    6.6
+    count_step(s);
+}
+
+void refresh_surface(Simulation& s) {
+    if (!s.problem.scene.surface.enabled) return;
+    ScopedTimer timer(s.stats.surface_seconds);
+    const Smoothing& smoothing = s.problem.smoothing;
+    const SurfaceReport report =
+        update_surface(s.surface, s.particles, s.walls, s.problem.scene.surface, smoothing.spacing, smoothing.support);
+    SurfaceReport& sum = s.stats.surface;
+    const std::size_t inserted = sum.inserted + report.inserted, deleted = sum.deleted + report.deleted;
+    sum = report;
+    sum.inserted = inserted;
+    sum.deleted = deleted;
+    ++s.stats.surface_updates;
+}
+
+bool advance_frame(Simulation& s, const std::function<bool()>& stop) {
+    const scene::Frames& frames = s.problem.scene.frames;
+    s.clock.next_frame = frame_time(frames, s.clock.frame + 1);
+    while (s.clock.time < s.clock.next_frame) {
+        if (stop()) return false;
+        step(s);
+    }
+    ++s.clock.frame;
+    refresh_surface(s);
+    evaluate(s);
+    return true;
+}
+
+}  // namespace thixo

@@ -1,0 +1,20 @@
+#include "sim/sweep.h"
+
+#include "pipeline/base/parallel.h"
+
+namespace thixo {
+
+void pack_motion(const Particles& particles, double last_dt, Sweep& sweep) {
+    const std::size_t n = particles.size();
+    const Real half = static_cast<Real>(0.5 * last_dt);
+    sweep.place.resize(n);
+    sweep.motion.resize(n);
+    parallel_for(n, [&](std::size_t i) {
+        const Vec3& x = particles.position[i];
+        const Vec3 v = particles.velocity[i] + half * particles.acceleration[i];
+        sweep.place[i] = {x.x(), x.y(), x.z(), particles.rest_volume[i]};
+        sweep.motion[i] = {v.x(), v.y(), v.z(), 0};
+    }, 2048);
+}
+
+}  // namespace thixo

@@ -1,0 +1,226 @@
+#include "sim/wall_map.h"
+
+#include <cmath>
+
+#include "pipeline/base/error.h"
+
+namespace thixo {
+namespace {
+
+// Blocks are numbered by 21 bits an axis; beyond, places are folded onto the outermost block. No scene of metres comes near.
+constexpr std::int32_t kLimit = (1 << 20) - 1;
+std::int32_t block_coordinate(Real v) {
+    const Real f = std::floor(v);
+    return static_cast<std::int32_t>(f > Real(-kLimit) ? (f < Real(kLimit) ? f : Real(kLimit)) : Real(-kLimit));
+}
+std::uint64_t block_key(std::int32_t i, std::int32_t j, std::int32_t k) {
+    const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v + kLimit + 1); };
+    return part(k) << 42 | part(j) << 21 | part(i);
+}
+
+// A solid counts as flat where its distance is linear to this part of the support: the integrals then err by less than the tables do.
+constexpr Real kFlatness = Real(1e-3);
+
+}  // namespace
+
+WallIntegrals half_space_integrals(Real distance, Real support) {
+    // The kernels' densities along the normal, m(z), by integrating over planes; with q = |distance|/h and p = 1 - q:
+    //   poly6: 315/(256 h) (1 - q^2)^4    spiky: 30/h (p^4/4 - p^5/5)    lap visc: 90/h^3 (1/6 - q^2/2 + q^3/3)
+    WallIntegrals w;
+    w.distance = distance;
+    const Real q = std::abs(distance) / support;
+    if (q >= 1) {
+        if (distance < 0) {
+            w.share = 1;
+            w.laplacian = 15 / square(support);
+        }
+        return w;
+    }
+    const Real p = 1 - q, q2 = q * q;
+    const auto primitive = [](Real z) {
+        const Real z2 = z * z;
+        return z * (1 + z2 * (Real(-4.0 / 3) + z2 * (Real(6.0 / 5) + z2 * (Real(-4.0 / 7) + z2 / 9))));
+    };
+    const Real beyond = Real(315.0 / 256) * (primitive(1) - primitive(q));
+    const Real laplacian = 90 / square(support) * (Real(1.0 / 12) - q / 6 + q2 * q / 6 - q2 * q2 / 12);
+    w.share = distance < 0 ? 1 - beyond : beyond;
+    w.laplacian = distance < 0 ? 15 / square(support) - laplacian : laplacian;
+    w.gradient = Vec3(0, 0, -30 / support * p * p * p * p * (Real(0.25) - p / 5));
+    return w;
+}
+
+WallMap::WallMap(Shape solid, Real support)
+    : solid_(std::move(solid)), support_(support), cell_(support / kCells), sample_(support / kReach), blocks_(std::make_unique<Table>()) {
+    static_assert(kFine * kCells == kReach, "a block is one support wide");
+    make_stencil();
+}
+
+void WallMap::make_stencil() {
+    const Poly6 poly6(support_);
+    const Spiky spiky(support_);
+    const ViscosityKernel viscosity(support_);
+    const Real volume = cube(sample_);
+    double total = 0, laplacian_total = 0;
+    for (int z = -kReach; z < kReach; ++z)
+        for (int y = -kReach; y < kReach; ++y) {
+            StencilRow row{y, z, 0, 0, weights_.size()};
+            for (int x = -kReach; x < kReach; ++x) {
+                const Vec3 r = -sample_ * Vec3(Real(x) + Real(0.5), Real(y) + Real(0.5), Real(z) + Real(0.5));  // from sample to node
+                const Real length = r.norm();
+                if (length >= support_) continue;
+                if (row.x1 == row.x0) row.x0 = x;
+                row.x1 = x + 1;
+                const Vec3 g = spiky.derivative(length) / length * r;
+                weights_.push_back({poly6.value(length * length) * volume, g.x() * volume, g.y() * volume, g.z() * volume,
+                                    viscosity.laplacian(length) * volume});
+                total += weights_.back().share;
+                laplacian_total += weights_.back().laplacian;
+            }
+            if (row.x1 > row.x0) rows_.push_back(row);
+        }
+    // The sums of a filled ball are known exactly: 1 and 15/h^2.
+    for (Weight& w : weights_) {
+        w.share = static_cast<Real>(w.share / total);
+        w.laplacian = static_cast<Real>(w.laplacian * (15.0 / square(static_cast<double>(support_))) / laplacian_total);
+    }
+}
+
+bool WallMap::flat(const Vec3& centre, Real& distance, Vec3& normal) const {
+    const Real reach = support_ * Real(1.5);  // half a block and the kernel
+    distance = solid_.distance(centre);
+    normal = solid_.gradient(centre, support_ / 4);
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x) {
+                const Vec3 offset = reach * Vec3(Real(x), Real(y), Real(z));
+                if (std::abs(solid_.distance(centre + offset) - distance - normal.dot(offset)) > kFlatness * support_) return false;
+            }
+    return true;
+}
+
+std::vector<Real> WallMap::occupancy(const Vec3& origin) const {
+    // Samples are taken in cubes of 4^3: a cube whose centre is farther from the surface than its corners is full or empty.
+    constexpr int kCube = 4;
+    static_assert(kSide % kCube == 0);
+    std::vector<Real> filled(static_cast<std::size_t>(kSide) * kSide * kSide);
+    const Vec3 first = origin - Vec3::Constant(sample_ * kReach);
+    const Real reach = sample_ * (kCube * Real(0.8661) + 1);
+    for (int z = 0; z < kSide; z += kCube)
+        for (int y = 0; y < kSide; y += kCube)
+            for (int x = 0; x < kSide; x += kCube) {
+                const Real d = solid_.distance(first + sample_ * (Vec3(Real(x), Real(y), Real(z)) + Vec3::Constant(Real(kCube) / 2)));
+                for (int c = z; c < z + kCube; ++c)
+                    for (int b = y; b < y + kCube; ++b)
+                        for (int a = x; a < x + kCube; ++a) {
+                            Real part = d < 0 ? Real(1) : Real(0);
+                            if (std::abs(d) <= reach) {
+                                const Vec3 s = first + sample_ * (Vec3(Real(a), Real(b), Real(c)) + Vec3::Constant(Real(0.5)));
+                                part = clamp01(Real(0.5) - solid_.distance(s) / sample_);
+                            }
+                            filled[static_cast<std::size_t>((c * kSide + b) * kSide + a)] = part;
+                        }
+            }
+    return filled;
+}
+
+WallIntegrals WallMap::sum(const std::vector<Real>& filled, int i, int j, int k) const {
+    const int cx = kReach + kFine * i, cy = kReach + kFine * j, cz = kReach + kFine * k;
+    WallIntegrals out;
+    for (const StencilRow& row : rows_) {
+        const Real* f = filled.data() + ((cz + row.z) * kSide + cy + row.y) * kSide + cx + row.x0;
+        const Weight* w = weights_.data() + row.first;
+        for (int x = 0; x < row.x1 - row.x0; ++x) {
+            out.share += f[x] * w[x].share;
+            out.gradient += f[x] * Vec3(w[x].x, w[x].y, w[x].z);
+            out.laplacian += f[x] * w[x].laplacian;
+        }
+    }
+    return out;
+}
+
+WallMap::Block WallMap::make_block(const Vec3& origin) const {
+    Block b;
+    const Vec3 centre = origin + Vec3::Constant(support_ / 2);
+    const Real half_diagonal = Real(0.8661) * support_;
+    const Real d = solid_.distance(centre);
+    if (d - half_diagonal >= support_) {
+        b.far = d - half_diagonal;
+        return b;
+    }
+    b.nodes.resize(kNodes * kNodes * kNodes);
+    Real centre_distance = 0;
+    Vec3 normal;
+    const bool half_space = flat(centre, centre_distance, normal);
+    const std::vector<Real> filled = half_space ? std::vector<Real>{} : occupancy(origin);
+    for (int k = 0; k < kNodes; ++k)
+        for (int j = 0; j < kNodes; ++j)
+            for (int i = 0; i < kNodes; ++i) {
+                const Vec3 x = origin + cell_ * Vec3(Real(i), Real(j), Real(k));
+                const Real distance = solid_.distance(x);
+                WallIntegrals w = half_space ? half_space_integrals(distance, support_) : sum(filled, i, j, k);
+                if (half_space) w.gradient = w.gradient.z() * normal;
+                w.distance = distance;
+                b.nodes[static_cast<std::size_t>((k * kNodes + j) * kNodes + i)] = w;
+            }
+    return b;
+}
+
+const WallMap::Block& WallMap::block(std::int32_t i, std::int32_t j, std::int32_t k) const {
+    const std::uint64_t key = block_key(i, j, k);
+    if (const auto found = blocks_->find(key); found != blocks_->end()) return *found->second;
+    // Two threads may make the same block; both make the same one and the second is dropped.
+    return *blocks_->emplace(key, std::make_unique<const Block>(make_block(support_ * Vec3(Real(i), Real(j), Real(k))))).first->second;
+}
+
+WallMap::Place WallMap::locate(const Vec3& x) const {
+    const Vec3 s = x / support_;
+    const std::int32_t i = block_coordinate(s.x()), j = block_coordinate(s.y()), k = block_coordinate(s.z());
+    Place p{&block(i, j, k), {}, {}};
+    const Vec3 inside = (s - Vec3(Real(i), Real(j), Real(k))) * Real(kCells);
+    for (int a = 0; a < 3; ++a) {
+        const Real clamped = std::clamp(inside[a], Real(0), Real(kCells));
+        p.cell[static_cast<std::size_t>(a)] = std::min(static_cast<int>(clamped), kCells - 1);
+        p.part[a] = clamped - static_cast<Real>(p.cell[static_cast<std::size_t>(a)]);
+    }
+    return p;
+}
+
+WallIntegrals WallMap::at(const Vec3& x) const {
+    const Place p = locate(x);
+    WallIntegrals out;
+    if (p.block->far > 0) {
+        out.distance = p.block->far;
+        return out;
+    }
+    for (int c = 0; c < 8; ++c) {
+        const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
+        const Real weight = (i ? p.part.x() : 1 - p.part.x()) * (j ? p.part.y() : 1 - p.part.y()) * (k ? p.part.z() : 1 - p.part.z());
+        const WallIntegrals& n =
+            p.block->nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)];
+        out.distance += weight * n.distance;
+        out.share += weight * n.share;
+        out.gradient += weight * n.gradient;
+        out.laplacian += weight * n.laplacian;
+    }
+    return out;
+}
+
+Real WallMap::distance(const Vec3& x, Vec3& normal) const {
+    const Place p = locate(x);
+    normal.setZero();
+    if (p.block->far > 0) return p.block->far;
+    Real distance = 0;
+    for (int c = 0; c < 8; ++c) {
+        const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
+        const Real wx = i ? p.part.x() : 1 - p.part.x(), wy = j ? p.part.y() : 1 - p.part.y(), wz = k ? p.part.z() : 1 - p.part.z();
+        const Real d =
+            p.block->nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)].distance;
+        distance += wx * wy * wz * d;
+        normal += d * Vec3(i ? wy * wz : -wy * wz, j ? wx * wz : -wx * wz, k ? wx * wy : -wx * wy);
+    }
+    const Real length = normal.norm();
+    if (length > 0) normal /= length;
+    return distance;
+}
+
+}  // namespace thixo

@@ -1,0 +1,83 @@
+// What a wall adds to the SPH sums of a particle beside it: integrals of the kernels over the wall's volume, tabulated in the wall's own
+// frame (density maps: Koschier & Bender 2017; volume maps: Bender et al. 2019).
+#pragma once
+
+#include <oneapi/tbb/concurrent_unordered_map.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "pipeline/geometry/shape.h"
+#include "sim/smoothing.h"
+
+namespace thixo {
+
+/// Integrals over the wall's volume at a place x.
+struct WallIntegrals {
+    Real distance = 0;        // signed, > 0 outside of the wall [m]
+    Real share = 0;           // integral of w_poly6(x - y) dy [1]: the wall's share of the relative density
+    Vec3 gradient{0, 0, 0};   // integral of grad_x w_spiky(x - y) dy [1/m]
+    Real laplacian = 0;       // integral of lap w_visc(x - y) dy [1/m^2]
+};
+
+/// The integrals of a half-space whose surface is at `distance` (in closed form), normal (0, 0, 1) towards x.
+WallIntegrals half_space_integrals(Real distance, Real support);
+
+/// Tables of one solid, made block by block where they are first asked for: memory and time go where matter comes, unbounded walls need no box,
+/// and every value is a pure function of the place, whichever thread asked first.
+/// In a block where the solid is a half-space as far as the kernel reaches, values are those of the closed form; elsewhere the solid is
+/// sampled at h/8 and summed at h/4, trilinear in between.
+class WallMap {
+  public:
+    WallMap(Shape solid, Real support);
+    WallMap(WallMap&&) = default;
+
+    /// Integrals at x; beyond one support from the wall they are zero, and distance is a lower bound not below the support.
+    WallIntegrals at(const Vec3& x) const;
+    /// Distance as above and the unit normal from the wall (the gradient of the distance; zero beyond one support).
+    Real distance(const Vec3& x, Vec3& normal) const;
+    Real support() const { return support_; }
+    const Shape& solid() const { return solid_; }
+
+  private:
+    static constexpr int kCells = 4;               // per axis of a block, each h/4
+    static constexpr int kNodes = kCells + 1;
+    static constexpr int kFine = 2;                // samples per cell and axis
+    static constexpr int kReach = 8;               // samples per support
+    static constexpr int kSide = kCells * kFine + 2 * kReach;  // samples per axis that a block sees
+    struct Block {
+        Real far = 0;                        // > 0: nothing within reach; a lower bound of the distance
+        std::vector<WallIntegrals> nodes;    // kNodes^3, x fastest
+    };
+    struct StencilRow {                      // one row of samples along x in the kernel's ball
+        int y, z, x0, x1;                    // offsets, x in [x0, x1)
+        std::size_t first;                   // into the weights
+    };
+    struct Weight {
+        Real share, x, y, z, laplacian;
+    };
+    struct Place {                           // in a block
+        const Block* block;
+        std::array<int, 3> cell;
+        Vec3 part;                           // in [0, 1]
+    };
+
+    Place locate(const Vec3& x) const;
+    const Block& block(std::int32_t i, std::int32_t j, std::int32_t k) const;
+    Block make_block(const Vec3& origin) const;
+    bool flat(const Vec3& centre, Real& distance, Vec3& normal) const;
+    std::vector<Real> occupancy(const Vec3& origin) const;
+    WallIntegrals sum(const std::vector<Real>& filled, int i, int j, int k) const;
+    void make_stencil();
+
+    Shape solid_;
+    Real support_, cell_, sample_;
+    std::vector<StencilRow> rows_;
+    std::vector<Weight> weights_;
+    using Table = oneapi::tbb::concurrent_unordered_map<std::uint64_t, std::unique_ptr<const Block>>;
+    std::unique_ptr<Table> blocks_;
+};
+
+}  // namespace thixo

@@ -1,0 +1,99 @@
+#include "sim/walls.h"
+
+#include <limits>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/shapes.h"
+#include "sim/scene_shapes.h"
+
+namespace thixo {
+
+Walls make_walls(const scene::Scene& scene, Real support) {
+    Walls walls;
+    for (const bool no_slip : {false, true}) {
+        std::vector<Shape> at_rest;
+        for (const scene::Boundary& b : scene.world.boundaries)
+            if (b.motion.size() < 2 && b.no_slip == no_slip) at_rest.push_back(wall_solid_at_rest(scene, b));
+        if (!at_rest.empty())
+            walls.list.emplace_back(WallMap(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest), support), RigidMotion(), no_slip);
+    }
+    for (const scene::Boundary& b : scene.world.boundaries)
+        if (b.motion.size() >= 2) walls.list.emplace_back(WallMap(wall_solid(scene, b), support), motion_of(b.motion), b.no_slip);
+    move_walls(walls, 0);
+    return walls;
+}
+
+void move_walls(Walls& walls, double time) {
+    for (Wall& w : walls.list) {
+        if (!w.motion.moves()) continue;
+        const RigidPose pose = w.motion.pose(time);
+        const RigidVelocity velocity = w.motion.velocity(time);
+        w.turn = pose.rotation.toRotationMatrix().cast<Real>();
+        w.shift = pose.translation.cast<Real>();
+        w.velocity = velocity.linear.cast<Real>();
+        w.spin = velocity.angular.cast<Real>();
+    }
+}
+
+Real wall_distance(const Walls& walls, const Vec3& x) {
+    Real nearest = std::numeric_limits<Real>::max();
+    Vec3 normal;
+    for (const Wall& w : walls.list) nearest = std::min(nearest, w.map.distance(w.to_wall(x), normal));
+    return nearest;
+}
+
+WallContact wall_contact(const Walls& walls, const Vec3& x) {
+    WallContact contact{std::numeric_limits<Real>::max(), Vec3::Zero(), Vec3::Zero()};
+    for (const Wall& w : walls.list) {
+        Vec3 normal;
+        const Real d = w.map.distance(w.to_wall(x), normal);
+        if (d >= contact.distance) continue;
+        contact = {d, w.turn * normal, w.velocity_at(x)};
+    }
+    return contact;
+}
+
+WallEffect wall_effect(const Walls& walls, const Vec3& x) {
+    WallEffect effect;
+    for (const Wall& w : walls.list) {
+        const WallIntegrals in = w.map.at(w.to_wall(x));
+        if (in.share <= 0) continue;
+        effect.share += in.share;
+        effect.gradient += w.turn * in.gradient;
+        if (!w.no_slip) continue;
+        effect.drag += in.laplacian;
+        effect.drag_velocity += in.laplacian * w.velocity_at(x);
+    }
+    return effect;
+}
+
+void hold_off_walls(const Walls& walls, Particles& particles, Real least) {
+    auto& x = particles.position;
+    auto& v = particles.velocity;
+    parallel_for(particles.size(), [&](std::size_t i) {
+        // One wall after the other, so that a particle in a corner of two walls obeys both.
+        for (const Wall& w : walls.list) {
+            Vec3 normal;
+            const Real d = w.map.distance(w.to_wall(x[i]), normal);
+            if (d >= least) continue;
+            normal = w.turn * normal;
+            x[i] += (least - d) * normal;
+            const Real inward = (v[i] - w.velocity_at(x[i])).dot(normal);
+            if (inward < 0) v[i] -= inward * normal;
+        }
+    });
+}
+
+double largest_wall_speed(const Walls& walls, const std::vector<Vec3>& points) {
+    double fastest = 0;
+    for (const Wall& w : walls.list) {
+        if (w.velocity.isZero() && w.spin.isZero()) continue;
+        const double here = parallel_reduce(
+            points.size(), 0.0, [&](std::size_t i) { return static_cast<double>(w.velocity_at(points[i]).norm()); },
+            [](double a, double b) { return std::max(a, b); });
+        fastest = std::max(fastest, here);
+    }
+    return fastest;
+}
+
+}  // namespace thixo

@@ -7,9 +7,7 @@
 
 namespace thixo {
 
-inline Box3 grown(const Box3& box, Real by) {
-    return {box.lower - Vec3::Constant(by), box.upper + Vec3::Constant(by)};
-}
+inline Box3 grown(const Box3& box, Real by) { return {box.lower - Vec3::Constant(by), box.upper + Vec3::Constant(by)}; }
 inline Box3 joined(const Box3& a, const Box3& b) { return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)}; }
 /// The common part; where there is none, a point of the gap.
 inline Box3 common(const Box3& a, const Box3& b) {

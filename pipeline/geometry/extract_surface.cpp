@@ -22,7 +22,9 @@ struct SignGrid {
 
     std::size_t node(std::size_t x, std::size_t y, std::size_t z) const { return x + n[0] * (y + n[1] * z); }
     std::size_t stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? n[0] : n[0] * n[1]; }
-    Vec3d position(std::size_t k) const { return origin + cell * Vec3d(double(k % n[0]), double(k / n[0] % n[1]), double(k / n[0] / n[1])); }
+    Vec3d position(std::size_t k) const {
+        return origin + cell * Vec3d(double(k % n[0]), double(k / n[0] % n[1]), double(k / n[0] / n[1]));
+    }
 };
 
 SignGrid sample_signs(const Shape& shape, double cell) {
@@ -33,7 +35,8 @@ SignGrid sample_signs(const Shape& shape, double cell) {
     // An odd fraction of a cell keeps nodes off the planes that people put shapes on.
     grid.origin = bounds->lower.cast<double>() - cell * Vec3d(1.37, 1.41, 1.43);
     const Eigen::Array3d count = ((bounds->upper.cast<double>() - grid.origin).array() / cell).ceil() + 2;
-    if (!(count.prod() < double(1u << 28))) throw InputError("tessellation cell {} m is too fine for this shape; use a larger one", cell);
+    if (!(count.prod() < double(1u << 28)))
+        throw InputError("tessellation cell {} m is too fine for this shape; use a larger one", cell);
     for (int k = 0; k < 3; ++k) grid.n[k] = std::size_t(count[k]);
     grid.inside.assign(grid.n[0] * grid.n[1] * grid.n[2], 0);
 
@@ -43,8 +46,10 @@ SignGrid sample_signs(const Shape& shape, double cell) {
     parallel_for(
         blocks[0] * blocks[1] * blocks[2],
         [&](std::size_t b) {
-            const std::size_t low[3] = {b % blocks[0] * kBlock, b / blocks[0] % blocks[1] * kBlock, b / blocks[0] / blocks[1] * kBlock};
-            const Vec3d centre = grid.position(grid.node(low[0], low[1], low[2])) + Vec3d::Constant((kBlock - 1) * cell / 2);
+            const std::size_t low[3] = {b % blocks[0] * kBlock, b / blocks[0] % blocks[1] * kBlock,
+                                        b / blocks[0] / blocks[1] * kBlock};
+            const Vec3d centre =
+                grid.position(grid.node(low[0], low[1], low[2])) + Vec3d::Constant((kBlock - 1) * cell / 2);
             const Real d = shape.distance(centre.cast<Real>());
             const bool uniform = std::abs(double(d)) > reach;
             for (std::size_t z = low[2]; z < std::min(low[2] + kBlock, grid.n[2]); ++z)
@@ -58,19 +63,23 @@ SignGrid sample_signs(const Shape& shape, double cell) {
     return grid;
 }
 
-/// Grid edges with a change of sign, ascending; edge 3 node + axis runs from the node along the axis. Its rank here is its vertex.
+/// Grid edges with a change of sign, ascending; edge 3 node + axis runs from the node along the axis. Its rank here is
+/// its vertex.
 std::vector<std::size_t> crossing_edges(const SignGrid& grid) {
     std::vector<std::size_t> edges;
     for (std::size_t k = 0; k < grid.inside.size(); ++k)
         for (int axis = 0; axis < 3; ++axis) {
             const std::size_t next = k + grid.stride(axis);
-            const std::size_t place = axis == 0 ? k % grid.n[0] : axis == 1 ? k / grid.n[0] % grid.n[1] : k / grid.n[0] / grid.n[1];
+            const std::size_t place = axis == 0   ? k % grid.n[0]
+                                      : axis == 1 ? k / grid.n[0] % grid.n[1]
+                                                  : k / grid.n[0] / grid.n[1];
             if (place + 1 < grid.n[axis] && grid.inside[k] != grid.inside[next]) edges.push_back(3 * k + axis);
         }
     return edges;
 }
 
-/// The root on a crossing edge by bisection with secant steps (Illinois), kept off the edge's ends so that no two vertices fall together.
+/// The root on a crossing edge by bisection with secant steps (Illinois), kept off the edge's ends so that no two
+/// vertices fall together.
 Vec3f root_on_edge(const Shape& shape, const SignGrid& grid, std::size_t edge) {
     const Vec3d p = grid.position(edge / 3), along = grid.cell * Vec3d::Unit(static_cast<int>(edge % 3));
     const auto f = [&](double t) { return double(shape.distance((p + t * along).cast<Real>())); };
@@ -94,9 +103,10 @@ int local_edge(int a, int b) {
     return 3 * std::min(a, b) + (bit == 1 ? 0 : bit == 2 ? 1 : 2);
 }
 
-/// The loops in which the surface crosses a cell: next[e] is the crossing edge after e, -1 where e is none. On every face, each run of inside
-/// corners is cut off by a segment from the edge where it begins to the edge where it ends. The cell across the face makes
-/// the same segments the other way round: the mesh is closed, and its triangles turn counter-clockwise seen from outside.
+/// The loops in which the surface crosses a cell: next[e] is the crossing edge after e, -1 where e is none. On every
+/// face, each run of inside corners is cut off by a segment from the edge where it begins to the edge where it ends.
+/// The cell across the face makes the same segments the other way round: the mesh is closed, and its triangles turn
+/// counter-clockwise seen from outside.
 std::array<signed char, 24> cell_loops(const std::array<bool, 8>& inside) {
     std::array<signed char, 24> next;
     next.fill(-1);
@@ -105,7 +115,8 @@ std::array<signed char, 24> cell_loops(const std::array<bool, 8>& inside) {
             if (inside[face[k]] || !inside[face[(k + 1) % 4]]) continue;
             int last = (k + 1) % 4;
             while (inside[face[(last + 1) % 4]]) last = (last + 1) % 4;
-            next[local_edge(face[k], face[(k + 1) % 4])] = static_cast<signed char>(local_edge(face[last], face[(last + 1) % 4]));
+            next[local_edge(face[k], face[(k + 1) % 4])] =
+                static_cast<signed char>(local_edge(face[last], face[(last + 1) % 4]));
         }
     return next;
 }
@@ -137,7 +148,8 @@ void add_loop(Extraction& out, const std::vector<Index>& loop) {
     const Index middle = static_cast<Index>(mesh.vertices.size());
     mesh.vertices.push_back(centre);
     out.reach.push_back(radius / 2);
-    for (std::size_t i = 0; i < loop.size(); ++i) mesh.triangles.push_back({middle, loop[i], loop[(i + 1) % loop.size()]});
+    for (std::size_t i = 0; i < loop.size(); ++i)
+        mesh.triangles.push_back({middle, loop[i], loop[(i + 1) % loop.size()]});
 }
 
 void add_cell(Extraction& out, const SignGrid& grid, const std::vector<std::size_t>& edges, std::size_t node) {
@@ -193,7 +205,8 @@ TriangleMesh extract_surface(const Shape& shape, double cell) {
     positive_size(cell, "tessellation cell");
     const SignGrid grid = sample_signs(shape, cell);
     const std::vector<std::size_t> edges = crossing_edges(grid);
-    if (edges.empty()) throw InputError("no surface found with a cell of {} m; the shape is empty or thinner than a cell", cell);
+    if (edges.empty())
+        throw InputError("no surface found with a cell of {} m; the shape is empty or thinner than a cell", cell);
     Extraction out;
     TriangleMesh& mesh = out.mesh;
     mesh.vertices.resize(edges.size());

@@ -23,7 +23,8 @@ Quatd exp_of(const Vec3d& w) {
     return Quatd(std::cos(angle / 2), v.x(), v.y(), v.z());
 }
 
-/// Velocity at a key between the mean velocities before and after it: their harmonic mean where they are parallel, less the more they turn.
+/// Velocity at a key between the mean velocities before and after it: their harmonic mean where they are parallel, less
+/// the more they turn.
 Vec3d key_velocity(const Vec3d& before, const Vec3d& after) {
     const double a = before.norm(), b = after.norm();
     return a + b > 0 ? Vec3d((b * before + a * after) / (a + b)) : Vec3d::Zero();
@@ -48,10 +49,13 @@ struct Basis {
 RigidMotion::RigidMotion(std::vector<RigidKey> keys, Interpolation interpolation) : keys_(std::move(keys)) {
     for (std::size_t k = 0; k < keys_.size(); ++k) {
         RigidKey& key = keys_[k];
-        if (!std::isfinite(key.time) || !key.position.allFinite() || !key.rotation.coeffs().allFinite() || !(key.rotation.norm() > 0))
-            throw InputError("motion key {} has a value that is not finite; check its time, position and rotation", k + 1);
+        if (!std::isfinite(key.time) || !key.position.allFinite() || !key.rotation.coeffs().allFinite() ||
+            !(key.rotation.norm() > 0))
+            throw InputError("motion key {} has a value that is not finite; check its time, position and rotation",
+                             k + 1);
         if (k > 0 && !(key.time > keys_[k - 1].time))
-            throw InputError("motion key {} is at {} s, key {} at {} s; times must ascend", k, keys_[k - 1].time, k + 1, key.time);
+            throw InputError("motion key {} is at {} s, key {} at {} s; times must ascend", k, keys_[k - 1].time, k + 1,
+                             key.time);
         key.rotation.normalize();
     }
     if (keys_.size() < 2) return;
@@ -69,8 +73,10 @@ RigidMotion::RigidMotion(std::vector<RigidKey> keys, Interpolation interpolation
     for (std::size_t k = 0; k < n; ++k) {
         const double dt = keys_[k + 1].time - keys_[k].time;
         const bool smooth = interpolation == Interpolation::smooth;
-        const Vec3d v0 = smooth ? at_key(velocity, k) : velocity[k], v1 = smooth ? at_key(velocity, k + 1) : velocity[k];
-        const Vec3d w0 = smooth ? at_key(angular, k) : Vec3d::Zero(), w1 = smooth ? at_key(angular, k + 1) : Vec3d::Zero();
+        const Vec3d v0 = smooth ? at_key(velocity, k) : velocity[k],
+                    v1 = smooth ? at_key(velocity, k + 1) : velocity[k];
+        const Vec3d w0 = smooth ? at_key(angular, k) : Vec3d::Zero(),
+                    w1 = smooth ? at_key(angular, k + 1) : Vec3d::Zero();
         const Vec3d &p0 = keys_[k].position, &p1 = keys_[k + 1].position;
         const Vec3d turn0 = w0 * dt / 3, turn2 = w1 * dt / 3;
         const Vec3d turn1 =
@@ -87,9 +93,11 @@ RigidPose RigidMotion::pose(double time) const {
     const Segment& seg = segments_[k];
     const double s = (time - keys_[k].time) / (keys_[k + 1].time - keys_[k].time);
     const Basis b(s, seg.cubic);
-    const Quatd q = keys_[k].rotation * exp_of(seg.turn[0] * b.value[0]) * exp_of(seg.turn[1] * b.value[1]) * exp_of(seg.turn[2] * b.value[2]);
+    const Quatd q = keys_[k].rotation * exp_of(seg.turn[0] * b.value[0]) * exp_of(seg.turn[1] * b.value[1]) *
+                    exp_of(seg.turn[2] * b.value[2]);
     const double r = 1 - s;
-    const Vec3d x = r * r * r * seg.position[0] + 3 * s * r * r * seg.position[1] + 3 * s * s * r * seg.position[2] + s * s * s * seg.position[3];
+    const Vec3d x = r * r * r * seg.position[0] + 3 * s * r * r * seg.position[1] + 3 * s * s * r * seg.position[2] +
+                    s * s * s * seg.position[3];
     return {q.normalized(), x};
 }
 
@@ -113,15 +121,16 @@ RigidVelocity RigidMotion::velocity(double time) const {
 }
 
 std::size_t RigidMotion::segment_at(double time) const {
-    const auto after = std::upper_bound(keys_.begin(), keys_.end(), time, [](double t, const RigidKey& key) { return t < key.time; });
+    const auto after =
+        std::upper_bound(keys_.begin(), keys_.end(), time, [](double t, const RigidKey& key) { return t < key.time; });
     return std::min(static_cast<std::size_t>(after - keys_.begin()), keys_.size() - 1) - 1;
 }
 
-RigidMotion motion_from_degrees(const std::vector<double>& times, const std::vector<Vec3d>& positions, const std::vector<Vec3d>& degrees,
-                                Interpolation interpolation) {
+RigidMotion motion_from_degrees(const std::vector<double>& times, const std::vector<Vec3d>& positions,
+                                const std::vector<Vec3d>& degrees, Interpolation interpolation) {
     if (positions.size() != times.size() || degrees.size() != times.size())
-        throw InputError("motion has {} times, {} positions and {} rotations; give every key all three", times.size(), positions.size(),
-                         degrees.size());
+        throw InputError("motion has {} times, {} positions and {} rotations; give every key all three", times.size(),
+                         positions.size(), degrees.size());
     std::vector<RigidKey> keys;
     for (std::size_t k = 0; k < times.size(); ++k) {
         if (k > 0 && (degrees[k] - degrees[k - 1]).cwiseAbs().maxCoeff() >= 180)

@@ -8,9 +8,9 @@
 namespace thixo {
 
 struct RigidKey {
-    double time = 0;                      // s
-    Vec3d position{0, 0, 0};              // m
-    Quatd rotation = Quatd::Identity();   // unit
+    double time = 0;                     // s
+    Vec3d position{0, 0, 0};             // m
+    Quatd rotation = Quatd::Identity();  // unit
 };
 
 /// x -> rotation x + translation
@@ -21,21 +21,22 @@ struct RigidPose {
     Vec3d apply_inverse(const Vec3d& x) const { return rotation.conjugate() * (x - translation); }
 };
 
-/// Velocity of the body's origin (the image of x = 0) and angular velocity, both in the world frame: a material point that stands at y
-/// moves with linear + angular x (y - translation).
+/// Velocity of the body's origin (the image of x = 0) and angular velocity, both in the world frame: a material point
+/// that stands at y moves with linear + angular x (y - translation).
 struct RigidVelocity {
     Vec3d linear{0, 0, 0};   // m/s
     Vec3d angular{0, 0, 0};  // rad/s
 };
 
-/// How a motion runs between keys. linear: constant velocities with jumps at keys. smooth: velocities are continuous, zero at the first
-/// and the last key and wherever a neighbouring key holds the same place; a straight row of keys is never overshot.
+/// How a motion runs between keys. linear: constant velocities with jumps at keys. smooth: velocities are continuous,
+/// zero at the first and the last key and wherever a neighbouring key holds the same place; a straight row of keys is
+/// never overshot.
 enum class Interpolation { linear, smooth };
 
 /// Motion along keys; at rest before the first and after the last. Without keys the identity.
-///   smooth positions: cubic Hermite with tangents m = (|d1| d0 + |d0| d1)/(|d0| + |d1|), d the mean velocities before and after the key
-///   (harmonic mean where they are parallel: Fritsch & Butland 1984)
-///   smooth rotations: Hermite quaternion curve (Kim, Kim & Shin 1995) with the same rule for the angular velocities at keys
+///   smooth positions: cubic Hermite with tangents m = (|d1| d0 + |d0| d1)/(|d0| + |d1|), d the mean velocities before
+///   and after the key (harmonic mean where they are parallel: Fritsch & Butland 1984) smooth rotations: Hermite
+///   quaternion curve (Kim, Kim & Shin 1995) with the same rule for the angular velocities at keys
 /// Between two keys the rotation takes the shorter way, at most 180 degrees.
 class RigidMotion {
   public:
@@ -50,10 +51,10 @@ class RigidMotion {
     const std::vector<RigidKey>& keys() const { return keys_; }
 
   private:
-    struct Segment {                 // between keys k and k+1, s in [0, 1]
-        Vec3d position[4];           // Bezier points
-        Vec3d turn[3];               // rotation(s) = rotation_k exp(turn0 b1(s)) exp(turn1 b2(s)) exp(turn2 b3(s))
-        bool cubic = true;           // b: cumulative cubic Bernstein polynomials, or else (linear) turn1 alone with b2 = s
+    struct Segment {        // between keys k and k+1, s in [0, 1]
+        Vec3d position[4];  // Bezier points
+        Vec3d turn[3];      // rotation(s) = rotation_k exp(turn0 b1(s)) exp(turn1 b2(s)) exp(turn2 b3(s))
+        bool cubic = true;  // b: cumulative cubic Bernstein polynomials, or else (linear) turn1 alone with b2 = s
     };
     std::size_t segment_at(double time) const;
 
@@ -61,9 +62,9 @@ class RigidMotion {
     std::vector<Segment> segments_;
 };
 
-/// Keys with rotations in degrees about the fixed axes x, then y, then z. Throws InputError where an angle changes by 180 degrees or more
-/// between two keys: the way round would be lost.
-RigidMotion motion_from_degrees(const std::vector<double>& times, const std::vector<Vec3d>& positions, const std::vector<Vec3d>& degrees,
-                                Interpolation interpolation = Interpolation::smooth);
+/// Keys with rotations in degrees about the fixed axes x, then y, then z. Throws InputError where an angle changes by
+/// 180 degrees or more between two keys: the way round would be lost.
+RigidMotion motion_from_degrees(const std::vector<double>& times, const std::vector<Vec3d>& positions,
+                                const std::vector<Vec3d>& degrees, Interpolation interpolation = Interpolation::smooth);
 
 }  // namespace thixo

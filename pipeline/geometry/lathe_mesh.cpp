@@ -38,11 +38,13 @@ Corner corner_at(const Vec2d& previous, const Vec2d& here, const Vec2d& next) {
     return {n, n};
 }
 
-/// Rings of vertices about the axis; a ring on the axis still has a vertex a segment, so that each can have its own normal.
+/// Rings of vertices about the axis; a ring on the axis still has a vertex a segment, so that each can have its own
+/// normal.
 class Lathe {
   public:
     explicit Lathe(int segments) : segments_(segments) {
-        for (int i = 0; i < 2 * segments; ++i) turn_.push_back({std::cos(kPi * i / segments), std::sin(kPi * i / segments)});
+        for (int i = 0; i < 2 * segments; ++i)
+            turn_.push_back({std::cos(kPi * i / segments), std::sin(kPi * i / segments)});
     }
 
     /// Index of the first vertex of a new ring.
@@ -50,7 +52,8 @@ class Lathe {
         const Index first = static_cast<Index>(mesh.vertices.size());
         for (int i = 0; i < segments_; ++i) {
             const Vec2d& at = turn_[2 * i];
-            const Vec2d& facing = on_axis(p) ? turn_[2 * i + 1] : at;  // on the axis: the middle of the segment's triangle
+            const Vec2d& facing =
+                on_axis(p) ? turn_[2 * i + 1] : at;  // on the axis: the middle of the segment's triangle
             mesh.vertices.push_back(Vec3d(p.x() * at.x(), p.x() * at.y(), p.y()).cast<float>());
             mesh.normals.push_back(Vec3d(n.x() * facing.x(), n.x() * facing.y(), n.y()).cast<float>());
         }
@@ -78,15 +81,20 @@ TriangleMesh lathe_mesh(const std::vector<Vec2d>& profile, int segments) {
     Lathe lathe(std::max(segments, 3));
     const std::size_t n = profile.size();
     std::vector<Corner> corners;
-    for (std::size_t k = 0; k < n; ++k) corners.push_back(corner_at(profile[(k + n - 1) % n], profile[k], profile[(k + 1) % n]));
+    for (std::size_t k = 0; k < n; ++k)
+        corners.push_back(corner_at(profile[(k + n - 1) % n], profile[k], profile[(k + 1) % n]));
 
-    const auto is_surface = [&](std::size_t k) { return !on_axis(profile[k]) || !on_axis(profile[(k + 1) % n]); };  // edge k -> k+1
+    const auto is_surface = [&](std::size_t k) {
+        return !on_axis(profile[k]) || !on_axis(profile[(k + 1) % n]);
+    };  // edge k -> k+1
 
     std::vector<Index> arriving(n), leaving(n);
     for (std::size_t k = 0; k < n; ++k) {
         const bool before = is_surface((k + n - 1) % n), after = is_surface(k);
         if (before) arriving[k] = lathe.ring(profile[k], corners[k].before);
-        if (after) leaving[k] = before && corners[k].after == corners[k].before ? arriving[k] : lathe.ring(profile[k], corners[k].after);
+        if (after)
+            leaving[k] = before && corners[k].after == corners[k].before ? arriving[k]
+                                                                         : lathe.ring(profile[k], corners[k].after);
     }
     for (std::size_t k = 0; k < n; ++k) {
         const std::size_t m = (k + 1) % n;

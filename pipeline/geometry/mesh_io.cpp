@@ -53,7 +53,8 @@ std::string write_ply(const TriangleMesh& mesh) {
         append(out, mesh.vertices[i].data(), 12);
         if (normals) append(out, mesh.normals[i].data(), 12);
         if (colours)
-            for (int k = 0; k < 3; ++k) out.push_back(static_cast<char>(std::lround(255 * srgb_from_linear(mesh.colours[i][k]))));
+            for (int k = 0; k < 3; ++k)
+                out.push_back(static_cast<char>(std::lround(255 * srgb_from_linear(mesh.colours[i][k]))));
     }
     for (const auto& t : mesh.triangles) {
         out.push_back(3);

@@ -44,34 +44,38 @@ Real half_solid_angle(const TreeTriangle& t, const Vec3& x) {
     const Real la = a.norm(), lb = b.norm(), lc = c.norm();
     const Real determinant = a.dot(b.cross(c));
     const Real denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    if (determinant == 0 && denominator <= 0) return 0;  // in the triangle's own plane: seen edge on, or on it (the mean of both sides)
+    if (determinant == 0 && denominator <= 0)
+        return 0;  // in the triangle's own plane: seen edge on, or on it (the mean of both sides)
     return std::atan2(determinant, denominator);
 }
 
 std::vector<TreeTriangle> checked_triangles(const TriangleMesh& mesh) {
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
         if (!(mesh.vertices[i].cwiseAbs().maxCoeff() < 1e9f))
-            throw InputError("mesh vertex {} is at ({}, {}, {}); coordinates must be finite and below 1e9", i, mesh.vertices[i].x(),
-                             mesh.vertices[i].y(), mesh.vertices[i].z());
+            throw InputError("mesh vertex {} is at ({}, {}, {}); coordinates must be finite and below 1e9", i,
+                             mesh.vertices[i].x(), mesh.vertices[i].y(), mesh.vertices[i].z());
     std::vector<TreeTriangle> triangles;
     triangles.reserve(mesh.triangles.size());
     for (Index k = 0; k < mesh.triangles.size(); ++k) {
         const auto& t = mesh.triangles[k];
         for (const Index v : t)
             if (v >= mesh.vertices.size())
-                throw InputError("mesh triangle {} names vertex {} of {}; the mesh is damaged", k, v, mesh.vertices.size());
+                throw InputError("mesh triangle {} names vertex {} of {}; the mesh is damaged", k, v,
+                                 mesh.vertices.size());
         const Vec3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
         const Vec3d n = (b.cast<double>() - a.cast<double>()).cross(c.cast<double>() - a.cast<double>());
         if (n.squaredNorm() > 0) triangles.push_back({a.cast<Real>(), b.cast<Real>(), c.cast<Real>(), k});
     }
-    if (triangles.empty()) throw InputError("the mesh has no triangle with an area; a surface of triangles is needed here");
+    if (triangles.empty())
+        throw InputError("the mesh has no triangle with an area; a surface of triangles is needed here");
     return triangles;
 }
 
 }  // namespace
 
 MeshQuery::MeshQuery(TriangleMesh mesh)
-    : mesh_(std::move(mesh)), tree_(std::make_unique<const TriangleTree>(build_triangle_tree(checked_triangles(mesh_)))) {}
+    : mesh_(std::move(mesh)),
+      tree_(std::make_unique<const TriangleTree>(build_triangle_tree(checked_triangles(mesh_)))) {}
 MeshQuery::~MeshQuery() = default;
 MeshQuery::MeshQuery(MeshQuery&&) noexcept = default;
 MeshQuery& MeshQuery::operator=(MeshQuery&&) noexcept = default;
@@ -89,7 +93,8 @@ MeshQuery::Closest MeshQuery::closest(const Vec3& x, Index near) const {
     Closest best{std::numeric_limits<Real>::max(), x, kNone};
     if (near < mesh_.triangles.size()) {
         const auto& t = mesh_.triangles[near];
-        best.point = closest_on_triangle(x, mesh_.vertices[t[0]].cast<Real>(), mesh_.vertices[t[1]].cast<Real>(), mesh_.vertices[t[2]].cast<Real>());
+        best.point = closest_on_triangle(x, mesh_.vertices[t[0]].cast<Real>(), mesh_.vertices[t[1]].cast<Real>(),
+                                         mesh_.vertices[t[2]].cast<Real>());
         best.triangle = near;
         best2 = (best.point - x).squaredNorm();
     }
@@ -103,7 +108,8 @@ MeshQuery::Closest MeshQuery::closest(const Vec3& x, Index near) const {
                     const TreeTriangle& t = tree_->triangles[k];
                     const Vec3 p = closest_on_triangle(x, t.a, t.b, t.c);
                     const Real d2 = (p - x).squaredNorm();
-                    if (d2 < best2 || (d2 == best2 && t.triangle < best.triangle)) best2 = d2, best.point = p, best.triangle = t.triangle;
+                    if (d2 < best2 || (d2 == best2 && t.triangle < best.triangle))
+                        best2 = d2, best.point = p, best.triangle = t.triangle;
                 }
                 break;
             }
@@ -132,7 +138,8 @@ Real MeshQuery::winding_number(const Vec3& x, Real accuracy) const {
         if (r2 > square(accuracy * node.radius)) {
             angle += double(node.area_normal.dot(r) / (r2 * std::sqrt(r2))) / 2;
         } else if (node.count > 0) {
-            for (Index k = node.first; k < node.first + node.count; ++k) angle += double(half_solid_angle(tree_->triangles[k], x));
+            for (Index k = node.first; k < node.first + node.count; ++k)
+                angle += double(half_solid_angle(tree_->triangles[k], x));
         } else {
             stack[top++] = node.first;
             stack[top++] = at + 1;

@@ -12,7 +12,9 @@ namespace {
 std::vector<Index> position_numbers(const std::vector<Vec3f>& vertices, Index& count) {
     std::vector<Index> order(vertices.size()), number(vertices.size());
     std::iota(order.begin(), order.end(), Index(0));
-    const auto key = [&](Index i) { return std::array<float, 3>{vertices[i].x() + 0.f, vertices[i].y() + 0.f, vertices[i].z() + 0.f}; };
+    const auto key = [&](Index i) {
+        return std::array<float, 3>{vertices[i].x() + 0.f, vertices[i].y() + 0.f, vertices[i].z() + 0.f};
+    };
     std::sort(order.begin(), order.end(), [&](Index a, Index b) {
         const auto ka = key(a), kb = key(b);
         return ka != kb ? ka < kb : a < b;

@@ -29,7 +29,8 @@ TreeNode summarise(const std::vector<TreeTriangle>& triangles, Index first, Inde
     node.area_normal = moment.cast<Real>();
     Real radius2 = 0;
     for (Index k = first; k < first + count; ++k)
-        for (const Vec3& p : {triangles[k].a, triangles[k].b, triangles[k].c}) radius2 = std::max(radius2, (p - node.centre).squaredNorm());
+        for (const Vec3& p : {triangles[k].a, triangles[k].b, triangles[k].c})
+            radius2 = std::max(radius2, (p - node.centre).squaredNorm());
     node.radius = std::sqrt(radius2);
     node.first = first;
     node.count = count;

@@ -15,7 +15,8 @@ constexpr std::size_t kMaxElements = std::numeric_limits<std::int32_t>::max();
 Index resolve(const TextCursor& text, std::string_view word, std::size_t count, const char* what) {
     const std::int64_t given = text.integer(word);
     const std::int64_t index = given > 0 ? given - 1 : static_cast<std::int64_t>(count) + given;
-    if (given == 0 || index < 0 || index >= static_cast<std::int64_t>(count)) text.fail("{} {} of {}", what, given, count);
+    if (given == 0 || index < 0 || index >= static_cast<std::int64_t>(count))
+        text.fail("{} {} of {}", what, given, count);
     return static_cast<Index>(index);
 }
 
@@ -51,8 +52,10 @@ class ObjReader {
         mesh_.vertices.push_back(vector());
         double extra[4];
         int count = 0;
-        for (std::string_view w; count < 4 && !(w = text_.word_in_line()).empty() && w[0] != '#';) extra[count++] = text_.number(w);
-        if (count >= 3) mesh_.colours.push_back(linear_from_srgb(Vec3f(float(extra[0]), float(extra[1]), float(extra[2]))));
+        for (std::string_view w; count < 4 && !(w = text_.word_in_line()).empty() && w[0] != '#';)
+            extra[count++] = text_.number(w);
+        if (count >= 3)
+            mesh_.colours.push_back(linear_from_srgb(Vec3f(float(extra[0]), float(extra[1]), float(extra[2]))));
     }
 
     /// "v", "v/t", "v//n" or "v/t/n"
@@ -63,7 +66,8 @@ class ObjReader {
             const Index v = resolve(text_, w.substr(0, slash), mesh_.vertices.size(), "a face names vertex");
             corners_.push_back(v);
             const std::size_t last = slash == std::string_view::npos ? slash : w.find('/', slash + 1);
-            if (last != std::string_view::npos && last + 1 < w.size()) note_normal(v, resolve(text_, w.substr(last + 1), normals_.size(), "a face names normal"));
+            if (last != std::string_view::npos && last + 1 < w.size())
+                note_normal(v, resolve(text_, w.substr(last + 1), normals_.size(), "a face names normal"));
         }
         if (corners_.size() < 3) text_.fail("a face with {} corners", corners_.size());
         add_polygon(mesh_, corners_);

@@ -9,10 +9,10 @@ namespace {
 
 PlyType type_of(const TextCursor& text, std::string_view word) {
     static constexpr std::pair<std::string_view, PlyType> names[] = {
-        {"char", PlyType::i8},    {"int8", PlyType::i8},     {"uchar", PlyType::u8},    {"uint8", PlyType::u8},
-        {"short", PlyType::i16},  {"int16", PlyType::i16},   {"ushort", PlyType::u16},  {"uint16", PlyType::u16},
-        {"int", PlyType::i32},    {"int32", PlyType::i32},   {"uint", PlyType::u32},    {"uint32", PlyType::u32},
-        {"float", PlyType::f32},  {"float32", PlyType::f32}, {"double", PlyType::f64},  {"float64", PlyType::f64}};
+        {"char", PlyType::i8},   {"int8", PlyType::i8},     {"uchar", PlyType::u8},   {"uint8", PlyType::u8},
+        {"short", PlyType::i16}, {"int16", PlyType::i16},   {"ushort", PlyType::u16}, {"uint16", PlyType::u16},
+        {"int", PlyType::i32},   {"int32", PlyType::i32},   {"uint", PlyType::u32},   {"uint32", PlyType::u32},
+        {"float", PlyType::f32}, {"float32", PlyType::f32}, {"double", PlyType::f64}, {"float64", PlyType::f64}};
     for (const auto& [name, type] : names)
         if (name == word) return type;
     text.fail("'{}' is no PLY type", TextCursor::shown(word));
@@ -31,7 +31,8 @@ PlyProperty property_of(TextCursor& text) {
     if (word == "list") {
         p.list = true;
         p.count_type = type_of(text, text.word_in_line());
-        if (p.count_type == PlyType::f32 || p.count_type == PlyType::f64) text.fail("a list whose length is no whole number");
+        if (p.count_type == PlyType::f32 || p.count_type == PlyType::f64)
+            text.fail("a list whose length is no whole number");
         word = text.word_in_line();
     }
     p.type = type_of(text, word);

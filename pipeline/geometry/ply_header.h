@@ -29,7 +29,7 @@ struct PlyElement {
 struct PlyHeader {
     PlyFormat format = PlyFormat::text;
     std::vector<PlyElement> elements;
-    std::size_t size = 0;   // bytes up to the data
+    std::size_t size = 0;  // bytes up to the data
     std::size_t lines = 0;
 };
 

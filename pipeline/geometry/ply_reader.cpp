@@ -34,14 +34,22 @@ class BinarySource {
         : bytes_(bytes), at_(begin), swap_(swap), name_(name) {}
     double number(PlyType type) {
         switch (type) {
-            case PlyType::i8: return get<std::int8_t>();
-            case PlyType::u8: return get<std::uint8_t>();
-            case PlyType::i16: return get<std::int16_t>();
-            case PlyType::u16: return get<std::uint16_t>();
-            case PlyType::i32: return get<std::int32_t>();
-            case PlyType::u32: return get<std::uint32_t>();
-            case PlyType::f32: return get<float>();
-            case PlyType::f64: return get<double>();
+            case PlyType::i8:
+                return get<std::int8_t>();
+            case PlyType::u8:
+                return get<std::uint8_t>();
+            case PlyType::i16:
+                return get<std::int16_t>();
+            case PlyType::u16:
+                return get<std::uint16_t>();
+            case PlyType::i32:
+                return get<std::int32_t>();
+            case PlyType::u32:
+                return get<std::uint32_t>();
+            case PlyType::f32:
+                return get<float>();
+            case PlyType::f64:
+                return get<double>();
         }
         return 0;
     }
@@ -52,7 +60,9 @@ class BinarySource {
   private:
     template <class T>
     double get() {
-        if (left() < sizeof(T)) throw InputError("{}: byte {}: the file ends too early; it is cut short: copy or export it again", name_, at_);
+        if (left() < sizeof(T))
+            throw InputError("{}: byte {}: the file ends too early; it is cut short: copy or export it again", name_,
+                             at_);
         char raw[sizeof(T)];
         for (std::size_t k = 0; k < sizeof(T); ++k) raw[k] = bytes_[at_ + (swap_ ? sizeof(T) - 1 - k : k)];
         at_ += sizeof(T);
@@ -71,7 +81,8 @@ double full_scale(PlyType type) { return type == PlyType::u8 ? 255 : type == Ply
 template <class Source>
 class PlyReader {
   public:
-    PlyReader(const PlyHeader& header, Source source, const std::string& name) : header_(header), source_(std::move(source)), name_(name) {}
+    PlyReader(const PlyHeader& header, Source source, const std::string& name)
+        : header_(header), source_(std::move(source)), name_(name) {}
 
     TriangleMesh read() {
         const PlyElement* vertices = nullptr;
@@ -102,7 +113,8 @@ class PlyReader {
         }
         // Before anything is allocated for them: a damaged count must not ask for all memory.
         if (e.count > source_.left() / smallest || e.count > std::size_t(std::numeric_limits<std::int32_t>::max()))
-            fail("{} elements '{}' do not fit in the {} bytes left", e.count, TextCursor::shown(e.name), source_.left());
+            fail("{} elements '{}' do not fit in the {} bytes left", e.count, TextCursor::shown(e.name),
+                 source_.left());
         if (e.name == "vertex") return read_vertices(e);
         const int list = std::max(e.find("vertex_indices"), e.find("vertex_index"));
         const bool strips = e.name == "tristrips", faces = e.name == "face";
@@ -125,7 +137,8 @@ class PlyReader {
             }
             row_.push_back(0);
             const double count = source_.number(p.count_type);
-            if (!(count >= 0) || count != std::floor(count) || count > double(source_.left() / Source::smallest(p.type)))
+            if (!(count >= 0) || count != std::floor(count) ||
+                count > double(source_.left() / Source::smallest(p.type)))
                 fail("a list of {} values in the {} bytes left", count, source_.left());
             if (k == wanted) list_.clear();
             for (std::size_t i = 0; i < std::size_t(count); ++i) {
@@ -146,7 +159,8 @@ class PlyReader {
             read_row(e, -1);
             const auto vector = [&](const int* at) { return Vec3d(row_[at[0]], row_[at[1]], row_[at[2]]); };
             const Vec3d p = vector(x);
-            if (!(p.cwiseAbs().maxCoeff() < 1e30) || !p.allFinite()) fail("vertex {} is at ({}, {}, {})", k, p.x(), p.y(), p.z());
+            if (!(p.cwiseAbs().maxCoeff() < 1e30) || !p.allFinite())
+                fail("vertex {} is at ({}, {}, {})", k, p.x(), p.y(), p.z());
             mesh_.vertices.push_back(p.cast<float>());
             if (normals) {
                 const Vec3d normal = vector(n).stableNormalized();
@@ -155,13 +169,15 @@ class PlyReader {
             }
             if (colours) {
                 const Vec3d colour = vector(c) / full_scale(e.properties[c[0]].type);
-                mesh_.colours.push_back(linear_from_srgb(Vec3f(float(colour.x()), float(colour.y()), float(colour.z()))));
+                mesh_.colours.push_back(
+                    linear_from_srgb(Vec3f(float(colour.x()), float(colour.y()), float(colour.z()))));
             }
         }
     }
 
     Index vertex(double value) const {
-        if (!(value >= 0 && value < double(vertex_count_)) || value != std::floor(value)) fail("a face names vertex {} of {}", value, vertex_count_);
+        if (!(value >= 0 && value < double(vertex_count_)) || value != std::floor(value))
+            fail("a face names vertex {} of {}", value, vertex_count_);
         return static_cast<Index>(value);
     }
 
@@ -172,7 +188,8 @@ class PlyReader {
         add_polygon(mesh_, corners_);
     }
 
-    /// Triangles of a strip; -1 starts a new one. Every other triangle is turned round; those with a repeated corner only steer the strip.
+    /// Triangles of a strip; -1 starts a new one. Every other triangle is turned round; those with a repeated corner
+    /// only steer the strip.
     void add_strip() {
         std::size_t length = 0;
         Index a = 0, b = 0;

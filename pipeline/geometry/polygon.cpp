@@ -22,7 +22,8 @@ bool is_ear(const std::vector<Vec3d>& p, const Vec3d& n, std::size_t i) {
     const std::size_t size = p.size(), h = (i + size - 1) % size, j = (i + 1) % size;
     if (!(n.dot((p[i] - p[h]).cross(p[j] - p[h])) > 0)) return false;
     for (std::size_t k = 0; k < size; ++k)
-        if (k != h && k != i && k != j && p[k] != p[h] && p[k] != p[j] && holds(n, p[h], p[i], p[j], p[k])) return false;
+        if (k != h && k != i && k != j && p[k] != p[h] && p[k] != p[j] && holds(n, p[h], p[i], p[j], p[k]))
+            return false;
     return true;
 }
 

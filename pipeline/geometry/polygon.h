@@ -7,8 +7,9 @@
 
 namespace thixo {
 
-/// Appends the triangles of a simple polygon, convex or not, by cutting ears in the plane of its Newell normal; where none is left (a polygon
-/// that crosses itself), a fan. Repeated neighbours are dropped; fewer than three corners give nothing. Requires indices in range.
+/// Appends the triangles of a simple polygon, convex or not, by cutting ears in the plane of its Newell normal; where
+/// none is left (a polygon that crosses itself), a fan. Repeated neighbours are dropped; fewer than three corners give
+/// nothing. Requires indices in range.
 void add_polygon(TriangleMesh& mesh, std::span<const Index> corners);
 
 }  // namespace thixo

@@ -6,8 +6,8 @@
 namespace thixo {
 namespace {
 
-/// Points of an arc about (r, z) from angle a to b (0 along +r, counter-clockwise), both ends in, `segments` to a full turn. Points within
-/// rounding of the axis are put on it.
+/// Points of an arc about (r, z) from angle a to b (0 along +r, counter-clockwise), both ends in, `segments` to a full
+/// turn. Points within rounding of the axis are put on it.
 void add_arc(std::vector<Vec2d>& profile, double r, double z, double radius, double a, double b, int segments) {
     const int steps = std::max(1, static_cast<int>(std::ceil((b - a) / (2 * kPi) * segments - 1e-9)));
     for (int i = 0; i <= steps; ++i) {
@@ -75,9 +75,11 @@ TriangleMesh sharp_box(const Vec3& half) {
                 mesh.normals.push_back(side * Vec3f::Unit(axis));
             }
             if (side > 0)
-                mesh.triangles.insert(mesh.triangles.end(), {{first, first + 1, first + 3}, {first, first + 3, first + 2}});
+                mesh.triangles.insert(mesh.triangles.end(),
+                                      {{first, first + 1, first + 3}, {first, first + 3, first + 2}});
             else
-                mesh.triangles.insert(mesh.triangles.end(), {{first, first + 3, first + 1}, {first, first + 2, first + 3}});
+                mesh.triangles.insert(mesh.triangles.end(),
+                                      {{first, first + 3, first + 1}, {first, first + 2, first + 3}});
         }
     return mesh;
 }
@@ -89,21 +91,23 @@ void add_triangle(TriangleMesh& mesh, Index a, Index b, Index c) {
 
 }  // namespace
 
-// A sphere of latitudes and longitudes, cut into octants that are moved to the corners of the core; the bands that join the octants
-// become the flat faces and the rounded edges.
+// A sphere of latitudes and longitudes, cut into octants that are moved to the corners of the core; the bands that join
+// the octants become the flat faces and the rounded edges.
 TriangleMesh box_mesh(const Vec3& core, double rounding, int segments) {
     if (rounding <= 0) return sharp_box(core);
     const int m = std::max(2, segments / 4), columns = 4 * (m + 1), rows = 2 * (m + 1);
     TriangleMesh mesh;
     for (int row = 0; row < rows; ++row) {
-        const double latitude = kPi / 2 * (row <= m ? double(row - m) : double(row - m - 1)) / m;  // from the south pole up
+        const double latitude =
+            kPi / 2 * (row <= m ? double(row - m) : double(row - m - 1)) / m;  // from the south pole up
         const double up = row <= m ? -1 : 1;
         for (int column = 0; column < columns; ++column) {
             const int quadrant = column / (m + 1);
             const double longitude = kPi / 2 * double(column - quadrant) / m;
             const bool pole = row == 0 || row == rows - 1;
             const Vec3d n = pole ? Vec3d(0, 0, up)
-                                 : Vec3d(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude), std::sin(latitude));
+                                 : Vec3d(std::cos(latitude) * std::cos(longitude),
+                                         std::cos(latitude) * std::sin(longitude), std::sin(latitude));
             const Vec3d side(quadrant == 0 || quadrant == 3 ? 1 : -1, quadrant < 2 ? 1 : -1, up);
             mesh.vertices.push_back((side.cwiseProduct(core.cast<double>()) + rounding * n).cast<float>());
             mesh.normals.push_back(n.cast<float>());

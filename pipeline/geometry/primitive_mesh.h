@@ -7,9 +7,10 @@
 
 namespace thixo {
 
-/// A closed polygon (r >= 0, z), counter-clockwise, turned about z in `segments` steps. Corners that bend by more than 40 degrees stay sharp
-/// (doubled vertices). At smooth corners between edges of like length the normal is that of the circle through the neighbours;
-/// where an edge is more than three times as long as the other, it is a flat that a rounding runs into and keeps its normal.
+/// A closed polygon (r >= 0, z), counter-clockwise, turned about z in `segments` steps. Corners that bend by more than
+/// 40 degrees stay sharp (doubled vertices). At smooth corners between edges of like length the normal is that of the
+/// circle through the neighbours; where an edge is more than three times as long as the other, it is a flat that a
+/// rounding runs into and keeps its normal.
 TriangleMesh lathe_mesh(const std::vector<Vec2d>& profile, int segments);
 
 TriangleMesh sphere_mesh(double radius, int segments);

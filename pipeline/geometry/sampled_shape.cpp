@@ -11,8 +11,8 @@
 namespace thixo {
 namespace {
 
-constexpr int kBlock = 8;            // cells a block edge
-constexpr int kNodes = kBlock + 1;   // samples a block edge: blocks share none, so that a query reads one block
+constexpr int kBlock = 8;           // cells a block edge
+constexpr int kNodes = kBlock + 1;  // samples a block edge: blocks share none, so that a query reads one block
 constexpr double kMaxSamples = double(1u << 28);
 
 using Index3 = Eigen::Array3i;
@@ -40,12 +40,17 @@ int snake(int i) {
 class Sampled final : public Shape::Node {
   public:
     Sampled(Shape shape, double cell, double band, const Box3& box)
-        : shape_(std::move(shape)), bounds_(shape_.bounds()), origin_(box.lower), cell_(Real(cell)), inverse_cell_(Real(1 / cell)) {
+        : shape_(std::move(shape)),
+          bounds_(shape_.bounds()),
+          origin_(box.lower),
+          cell_(Real(cell)),
+          inverse_cell_(Real(1 / cell)) {
         const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
         const Eigen::Array3d blocks = (extent / (cell * kBlock)).ceil().max(1);
         if (blocks.prod() > kMaxSamples)
-            throw InputError("sampling cell {} m needs more than {} blocks for a box of {} x {} x {} m; use a larger cell", cell, kMaxSamples,
-                             extent.x(), extent.y(), extent.z());
+            throw InputError(
+                "sampling cell {} m needs more than {} blocks for a box of {} x {} x {} m; use a larger cell", cell,
+                kMaxSamples, extent.x(), extent.y(), extent.z());
         blocks_ = blocks.cast<int>();
         upper_ = origin_ + Vec3((blocks_.cast<Real>() * (cell_ * kBlock)).matrix());
         sample_corners();
@@ -73,15 +78,19 @@ class Sampled final : public Shape::Node {
         const std::size_t nx = blocks_.x() + 1, ny = blocks_.y() + 1, nz = blocks_.z() + 1;
         corners_.resize(nx * ny * nz);
         parallel_for(corners_.size(), [&](std::size_t k) {
-            corners_[k] = shape_.distance(origin_ + (cell_ * kBlock) * Vec3(Real(k % nx), Real(k / nx % ny), Real(k / nx / ny)));
+            corners_[k] =
+                shape_.distance(origin_ + (cell_ * kBlock) * Vec3(Real(k % nx), Real(k / nx % ny), Real(k / nx / ny)));
         });
     }
 
-    /// A block is sampled finely where its centre is nearer to the surface than band and half its diagonal: |distance| is a lower bound.
+    /// A block is sampled finely where its centre is nearer to the surface than band and half its diagonal: |distance|
+    /// is a lower bound.
     void find_near_blocks(double band) {
         const Real half = cell_ * kBlock / 2, reach = Real(band) + Real(1.0001 * std::sqrt(3.0)) * half;
         std::vector<char> near(block_count());
-        parallel_for(near.size(), [&](std::size_t b) { near[b] = std::abs(shape_.distance(block_lower(b) + Vec3::Constant(half))) <= reach; });
+        parallel_for(near.size(), [&](std::size_t b) {
+            near[b] = std::abs(shape_.distance(block_lower(b) + Vec3::Constant(half))) <= reach;
+        });
         first_.assign(near.size(), kNone);
         for (std::size_t b = 0; b < near.size(); ++b)
             if (near[b]) {
@@ -89,7 +98,8 @@ class Sampled final : public Shape::Node {
                 near_.push_back(static_cast<Index>(b));
             }
         if (double(near_.size()) * cube(kNodes) > kMaxSamples)
-            throw InputError("sampling cell {} m needs {} samples; use a larger cell", cell_, near_.size() * cube(kNodes));
+            throw InputError("sampling cell {} m needs {} samples; use a larger cell", cell_,
+                             near_.size() * cube(kNodes));
     }
 
     void sample_near_blocks() {
@@ -100,7 +110,8 @@ class Sampled final : public Shape::Node {
                 const Vec3 lower = block_lower(near_[k]);
                 Vec3 x[cube(kNodes)];
                 for (int i = 0; i < cube(kNodes); ++i)
-                    x[snake(i)] = lower + cell_ * Vec3(Real(i % kNodes), Real(i / kNodes % kNodes), Real(i / kNodes / kNodes));
+                    x[snake(i)] =
+                        lower + cell_ * Vec3(Real(i % kNodes), Real(i / kNodes % kNodes), Real(i / kNodes / kNodes));
                 Real d[cube(kNodes)];
                 shape_.node().distances(x, d, cube(kNodes));
                 for (int i = 0; i < cube(kNodes); ++i) samples_[k * cube(kNodes) + i] = d[snake(i)];
@@ -116,10 +127,12 @@ class Sampled final : public Shape::Node {
         if (first_[b] == kNone) {
             const int dy = blocks_.x() + 1;
             const std::size_t dz = std::size_t(dy) * (blocks_.y() + 1);
-            return trilinear(&corners_[block.x() + dy * std::size_t(block.y()) + dz * block.z()], dy, static_cast<int>(dz), local / kBlock);
+            return trilinear(&corners_[block.x() + dy * std::size_t(block.y()) + dz * block.z()], dy,
+                             static_cast<int>(dz), local / kBlock);
         }
         const Index3 cell = local.array().cast<int>().max(0).min(kBlock - 1);
-        const std::size_t at = std::size_t(first_[b]) * cube(kNodes) + cell.x() + kNodes * (cell.y() + kNodes * cell.z());
+        const std::size_t at =
+            std::size_t(first_[b]) * cube(kNodes) + cell.x() + kNodes * (cell.y() + kNodes * cell.z());
         return trilinear(&samples_[at], kNodes, kNodes * kNodes, local - Vec3(cell.cast<Real>().matrix()));
     }
 
@@ -128,10 +141,10 @@ class Sampled final : public Shape::Node {
     Vec3 origin_, upper_;
     Real cell_, inverse_cell_;
     Index3 blocks_;
-    std::vector<Real> corners_;   // at the corners of blocks
-    std::vector<Index> first_;    // block -> place among the finely sampled ones, kNone where it is far from the surface
-    std::vector<Index> near_;     // its inverse
-    std::vector<Real> samples_;   // kNodes^3 a near block
+    std::vector<Real> corners_;  // at the corners of blocks
+    std::vector<Index> first_;   // block -> place among the finely sampled ones, kNone where it is far from the surface
+    std::vector<Index> near_;    // its inverse
+    std::vector<Real> samples_;  // kNodes^3 a near block
 };
 
 }  // namespace

@@ -14,9 +14,9 @@ struct Box3 {
     Vec3 lower{0, 0, 0}, upper{0, 0, 0};
 };
 
-/// An immutable shape; copies share the same tree. Exact distance for primitives; a lower bound of its magnitude for combinations
-/// (as usual for signed-distance trees), with the sign always right. Where bounds exist, the distance outside of them is never
-/// below the distance to that box. Constructors: shapes.h.
+/// An immutable shape; copies share the same tree. Exact distance for primitives; a lower bound of its magnitude for
+/// combinations (as usual for signed-distance trees), with the sign always right. Where bounds exist, the distance
+/// outside of them is never below the distance to that box. Constructors: shapes.h.
 class Shape {
   public:
     struct Node {
@@ -28,8 +28,8 @@ class Shape {
         }
         /// Box that holds the inside and the surface; empty where the shape is unbounded (a plane, an inverted shape).
         virtual std::optional<Box3> bounds() const = 0;
-        /// A closed mesh made from the shape's own description (corners, profile), `segments` around a full turn; empty where the
-        /// shape has none and the surface must be extracted from the distance.
+        /// A closed mesh made from the shape's own description (corners, profile), `segments` around a full turn; empty
+        /// where the shape has none and the surface must be extracted from the distance.
         virtual std::optional<TriangleMesh> exact_mesh(int /*segments*/) const { return std::nullopt; }
     };
     explicit Shape(std::shared_ptr<const Node> node) : node_(std::move(node)) {}

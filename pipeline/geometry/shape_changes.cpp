@@ -13,8 +13,14 @@ namespace {
 
 struct Transformed final : Shape::Node {
     Transformed(Shape s, double f, const Quatd& r, const Vec3d& t)
-        : shape(std::move(s)), factor(Real(f)), inverse_factor(Real(1 / f)), inverse_rotation(r.conjugate().toRotationMatrix().cast<Real>()),
-          translation(t.cast<Real>()), rotation(r), exact_factor(f), exact_translation(t) {}
+        : shape(std::move(s)),
+          factor(Real(f)),
+          inverse_factor(Real(1 / f)),
+          inverse_rotation(r.conjugate().toRotationMatrix().cast<Real>()),
+          translation(t.cast<Real>()),
+          rotation(r),
+          exact_factor(f),
+          exact_translation(t) {}
     Real distance(const Vec3& x) const override {
         return factor * shape.distance(inverse_rotation * (x - translation) * inverse_factor);
     }
@@ -23,7 +29,8 @@ struct Transformed final : Shape::Node {
         for (std::size_t begin = 0; begin < n; begin += kRow) {
             const std::size_t count = std::min(kRow, n - begin);
             Vec3 inner[kRow];
-            for (std::size_t k = 0; k < count; ++k) inner[k] = inverse_rotation * (x[begin + k] - translation) * inverse_factor;
+            for (std::size_t k = 0; k < count; ++k)
+                inner[k] = inverse_rotation * (x[begin + k] - translation) * inverse_factor;
             shape.node().distances(inner, out + begin, count);
         }
         for (std::size_t k = 0; k < n; ++k) out[k] *= factor;
@@ -102,7 +109,9 @@ Shape transformed(Shape shape, double factor, const Quatd& rotation, const Vec3d
     if (!(rotation.norm() > 0)) throw InputError("rotation is the zero quaternion; give a unit quaternion");
     return Shape(std::make_shared<Transformed>(std::move(shape), factor, rotation.normalized(), translation));
 }
-Shape scaled(Shape shape, double factor) { return transformed(std::move(shape), factor, Quatd::Identity(), Vec3d::Zero()); }
+Shape scaled(Shape shape, double factor) {
+    return transformed(std::move(shape), factor, Quatd::Identity(), Vec3d::Zero());
+}
 Shape rotated(Shape shape, const Quatd& rotation) { return transformed(std::move(shape), 1, rotation, Vec3d::Zero()); }
 Shape translated(Shape shape, const Vec3d& by) { return transformed(std::move(shape), 1, Quatd::Identity(), by); }
 
@@ -122,12 +131,14 @@ double volume(const Shape& shape, double cell) {
     if (!bounds) throw InputError("the volume of an unbounded shape is not finite; intersect it with a box");
     const Box3 box = grown(*bounds, Real(cell));
     const Eigen::Array3d count = ((box.upper - box.lower).cast<double>().array() / cell).ceil();
-    if (count.prod() > double(1ull << 36)) throw InputError("volume cell {} m is too fine for this shape; use a larger one", cell);
+    if (count.prod() > double(1ull << 36))
+        throw InputError("volume cell {} m is too fine for this shape; use a larger one", cell);
     const std::size_t nx = std::size_t(count.x()), ny = std::size_t(count.y()), nz = std::size_t(count.z());
     const auto column = [&](std::size_t k) {
         double sum = 0;
         for (std::size_t x = 0; x < nx; ++x) {
-            const Vec3d centre = box.lower.cast<double>() + cell * Vec3d(x + 0.5, double(k % ny) + 0.5, double(k / ny) + 0.5);
+            const Vec3d centre =
+                box.lower.cast<double>() + cell * Vec3d(x + 0.5, double(k % ny) + 0.5, double(k / ny) + 0.5);
             sum += clamp01(0.5 - double(shape.distance(centre.cast<Real>())) / cell);
         }
         return sum;
@@ -137,7 +148,8 @@ double volume(const Shape& shape, double cell) {
 
 Quatd rotation_from_degrees(const Vec3d& degrees) {
     const Vec3d a = degrees * (kPi / 180);
-    return Quatd(Eigen::AngleAxisd(a.z(), Vec3d::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3d::UnitY()) * Eigen::AngleAxisd(a.x(), Vec3d::UnitX()));
+    return Quatd(Eigen::AngleAxisd(a.z(), Vec3d::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3d::UnitY()) *
+                 Eigen::AngleAxisd(a.x(), Vec3d::UnitX()));
 }
 
 }  // namespace thixo

@@ -8,11 +8,13 @@
 namespace thixo {
 
 inline double positive_size(double value, const char* what) {
-    if (!(value > 0) || !std::isfinite(value)) throw InputError("{} is {}; it must be a finite length above 0", what, value);
+    if (!(value > 0) || !std::isfinite(value))
+        throw InputError("{} is {}; it must be a finite length above 0", what, value);
     return value;
 }
 inline double size_not_negative(double value, const char* what) {
-    if (!(value >= 0) || !std::isfinite(value)) throw InputError("{} is {}; it must be a finite length of 0 or more", what, value);
+    if (!(value >= 0) || !std::isfinite(value))
+        throw InputError("{} is {}; it must be a finite length of 0 or more", what, value);
     return value;
 }
 inline double finite_number(double value, const char* what) {

@@ -43,7 +43,8 @@ struct Union final : Shape::Node {
 
 /// Intersection of the first with the others, or (less) with their complements.
 struct Intersection final : Shape::Node {
-    Intersection(std::vector<Shape> list, Real radius, bool less_) : shapes(std::move(list)), smooth(radius), less(less_) {
+    Intersection(std::vector<Shape> list, Real radius, bool less_)
+        : shapes(std::move(list)), smooth(radius), less(less_) {
         box = shapes[0].bounds();
         for (std::size_t k = 1; k < shapes.size() && !less; ++k) {
             const auto other = shapes[k].bounds();
@@ -56,7 +57,8 @@ struct Intersection final : Shape::Node {
             const Real other = less ? -shapes[k].distance(x) : shapes[k].distance(x);
             d = smooth > 0 ? -smooth_min(-d, -other, smooth) : std::max(d, other);
         }
-        // The maximum can be far too low beside a thin wedge; the box keeps it a usable bound, and what blends with it near it.
+        // The maximum can be far too low beside a thin wedge; the box keeps it a usable bound, and what blends with it
+        // near it.
         return box ? std::max(d, outside(x)) : d;
     }
     std::optional<Box3> bounds() const override { return box; }

@@ -9,8 +9,9 @@
 namespace thixo {
 namespace {
 
-/// Distance of y (all components >= 0) to the ellipsoid with the half axes e. The closest point is c_k = e_k^2 y_k/(t + e_k^2) with t the
-/// largest root of sum (e_k y_k/(t + e_k^2))^2 = 1 (Eberly 2013); that function falls for t > -min e^2, so that bisection is safe.
+/// Distance of y (all components >= 0) to the ellipsoid with the half axes e. The closest point is c_k = e_k^2 y_k/(t +
+/// e_k^2) with t the largest root of sum (e_k y_k/(t + e_k^2))^2 = 1 (Eberly 2013); that function falls for t > -min
+/// e^2, so that bisection is safe.
 double ellipsoid_distance(const Vec3d& e, const Vec3d& y) {
     int shortest;
     e.minCoeff(&shortest);
@@ -25,8 +26,8 @@ double ellipsoid_distance(const Vec3d& e, const Vec3d& y) {
     Eigen::Array3d closest = Eigen::Array3d::Zero();
     for (int k = 0; k < 3; ++k)
         if (ey[k] > 0 && t + e2[k] > 0) closest[k] = e2[k] * y[k] / (t + e2[k]);
-    // In the plane of symmetry of the shortest axis, near the centre, the closest point leaves that plane: what the others leave of
-    // sum (c_k/e_k)^2 = 1.
+    // In the plane of symmetry of the shortest axis, near the centre, the closest point leaves that plane: what the
+    // others leave of sum (c_k/e_k)^2 = 1.
     double rest = 1 - (closest / e.array()).square().sum() + square(closest[shortest] / e[shortest]);
     closest[shortest] = e[shortest] * std::sqrt(std::max(rest, 0.0));
     return (closest - y.array()).matrix().norm();

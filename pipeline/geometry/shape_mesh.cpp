@@ -11,12 +11,15 @@ namespace thixo {
 namespace {
 
 struct Mesh final : Shape::Node {
-    Mesh(std::shared_ptr<const MeshQuery> q, bool closed_) : query(std::move(q)), box(query->bounds()), closed(closed_) {}
+    Mesh(std::shared_ptr<const MeshQuery> q, bool closed_)
+        : query(std::move(q)), box(query->bounds()), closed(closed_) {}
 
-    Real distance(const Vec3& x) const override { return inside(x) ? -query->closest(x).distance : query->closest(x).distance; }
+    Real distance(const Vec3& x) const override {
+        return inside(x) ? -query->closest(x).distance : query->closest(x).distance;
+    }
 
-    /// Each point starts from the triangle of the one before it, and keeps its sign where no surface can lie between the two. (Across a hole
-    /// the sign changes far from any surface.)
+    /// Each point starts from the triangle of the one before it, and keeps its sign where no surface can lie between
+    /// the two. (Across a hole the sign changes far from any surface.)
     void distances(const Vec3* x, Real* out, std::size_t n) const override {
         Index near = kNone;
         for (std::size_t k = 0; k < n; ++k) {

@@ -67,7 +67,8 @@ struct RoundedCone final : Shape::Node {
     }
     std::optional<Box3> bounds() const override {
         const Real r = std::max(radius1, radius2);
-        return Box3{Vec3(-r, -r, std::min(-radius1, height - radius2)), Vec3(r, r, std::max(radius1, height + radius2))};
+        return Box3{Vec3(-r, -r, std::min(-radius1, height - radius2)),
+                    Vec3(r, r, std::max(radius1, height + radius2))};
     }
     std::optional<TriangleMesh> exact_mesh(int segments) const override {
         return rounded_cone_mesh(radius1, radius2, height, segments);
@@ -99,7 +100,8 @@ struct Plane final : Shape::Node {
 
 void check_rounding(double rounding, double smallest_half, const char* what) {
     size_not_negative(rounding, what);
-    if (rounding > smallest_half) throw InputError("{} is {}; it must not exceed half the smallest extent, {}", what, rounding, smallest_half);
+    if (rounding > smallest_half)
+        throw InputError("{} is {}; it must not exceed half the smallest extent, {}", what, rounding, smallest_half);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// Constructors of shapes: primitives, solids of revolution, meshes, and what combines and changes them. Lengths in metres.
-// All of them throw InputError where a size is not finite or not positive. Sources: Hart 1996 (distance trees), Quilez (primitives).
+// Constructors of shapes: primitives, solids of revolution, meshes, and what combines and changes them. Lengths in
+// metres. All of them throw InputError where a size is not finite or not positive. Sources: Hart 1996 (distance trees),
+// Quilez (primitives).
 #pragma once
 
 #include <memory>
@@ -11,35 +12,40 @@
 
 namespace thixo {
 
-// ---- primitives: exact distance ---------------------------------------------------------------------------------------------------
-Shape sphere(double radius);                                           // centre at the origin
-Shape ellipsoid(const Vec3d& radii);                                   // exact by bisection (Eberly 2013)
-Shape box(const Vec3d& size, double rounding = 0);                     // edge lengths with the rounding in them; centred
-Shape cylinder(double radius, double height, double rounding = 0);     // axis z, centred
-Shape rounded_cone(double radius1, double radius2, double height);     // two spheres and their hull, axis z from the origin
+// ---- primitives: exact distance
+// ---------------------------------------------------------------------------------------------------
+Shape sphere(double radius);                                        // centre at the origin
+Shape ellipsoid(const Vec3d& radii);                                // exact by bisection (Eberly 2013)
+Shape box(const Vec3d& size, double rounding = 0);                  // edge lengths with the rounding in them; centred
+Shape cylinder(double radius, double height, double rounding = 0);  // axis z, centred
+Shape rounded_cone(double radius1, double radius2,
+                   double height);  // two spheres and their hull, axis z from the origin
 Shape capsule(const Vec3d& from, const Vec3d& to, double radius);
-Shape torus(double radius, double tube);                               // axis z
-Shape plane(const Vec3d& normal, double offset);                       // solid where normal.x < offset; unbounded
+Shape torus(double radius, double tube);          // axis z
+Shape plane(const Vec3d& normal, double offset);  // solid where normal.x < offset; unbounded
 
-/// A closed polygon (r >= 0, z) turned about z; the edge from the last point to the first closes it, edges on the axis are no surface.
-/// Either orientation. Throws InputError where a point has r < 0, fewer than three points differ, or the polygon crosses itself.
+/// A closed polygon (r >= 0, z) turned about z; the edge from the last point to the first closes it, edges on the axis
+/// are no surface. Either orientation. Throws InputError where a point has r < 0, fewer than three points differ, or
+/// the polygon crosses itself.
 Shape revolve(const std::vector<Vec2d>& profile);
 
-/// A triangle mesh: distance to the closest triangle, sign by the winding number, so that holes and self-intersections do no harm.
-/// A mesh turned inside out is taken the right way round, with a warning.
+/// A triangle mesh: distance to the closest triangle, sign by the winding number, so that holes and self-intersections
+/// do no harm. A mesh turned inside out is taken the right way round, with a warning.
 Shape mesh_shape(TriangleMesh mesh);
 /// The same, sharing a query structure; its mesh must be oriented outwards.
 Shape mesh_shape(std::shared_ptr<const MeshQuery> query);
 
-// ---- combinations -----------------------------------------------------------------------------------------------------------------
+// ---- combinations
+// -----------------------------------------------------------------------------------------------------------------
 // smooth > 0 [m] blends where two surfaces are nearer than that, by the quadratic polynomial minimum
 //   smin(a, b) = min(a, b) - max(smooth - |a - b|, 0)^2 / (4 smooth)
 // which grows a union by smooth/4 at most; lists are folded in their order. They throw InputError on an empty list.
 Shape union_of(std::vector<Shape> shapes, double smooth = 0);
 Shape intersection_of(std::vector<Shape> shapes, double smooth = 0);
-Shape difference_of(std::vector<Shape> shapes, double smooth = 0);     // the first less all others
+Shape difference_of(std::vector<Shape> shapes, double smooth = 0);  // the first less all others
 
-// ---- changes ----------------------------------------------------------------------------------------------------------------------
+// ---- changes
+// ----------------------------------------------------------------------------------------------------------------------
 Shape scaled(Shape shape, double factor);
 Shape rotated(Shape shape, const Quatd& rotation);
 Shape translated(Shape shape, const Vec3d& by);
@@ -52,9 +58,10 @@ Shape shell(Shape shape, double thickness);
 /// The complement: outside becomes inside. Turns an obstacle into a room.
 Shape inverted(Shape shape);
 
-// ---- measures ---------------------------------------------------------------------------------------------------------------------
-/// Volume [m^3] by midpoints of cells of edge `cell` [m], each filled by clamp(1/2 - d/cell): second order for smooth surfaces.
-/// Throws InputError where the shape is unbounded.
+// ---- measures
+// ---------------------------------------------------------------------------------------------------------------------
+/// Volume [m^3] by midpoints of cells of edge `cell` [m], each filled by clamp(1/2 - d/cell): second order for smooth
+/// surfaces. Throws InputError where the shape is unbounded.
 double volume(const Shape& shape, double cell);
 
 /// Rotation by degrees about the fixed axes x, then y, then z (as scenes give it).

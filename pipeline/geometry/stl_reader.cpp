@@ -19,8 +19,9 @@ void add_triangle(TriangleMesh& mesh) {
 
 TriangleMesh parse_binary(std::string_view bytes, std::size_t count, const std::string& name) {
     if ((bytes.size() - kHeader) / kFacet < count)
-        throw InputError("{}: byte {}: the file ends within triangle {} of {}; it is cut short: copy or export it again", name, bytes.size(),
-                         (bytes.size() - kHeader) / kFacet + 1, count);
+        throw InputError(
+            "{}: byte {}: the file ends within triangle {} of {}; it is cut short: copy or export it again", name,
+            bytes.size(), (bytes.size() - kHeader) / kFacet + 1, count);
     TriangleMesh mesh;
     mesh.vertices.reserve(3 * count);
     for (std::size_t k = 0; k < count; ++k) {
@@ -30,7 +31,9 @@ TriangleMesh parse_binary(std::string_view bytes, std::size_t count, const std::
         for (int i = 0; i < 3; ++i) {
             const Vec3f v(values[3 * i], values[3 * i + 1], values[3 * i + 2]);
             if (!v.allFinite())
-                throw InputError("{}: byte {}: a corner of triangle {} is not finite; the file is damaged: export it again", name, at + 12 * i, k + 1);
+                throw InputError(
+                    "{}: byte {}: a corner of triangle {} is not finite; the file is damaged: export it again", name,
+                    at + 12 * i, k + 1);
             mesh.vertices.push_back(v);
         }
         add_triangle(mesh);
@@ -67,7 +70,9 @@ TriangleMesh parse_stl(std::string_view bytes, const std::string& name) {
     const bool binary_size = bytes.size() >= kHeader && bytes.size() - kHeader == count * std::uint64_t(kFacet);
     const bool text = !binary_size && bytes.substr(0, 5) == "solid";
     if (!text && bytes.size() < kHeader)
-        throw InputError("{}: byte {}: the file ends within its header; it is no STL file or cut short: export it again", name, bytes.size());
+        throw InputError(
+            "{}: byte {}: the file ends within its header; it is no STL file or cut short: export it again", name,
+            bytes.size());
     const TriangleMesh corners = text ? parse_text(bytes, name) : parse_binary(bytes, count, name);
     if (corners.triangles.empty()) throw InputError("{}: no triangles; export the mesh again", name);
     return welded(corners);

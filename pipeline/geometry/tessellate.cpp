@@ -14,7 +14,8 @@ TriangleMesh tessellate(const Shape& shape, double cell, int segments) {
 TriangleMesh tessellate_plane(const Vec3d& centre, const Vec3d& normal, double extent) {
     positive_size(extent, "plane extent");
     finite_vector(centre, "plane centre");
-    if (!(finite_vector(normal, "plane normal").norm() > 0)) throw InputError("plane normal is zero; give the direction out of the solid");
+    if (!(finite_vector(normal, "plane normal").norm() > 0))
+        throw InputError("plane normal is zero; give the direction out of the solid");
     const Vec3d n = normal.normalized();
     Vec3d a, b;
     orthonormal_basis(n, a, b);

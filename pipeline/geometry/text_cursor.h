@@ -13,7 +13,8 @@ namespace thixo {
 
 class TextCursor {
   public:
-    TextCursor(std::string_view text, const std::string& file, std::size_t first_line = 1) : text_(text), file_(file), line_(first_line) {}
+    TextCursor(std::string_view text, const std::string& file, std::size_t first_line = 1)
+        : text_(text), file_(file), line_(first_line) {}
 
     /// The next word, past blanks and line ends; empty at the end of the text.
     std::string_view word() {
@@ -43,7 +44,8 @@ class TextCursor {
         if (!word.empty() && word[0] == '+') word.remove_prefix(1);
         const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
         if (error == std::errc::result_out_of_range && !word.empty()) return out_of_range(word);
-        if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) fail("'{}' is not a finite number", shown(word));
+        if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
+            fail("'{}' is not a finite number", shown(word));
         return value;
     }
     float coordinate(std::string_view word) const {
@@ -60,7 +62,8 @@ class TextCursor {
 
     template <class... A>
     [[noreturn]] void fail(fmt::format_string<A...> f, A&&... a) const {
-        throw InputError("{}: line {}: {}; the file is damaged or of another format: export it again", file_, line_, fmt::format(f, std::forward<A>(a)...));
+        throw InputError("{}: line {}: {}; the file is damaged or of another format: export it again", file_, line_,
+                         fmt::format(f, std::forward<A>(a)...));
     }
     /// A word fit for a message: printable and short.
     static std::string shown(std::string_view word) {

@@ -11,9 +11,9 @@ constexpr double kSmooth = 0.7660444431189780;  // cos 40 degrees
 
 struct Corner {
     Index triangle;
-    int side;     // which of its vertices
-    Vec3d normal; // of the triangle, zero without area
-    double angle; // at this corner
+    int side;      // which of its vertices
+    Vec3d normal;  // of the triangle, zero without area
+    double angle;  // at this corner
 };
 
 double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
@@ -28,7 +28,8 @@ std::vector<Corner> corners_by_vertex(const TriangleMesh& mesh, std::vector<Inde
     std::vector<Index> next(first.begin(), first.end() - 1);
     for (Index k = 0; k < mesh.triangles.size(); ++k) {
         const auto& t = mesh.triangles[k];
-        const Vec3d p[3] = {mesh.vertices[t[0]].cast<double>(), mesh.vertices[t[1]].cast<double>(), mesh.vertices[t[2]].cast<double>()};
+        const Vec3d p[3] = {mesh.vertices[t[0]].cast<double>(), mesh.vertices[t[1]].cast<double>(),
+                            mesh.vertices[t[2]].cast<double>()};
         const Vec3d n = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
         for (int s = 0; s < 3; ++s)
             corners[next[t[s]]++] = {k, s, n, angle_between(p[(s + 1) % 3] - p[s], p[(s + 2) % 3] - p[s])};
@@ -53,7 +54,8 @@ void add_vertex_normals(TriangleMesh& mesh) {
         for (Index i = 0; i < n; ++i)
             for (Index j = 0; j < i; ++j)
                 if (group[i] != group[j] && at[i].normal.dot(at[j].normal) > kSmooth)
-                    std::replace(group.begin(), group.begin() + i + 1, std::max(group[i], group[j]), std::min(group[i], group[j]));
+                    std::replace(group.begin(), group.begin() + i + 1, std::max(group[i], group[j]),
+                                 std::min(group[i], group[j]));
         for (Index g = 0; g < n; ++g) {
             if (group[g] != g) continue;
             Vec3d sum = Vec3d::Zero();

@@ -5,8 +5,9 @@
 
 namespace thixo {
 
-/// Unit normals, the mean of the adjacent triangles' normals weighted by their angle at the vertex (Thuermer & Wuethrich 1998). Triangles
-/// about a vertex that no chain of angles below 40 degrees joins get a copy of the vertex with a normal of their own (sharp edges).
+/// Unit normals, the mean of the adjacent triangles' normals weighted by their angle at the vertex (Thuermer &
+/// Wuethrich 1998). Triangles about a vertex that no chain of angles below 40 degrees joins get a copy of the vertex
+/// with a normal of their own (sharp edges).
 void add_vertex_normals(TriangleMesh& mesh);
 
 }  // namespace thixo

@@ -42,7 +42,9 @@ std::string text_stl(const TriangleMesh& mesh) {
     std::string out = "solid thing\n";
     for (const auto& t : mesh.triangles) {
         out += " facet normal 0 0 0\n  outer loop\n";
-        for (const Index v : t) out += fmt::format("   vertex {} {} {}\n", mesh.vertices[v].x(), mesh.vertices[v].y(), mesh.vertices[v].z());
+        for (const Index v : t)
+            out +=
+                fmt::format("   vertex {} {} {}\n", mesh.vertices[v].x(), mesh.vertices[v].y(), mesh.vertices[v].z());
         out += "  endloop\n endfacet\n";
     }
     return out + "endsolid thing\n";
@@ -51,13 +53,15 @@ std::string text_stl(const TriangleMesh& mesh) {
 std::string obj(const TriangleMesh& mesh) {
     std::string out = "# a comment\no thing\r\n";
     for (const Vec3f& v : mesh.vertices) out += fmt::format("v {} {} {}\n", v.x(), v.y(), v.z());
-    for (const auto& t : mesh.triangles) out += fmt::format("f {} {}/1 {}\n", t[0] + 1, int(t[1]) - int(mesh.vertices.size()), t[2] + 1);
+    for (const auto& t : mesh.triangles)
+        out += fmt::format("f {} {}/1 {}\n", t[0] + 1, int(t[1]) - int(mesh.vertices.size()), t[2] + 1);
     return out;
 }
 
 std::string big_endian_ply(const TriangleMesh& mesh) {
     std::string out = fmt::format(
-        "ply\nformat binary_big_endian 1.0\ncomment x\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\nproperty uchar "
+        "ply\nformat binary_big_endian 1.0\ncomment x\nelement vertex {}\nproperty double x\nproperty double "
+        "y\nproperty double z\nproperty uchar "
         "flag\nelement face {}\nproperty list uchar uint vertex_index\nproperty float weight\nend_header\n",
         mesh.vertices.size(), mesh.triangles.size());
     for (const Vec3f& v : mesh.vertices) {
@@ -109,8 +113,9 @@ TEST(MeshFiles, AreReadByTheirExtension) {
 }
 
 TEST(Ply, StripsAreUnrolledAlternatelyAndRestartAtMinusOne) {
-    const std::string header = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
-                               "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n";
+    const std::string header =
+        "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+        "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n";
     const TriangleMesh mesh = parse_ply(header + "9 0 1 2 3 4 -1 0 1 2\n", "a.ply");
     const std::vector<std::array<Index, 3>> expected = {{0, 1, 2}, {2, 1, 3}, {2, 3, 4}, {0, 1, 2}};
     EXPECT_EQ(mesh.triangles, expected);
@@ -122,8 +127,10 @@ TEST(Ply, StripsAreUnrolledAlternatelyAndRestartAtMinusOne) {
 
 TEST(Ply, PointSetsKeepNormalsAndColours) {
     const TriangleMesh mesh = parse_ply(
-        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\n"
-        "property float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n0 0 0 0 0 2 255 0 0\n1 0 0 0 3 4 0 255 188\n",
+        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float "
+        "nx\nproperty float ny\n"
+        "property float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n0 0 0 0 0 2 255 "
+        "0 0\n1 0 0 0 3 4 0 255 188\n",
         "a.ply");
     EXPECT_TRUE(mesh.triangles.empty());
     ASSERT_EQ(mesh.normals.size(), 2u);
@@ -136,7 +143,8 @@ TEST(Ply, PointSetsKeepNormalsAndColours) {
 
 TEST(Polygons, AreCutWithinTheirOutline) {
     // An L of area 3: a fan from its first corner would cover ground outside of it.
-    const TriangleMesh mesh = parse_obj("v 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nf 1 2 3 4 5 6\n", "l.obj");
+    const TriangleMesh mesh =
+        parse_obj("v 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nf 1 2 3 4 5 6\n", "l.obj");
     ASSERT_EQ(mesh.triangles.size(), 4u);
     double area = 0;
     for (const auto& t : mesh.triangles) {
@@ -187,7 +195,10 @@ TEST(DamagedMeshes, AreRefusedWithThePlace) {
     std::string giant = ply;
     giant.replace(giant.find("element vertex 144"), 18, "element vertex 999999999999");
     EXPECT_NE(message(parse_ply, giant).find("do not fit"), std::string::npos);
-    EXPECT_NE(message(parse_ply, "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 inf\n").find("line 8"),
+    EXPECT_NE(message(parse_ply,
+                      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
+                      "z\nend_header\n1 2 inf\n")
+                  .find("line 8"),
               std::string::npos);
     std::string stl = binary_stl(small_mesh());
     EXPECT_NE(message(parse_stl, stl.substr(0, 60)), "");
@@ -199,15 +210,20 @@ TEST(DamagedMeshes, AreRefusedWithThePlace) {
 
 /// Cuts, flips, overwrites or repeats parts of a good file, by a fixed seed.
 std::string damaged(const std::string& good, std::uint64_t seed) {
-    const auto pick = [&](std::uint64_t use, std::size_t n) { return std::size_t(random_unit(11, seed, 0, use) * double(n)); };
+    const auto pick = [&](std::uint64_t use, std::size_t n) {
+        return std::size_t(random_unit(11, seed, 0, use) * double(n));
+    };
     std::string bytes = good;
     switch (seed % 4) {
-        case 0: bytes.resize(pick(0, good.size())); break;
+        case 0:
+            bytes.resize(pick(0, good.size()));
+            break;
         case 1:
             for (int k = 0; k < 8; ++k) bytes[pick(2 * k, good.size())] ^= char(1 << pick(2 * k + 1, 8));
             break;
         case 2:  // the header or first lines: counts and keys
-            for (int k = 0; k < 3; ++k) bytes[pick(2 * k, std::min<std::size_t>(good.size(), 300))] = "0123456789- \n.eE"[pick(2 * k + 1, 16)];
+            for (int k = 0; k < 3; ++k)
+                bytes[pick(2 * k, std::min<std::size_t>(good.size(), 300))] = "0123456789- \n.eE"[pick(2 * k + 1, 16)];
             break;
         case 3: {
             const std::size_t from = pick(0, good.size()), to = pick(1, good.size()), length = pick(2, 200);
@@ -223,8 +239,11 @@ TEST(DamagedMeshes, NeverCrashTheReaders) {
         TriangleMesh (*parse)(std::string_view, const std::string&);
         std::string bytes;
     };
-    const std::vector<Kind> kinds = {{parse_obj, obj(mesh)},         {parse_ply, write_ply(mesh)},   {parse_ply, big_endian_ply(mesh)},
-                                     {parse_stl, binary_stl(mesh)}, {parse_stl, text_stl(mesh)}};
+    const std::vector<Kind> kinds = {{parse_obj, obj(mesh)},
+                                     {parse_ply, write_ply(mesh)},
+                                     {parse_ply, big_endian_ply(mesh)},
+                                     {parse_stl, binary_stl(mesh)},
+                                     {parse_stl, text_stl(mesh)}};
     int refused = 0, read = 0;
     const double start = wall_seconds();
     for (const Kind& kind : kinds)

@@ -61,12 +61,14 @@ int count_wrong(const Case& c, const Box3& box, const std::function<bool(const V
 TEST(WindingNumber, TellsInsideFromOutsideOfClosedMeshes) {
     for (const Case& c : cases()) {
         const MeshQuery query(c.mesh);
-        EXPECT_EQ(count_wrong(c, query.bounds(), [&](const Vec3& x, Real d) { return query.inside(x) == (d < 0); }), 0) << c.name;
+        EXPECT_EQ(count_wrong(c, query.bounds(), [&](const Vec3& x, Real d) { return query.inside(x) == (d < 0); }), 0)
+            << c.name;
     }
 }
 
 TEST(WindingNumber, TellsInsideFromOutsideOfMeshesWithHoles) {
-    // One triangle in twenty is missing: right wherever the surface is farther than the size of a hole, three triangle edges.
+    // One triangle in twenty is missing: right wherever the surface is farther than the size of a hole, three triangle
+    // edges.
     for (const Case& c : cases()) {
         TriangleMesh mesh = c.mesh;
         mesh.triangles.clear();
@@ -74,12 +76,16 @@ TEST(WindingNumber, TellsInsideFromOutsideOfMeshesWithHoles) {
             if (random_unit(5, k, 0, 0) >= 0.05) mesh.triangles.push_back(c.mesh.triangles[k]);
         const MeshQuery query(mesh);
         const Real hole = 3 * Real(0.025);
-        EXPECT_EQ(count_wrong(c, query.bounds(), [&](const Vec3& x, Real d) { return std::abs(d) < hole || query.inside(x) == (d < 0); }), 0) << c.name;
+        EXPECT_EQ(count_wrong(c, query.bounds(),
+                              [&](const Vec3& x, Real d) { return std::abs(d) < hole || query.inside(x) == (d < 0); }),
+                  0)
+            << c.name;
     }
 }
 
 TEST(WindingNumber, ClosesOneLargeHole) {
-    // A sphere without its cap above 60 degrees of latitude: the winding number still passes 1/2 within the missing cap's height.
+    // A sphere without its cap above 60 degrees of latitude: the winding number still passes 1/2 within the missing
+    // cap's height.
     TriangleMesh mesh = tessellate(sphere(1), 0.02, 100);
     std::erase_if(mesh.triangles, [&](const auto& t) { return mesh.vertices[t[0]].z() > 0.87f; });
     const MeshQuery query(mesh);
@@ -127,7 +133,8 @@ TEST(ClosestPoint, DoesNotDependOnWhereItStarts) {
     const MeshQuery query(cases()[2].mesh);
     for (int k = 0; k < 500; ++k) {
         const Vec3 x = point(query.bounds(), k);
-        const auto plain = query.closest(x), hinted = query.closest(x, query.closest(point(query.bounds(), k + 1)).triangle);
+        const auto plain = query.closest(x),
+                   hinted = query.closest(x, query.closest(point(query.bounds(), k + 1)).triangle);
         EXPECT_EQ(plain.distance, hinted.distance);
         EXPECT_EQ(plain.triangle, hinted.triangle);
     }
@@ -136,13 +143,17 @@ TEST(ClosestPoint, DoesNotDependOnWhereItStarts) {
 TEST(ClosestPoint, OnATriangleMinimisesOverItsBarycentricGrid) {
     // The grid of 200 steps misses the minimum by an edge/200 at most, never beats it.
     for (int k = 0; k < 200; ++k) {
-        const auto v = [&](int n) { return Vec3f(float(random_unit(k, n, 0, 0)), float(random_unit(k, n, 0, 1)), float(random_unit(k, n, 0, 2))); };
+        const auto v = [&](int n) {
+            return Vec3f(float(random_unit(k, n, 0, 0)), float(random_unit(k, n, 0, 1)),
+                         float(random_unit(k, n, 0, 2)));
+        };
         const MeshQuery one({{v(0), v(1), v(2)}, {}, {}, {{0, 1, 2}}});
         const Vec3f x = 3 * v(3) - Vec3f::Constant(1);
         float nearest = 1e9f;
         for (int i = 0; i <= 200; ++i)
             for (int j = 0; i + j <= 200; ++j)
-                nearest = std::min(nearest, (v(0) + (v(1) - v(0)) * float(i) / 200.f + (v(2) - v(0)) * float(j) / 200.f - x).norm());
+                nearest = std::min(
+                    nearest, (v(0) + (v(1) - v(0)) * float(i) / 200.f + (v(2) - v(0)) * float(j) / 200.f - x).norm());
         const Real d = one.closest(x.cast<Real>()).distance;
         EXPECT_LE(d, nearest + 1e-5);
         EXPECT_GE(d, nearest - 0.015);
@@ -153,7 +164,9 @@ TEST(MeshQuery, RefusesWhatIsNoSurface) {
     EXPECT_THROW(MeshQuery({}), InputError);
     EXPECT_THROW(MeshQuery({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {{0, 1, 3}}}), InputError);
     EXPECT_THROW(MeshQuery({{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {}, {}, {{0, 1, 2}}}), InputError);
-    EXPECT_THROW(MeshQuery({{{0, 0, 0}, {1, 0, 0}, {0, std::numeric_limits<float>::quiet_NaN(), 0}}, {}, {}, {{0, 1, 2}}}), InputError);
+    EXPECT_THROW(
+        MeshQuery({{{0, 0, 0}, {1, 0, 0}, {0, std::numeric_limits<float>::quiet_NaN(), 0}}, {}, {}, {{0, 1, 2}}}),
+        InputError);
 }
 
 TEST(MeshShape, TurnsAnInsideOutMeshRound) {
@@ -165,23 +178,28 @@ TEST(MeshShape, TurnsAnInsideOutMeshRound) {
 TEST(MeshShape, GivesTheSameDistancesInARowAsOneByOne) {
     const Shape shape = scaled(mesh_shape(cases()[2].mesh), 2);
     std::vector<Vec3> x;
-    for (int k = 0; k < 5000; ++k) x.push_back(Vec3(Real(k) / 2500 - 1, Real(0.3 * std::sin(k * 0.01)), Real(0.3 * std::cos(k * 0.013))));
+    for (int k = 0; k < 5000; ++k)
+        x.push_back(Vec3(Real(k) / 2500 - 1, Real(0.3 * std::sin(k * 0.01)), Real(0.3 * std::cos(k * 0.013))));
     std::vector<Real> d(x.size());
     shape.node().distances(x.data(), d.data(), x.size());
     for (std::size_t k = 0; k < x.size(); ++k) ASSERT_EQ(d[k], shape.distance(x[k]));
 }
 
 TEST(SampledShape, IsNearTheShapeInTheBandAndOfTheRightSignEverywhere) {
-    // Trilinear interpolation of a function with slope 1: second order, cell^2/8 times the curvature 1/0.25 and the medial
-    // axis's kinks away from the surface; 0.05 cells near it.
+    // Trilinear interpolation of a function with slope 1: second order, cell^2/8 times the curvature 1/0.25 and the
+    // medial axis's kinks away from the surface; 0.05 cells near it.
     const Shape exact = torus(0.6, 0.25);
     const double cell = 0.02;
     const Shape grid = sampled(exact, cell, 3 * cell);
     for (int k = 0; k < 50000; ++k) {
         const Vec3 x = point(*exact.bounds(), k);
         const Real d = exact.distance(x), e = grid.distance(x);
-        if (std::abs(d) < 3 * cell) { ASSERT_NEAR(e, d, 0.05 * cell); }
-        if (std::abs(d) > 0.05 * cell) { ASSERT_EQ(e < 0, d < 0); }
+        if (std::abs(d) < 3 * cell) {
+            ASSERT_NEAR(e, d, 0.05 * cell);
+        }
+        if (std::abs(d) > 0.05 * cell) {
+            ASSERT_EQ(e < 0, d < 0);
+        }
     }
 }
 
@@ -201,8 +219,12 @@ TEST(SampledShape, OfAMeshAgreesWithTheMesh) {
     for (int k = 0; k < 3000; ++k) {
         const Vec3 x = point(*exact.bounds(), k);
         const Real d = exact.distance(x);
-        if (std::abs(d) < cell) { ASSERT_NEAR(grid.distance(x), d, 0.5 * cell); }  // medial axes of legs and horns pass within the band
-        if (std::abs(d) > cell) { ASSERT_EQ(grid.distance(x) < 0, d < 0); }
+        if (std::abs(d) < cell) {
+            ASSERT_NEAR(grid.distance(x), d, 0.5 * cell);
+        }  // medial axes of legs and horns pass within the band
+        if (std::abs(d) > cell) {
+            ASSERT_EQ(grid.distance(x) < 0, d < 0);
+        }
     }
 }
 

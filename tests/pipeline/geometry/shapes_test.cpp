@@ -59,7 +59,8 @@ Vec3 random_point(std::uint64_t k, double extent = 1.6) {
 }
 
 TEST(Primitives, DistanceIsThatToTheirOwnMesh) {
-    // The mesh is made by other code. Chords of 512 steps sag by (1 - cos(pi/512)) r < 2e-5 r; its float vertices add 1e-7.
+    // The mesh is made by other code. Chords of 512 steps sag by (1 - cos(pi/512)) r < 2e-5 r; its float vertices add
+    // 1e-7.
     for (const Named& p : primitives()) {
         const MeshQuery mesh(tessellate(p.shape, 0.01, 512));
         for (int k = 0; k < 3000; ++k) {
@@ -70,7 +71,8 @@ TEST(Primitives, DistanceIsThatToTheirOwnMesh) {
 }
 
 TEST(Primitives, LineAlongTheGradientMeetsTheSurface) {
-    // x - d grad d is the closest point, where d is differentiable; the steps of the gradient limit the residual to second order.
+    // x - d grad d is the closest point, where d is differentiable; the steps of the gradient limit the residual to
+    // second order.
     int missed = 0;
     for (const Named& p : primitives())
         for (int k = 0; k < 500; ++k) {
@@ -87,8 +89,10 @@ TEST(Shapes, DistanceNeverChangesFasterThanThePoint) {
     for (const Named& c : combinations()) all.push_back(c);
     for (const Named& s : all)
         for (int k = 0; k < 4000; ++k) {
-            const Vec3 x = random_point(k), y = x + Vec3(random_point(k + 100000, std::pow(10.0, -3 * random_unit(1, k, 0, 9))));
-            ASSERT_LE(std::abs(s.shape.distance(x) - s.shape.distance(y)), (x - y).norm() + 1e-6) << s.name << " at " << x.transpose();
+            const Vec3 x = random_point(k),
+                       y = x + Vec3(random_point(k + 100000, std::pow(10.0, -3 * random_unit(1, k, 0, 9))));
+            ASSERT_LE(std::abs(s.shape.distance(x) - s.shape.distance(y)), (x - y).norm() + 1e-6)
+                << s.name << " at " << x.transpose();
         }
 }
 
@@ -100,7 +104,8 @@ TEST(Shapes, BoundsHoldTheInsideAndLimitTheDistance) {
         for (int k = 0; k < 4000; ++k) {
             const Vec3 x = random_point(k);
             const Real outside = (b.lower - x).cwiseMax(x - b.upper).cwiseMax(Real(0)).norm();
-            ASSERT_GE(s.shape.distance(x), outside > 0 ? outside - Real(1e-6) : std::numeric_limits<Real>::lowest()) << s.name;
+            ASSERT_GE(s.shape.distance(x), outside > 0 ? outside - Real(1e-6) : std::numeric_limits<Real>::lowest())
+                << s.name;
         }
     }
 }
@@ -127,7 +132,9 @@ TEST(Combinations, BlendingOnlyAddsAndOnlyNearBothSurfaces) {
         const double added = sharp.distance(x) - soft.distance(x);
         EXPECT_GE(added, -1e-6);
         EXPECT_LE(added, radius / 4 + 1e-6);
-        if (std::abs(a.distance(x) - b.distance(x)) > radius) { EXPECT_NEAR(added, 0, 1e-6); }
+        if (std::abs(a.distance(x) - b.distance(x)) > radius) {
+            EXPECT_NEAR(added, 0, 1e-6);
+        }
     }
 }
 
@@ -159,12 +166,13 @@ TEST(Volume, AgreesWithTheFormulas) {
 
 TEST(Revolve, GlassHoldsItsWallsAndNotItsRoom) {
     const Shape glass = revolve(kGlass);
-    EXPECT_LT(glass.distance(Vec3(0, 0, Real(0.004))), 0);               // bottom, on the axis
-    EXPECT_GT(glass.distance(Vec3(0, 0, Real(0.06))), 0);                // room
-    EXPECT_LT(glass.distance(Vec3(0, Real(0.0451), Real(0.06))), 0);     // wall
-    EXPECT_GT(glass.distance(Vec3(Real(0.06), 0, Real(0.06))), 0);       // outside
-    EXPECT_NEAR(glass.distance(Vec3(0, 0, Real(0.05))), 0.0418, 1e-3);   // nearest: the bottom at z = 0.008, straight down
-    EXPECT_NEAR(glass.distance(Vec3(0, 0, Real(-0.01))), 0.01, 1e-8);    // the axis itself is no surface
+    EXPECT_LT(glass.distance(Vec3(0, 0, Real(0.004))), 0);            // bottom, on the axis
+    EXPECT_GT(glass.distance(Vec3(0, 0, Real(0.06))), 0);             // room
+    EXPECT_LT(glass.distance(Vec3(0, Real(0.0451), Real(0.06))), 0);  // wall
+    EXPECT_GT(glass.distance(Vec3(Real(0.06), 0, Real(0.06))), 0);    // outside
+    EXPECT_NEAR(glass.distance(Vec3(0, 0, Real(0.05))), 0.0418,
+                1e-3);  // nearest: the bottom at z = 0.008, straight down
+    EXPECT_NEAR(glass.distance(Vec3(0, 0, Real(-0.01))), 0.01, 1e-8);  // the axis itself is no surface
 }
 
 TEST(Revolve, SignIsRightAtTheHeightOfEveryCorner) {
@@ -173,7 +181,9 @@ TEST(Revolve, SignIsRightAtTheHeightOfEveryCorner) {
     for (const auto& profile : {kGlass, backwards})
         for (const Vec2d& p : kGlass) {
             EXPECT_GT(revolve(profile).distance(Vec3(Real(0.2), 0, Real(p.y()))), 0);
-            if (p.y() > 0.009 && p.y() < 0.12) { EXPECT_GT(revolve(profile).distance(Vec3(Real(1e-4), 0, Real(p.y()))), 0); }
+            if (p.y() > 0.009 && p.y() < 0.12) {
+                EXPECT_GT(revolve(profile).distance(Vec3(Real(1e-4), 0, Real(p.y()))), 0);
+            }
         }
 }
 

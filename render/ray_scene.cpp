@@ -192,8 +192,8 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (query.candidates.count > 0 &&
-            first_crossing(packed.blocks, window, interior, surfels.object, query.candidates, end, surfel)) {
+        if (query.candidates.faced &&
+            first_crossing(packed.blocks, window, interior, surfels.object, query.candidates, end, attributes != nullptr, surfel)) {
             surfel_hit(ray, interior, surfel, hit, attributes);
             return true;
         }

@@ -222,7 +222,7 @@ void note_weights(const Group& g, std::span<const SurfelBlock> blocks, const Can
 }  // namespace
 
 bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior, std::span<const Index> object,
-                    Candidates& candidates, float end, SurfelHit& hit) {
+                    Candidates& candidates, float end, bool want_weights, SurfelHit& hit) {
     // In the order of the surfels, not of the traversal: sums must not depend on it.
     int kept = 0;
     for (int i = 0; i < candidates.count; ++i)
@@ -264,7 +264,7 @@ bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const I
         hit.normal = at.gradient.normalized();
         hit.radius = g.radius;
         hit.layer = work.layer[seed];
-        note_weights(g, blocks, candidates, tau, hit);
+        if (want_weights) note_weights(g, blocks, candidates, tau, hit);
     }
     return found;
 }

@@ -13,7 +13,7 @@ struct SurfelHit {
     Vec3f normal{0, 0, 1};      // outward, unit
     float radius = 0;           // of the surfels there, sqrt(|t1||t2|) [m]
     std::uint32_t layer = 0;
-    int count = 0;              // surfels that took part, with weights that sum to one
+    int count = 0;              // surfels that took part, with weights that sum to one; filled where asked for
     Index source[Candidates::kCapacity];
     float weight[Candidates::kCapacity];
 };
@@ -25,6 +25,6 @@ struct SurfelHit {
 /// Only surfels of one layer whose normals agree blend. A ray outside an object meets f going from + to -, one inside (named in
 /// `interior`) from - to +: what it has entered it leaves, and nothing else. False: no crossing in this window.
 bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior, std::span<const Index> object,
-                    Candidates& candidates, float end, SurfelHit& hit);
+                    Candidates& candidates, float end, bool want_weights, SurfelHit& hit);
 
 }  // namespace thixo::render

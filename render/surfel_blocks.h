@@ -34,7 +34,7 @@ struct SurfelBlocks {
     std::size_t dropped = 0;        // surfels with no finite frame of their own: they cannot be seen
 };
 
-/// Sorts surfels by Morton code and packs them into blocks. layer[k] belongs to surfel k. Requires arrays of equal size.
+/// Sorts surfels so that neighbours come together and packs them into blocks. layer[k] belongs to surfel k. Requires arrays of equal size.
 SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_t> layer);
 
 }  // namespace thixo::render

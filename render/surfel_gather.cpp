@@ -99,6 +99,7 @@ void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const I
         const float away = inside ? -facing[lane] : facing[lane];
         if (away > kLimitSine) continue;
         insert(found, {block_index * kLanes + Index(lane), enter[lane], leave[lane]}, ray.tmin);
+        found.faced |= away < 0;
         if ((crossing.disc >> lane & 1) && away < 0 && plane[lane] >= ray.tmin) found.end = std::min(found.end, leave[lane]);
     }
 }

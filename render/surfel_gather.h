@@ -21,6 +21,7 @@ struct Candidates {
     Candidate list[kCapacity];
     int count = 0;
     float end = kInfinity;
+    bool faced = false;    // one at least faces the ray; none: it cannot cross the surface in this window
 };
 
 /// Normals that take part in one surface are within this of their mean (weights fade from kFullCosine on).

@@ -13,6 +13,22 @@ if(THIXO_SANITIZE)
   target_link_options(thixo_options INTERFACE -fsanitize=${THIXO_SANITIZE})
 endif()
 
+# Headers that nearly every file parses, once for all: a third of the time of a fresh build. Off for builds whose files come from ccache,
+# which then needs CCACHE_SLOPPINESS=pch_defines,time_macros.
+option(THIXO_PCH "Precompile Eigen, fmt, GoogleTest and the standard library" OFF)
+function(thixo_precompiled name header_target)
+  if(THIXO_PCH)
+    target_precompile_headers(${name} REUSE_FROM ${header_target})
+  endif()
+endfunction()
+if(THIXO_PCH)
+  file(WRITE ${CMAKE_BINARY_DIR}/precompiled.cpp "")
+  add_library(thixo_headers OBJECT ${CMAKE_BINARY_DIR}/precompiled.cpp)
+  target_link_libraries(thixo_headers PRIVATE thixo_options Eigen3::Eigen TBB::tbb fmt::fmt)
+  target_precompile_headers(thixo_headers PRIVATE <Eigen/Dense> <fmt/format.h> <algorithm> <filesystem> <functional> <map> <memory> <optional>
+    <string> <variant> <vector>)
+endif()
+
 # thixo_library(NAME SOURCES ... LINK ... [PRIVATE_LINK ...] [DOUBLE])
 # DOUBLE adds NAME_double, the same sources with double state (Real = double), for tests of laws; the libraries in LINK that have
 # a _double variant are replaced by it.
@@ -20,6 +36,7 @@ function(thixo_library name)
   cmake_parse_arguments(A "DOUBLE" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${A_SOURCES})
   target_link_libraries(${name} PUBLIC thixo_options ${A_LINK} PRIVATE ${A_PRIVATE_LINK})
+  thixo_precompiled(${name} thixo_headers)
   if(A_DOUBLE AND THIXO_TESTS)
     set(double_link "")
     foreach(l IN LISTS A_LINK)
@@ -32,5 +49,6 @@ function(thixo_library name)
     add_library(${name}_double STATIC EXCLUDE_FROM_ALL ${A_SOURCES})
     target_compile_definitions(${name}_double PUBLIC THIXO_DOUBLE)
     target_link_libraries(${name}_double PUBLIC thixo_options ${double_link} PRIVATE ${A_PRIVATE_LINK})
+    thixo_precompiled(${name}_double thixo_headers)
   endif()
 endfunction()

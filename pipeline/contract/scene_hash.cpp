@@ -56,8 +56,10 @@ std::string block_of(const std::string& path) {
 std::string simulation_hash(const Scene& scene) { return hash_lines(simulation_lines(scene)); }
 
 std::string look_hash(const Look& look) {
+    Look pictures = look;
+    pictures.output.film = Output{}.film;
     std::vector<Line> lines;
-    flatten(to_block(look), "look", lines);
+    flatten(to_block(pictures), "look", lines);
     return hash_lines(lines);
 }
 

@@ -191,13 +191,14 @@ class Kills(Case):
 
     def test_an_interrupted_run_continues_to_the_same_bytes(self):
         out = self.folder / "interrupted"
-        process = subprocess.Popen([bin_folder / "thixo", "run", SCENE, "--out", out], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        for line in process.stderr:
-            if line.startswith("sim 2/"):
-                process.send_signal(signal.SIGINT)
-                break
-        words = process.stderr.read()
-        self.assertEqual(130, process.wait(), words)
+        with subprocess.Popen([bin_folder / "thixo", "run", SCENE, "--out", out], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              text=True) as process:
+            for line in process.stderr:
+                if line.startswith("sim 2/"):
+                    process.send_signal(signal.SIGINT)
+                    break
+            words = process.stderr.read()
+        self.assertEqual(130, process.returncode, words)
         self.assertLess(len(pictures(out)), LAST_FRAME)
         call("thixo", "run", SCENE, "--out", out)
         self.assert_same(out)
@@ -392,9 +393,17 @@ class Command(Case):
         for program in ("thixo", "thixo-sim", "thixo-render", "thixo-check"):
             shutil.copy(bin_folder / program, moved)
         out = self.folder / "by moved"
-        subprocess.run([moved / "thixo", "run", SCENE, "--out", out, "--frames", "1-2", "--set", "look.output.film=false"], check=True,
-                       capture_output=True)
+        subprocess.run([moved / "thixo", "run", SCENE, "--out", out, "--frames", "1-2"], check=True, capture_output=True)
         self.assertEqual(digest(self.reference / "frames/beauty.0002.exr"), digest(out / "frames/beauty.0002.exr"))
+
+    def test_without_ffmpeg_nothing_starts_and_without_a_film_all_is_made(self):
+        out = self.folder / "no film"
+        done = call("thixo", "run", SCENE, "--out", out, code=2, env={"PATH": "/nonexistent"})
+        self.assertIn("look.output.film=false", done.stderr)
+        self.assertFalse(out.exists())
+        call("thixo", "run", SCENE, "--out", out, "--set", "look.output.film=false", env={"PATH": "/nonexistent"})
+        self.assertEqual(LAST_FRAME, len(pictures(out)))
+        self.assertEqual([], list(out.glob("*.mp4")))
 
 
 if __name__ == "__main__":

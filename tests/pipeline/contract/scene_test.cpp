@@ -257,6 +257,7 @@ TEST(SceneHash, OfTheLookDependsOnTheLookAlone) {
     const std::string file = kScenes + "pour.yaml";
     const std::string hash = look_hash(pour().look);
     EXPECT_EQ(look_hash(load_scene(file, {"solver.spacing=1"}).look), hash);
+    EXPECT_EQ(look_hash(load_scene(file, {"look.output.film=false"}).look), hash);
     for (const char* set :
          {"look.camera.fov=20", "look.lights.sun.strength=1", "look.output.samples=3", "look.background=[0, 0, 0]"})
         EXPECT_NE(look_hash(load_scene(file, {set}).look), hash) << set;

@@ -26,7 +26,7 @@ void compute_density(Particles& particles, const NeighbourLists& neighbours, con
 /// because the liquid is stretched. Taken at its word, a stiff equation of state would answer with tensions of up to half of k_gas: particles
 /// clump (tensile instability) and the surface contracts. So the first term is never negative, and surface tension, which the original got
 /// partly from there, comes from the cohesion the scene asks for alone. For the same reason volumes are V_i = m_i / max(rho_i, rho0).
-/// Out: particles.pressure [Pa]; sweep.matter, sweep.motion.w.
+/// Out: particles.pressure [Pa]; sweep.place.w, sweep.motion.w, sweep.matter.
 void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep);
 
 }  // namespace thixo

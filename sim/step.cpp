@@ -15,7 +15,7 @@ namespace {
 
 // Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches what no pressure holds: single
 // drops, and what an impact presses on.
-constexpr Real kLeastWallDistance = Real(0.4);
+constexpr Real kLeastWallDistance = Real(0.45);
 
 void sort_particles(Simulation& s) {
     const std::vector<Index> order = PointGrid::sort_order(s.particles.position, s.particles.id, s.problem.smoothing.support);
@@ -47,10 +47,9 @@ void emit(Simulation& s) {
                    s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
 }
 
-double choose_step(Simulation& s) {
+double choose_step(Simulation& s, double wall_speed) {
     const scene::TimeStep& params = s.problem.scene.solver.time_step;
-    const double walls = largest_wall_speed(s.walls, s.particles.position);
-    const StepLimits limits = step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, walls);
+    const StepLimits limits = step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
     check_health(s, limits);
     const double dt = divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
     s.stats.fastest = std::max(s.stats.fastest, limits.fastest);
@@ -60,7 +59,7 @@ double choose_step(Simulation& s) {
     return dt;
 }
 
-void move_on(Simulation& s, double dt) {
+void move_on(Simulation& s, double dt, double wall_speed) {
     ScopedTimer timer(s.stats.integration_seconds);
     Clock& c = s.clock;
     leapfrog(s.particles, c.last_dt, dt);
@@ -69,18 +68,40 @@ void move_on(Simulation& s, double dt) {
     c.last_dt = dt;
     ++c.step;
     move_walls(s.walls, c.time);
-    hold_off_walls(s.walls, s.particles, kLeastWallDistance * s.problem.smoothing.spacing);
+    const Real least = kLeastWallDistance * s.problem.smoothing.spacing;
+    hold_off_walls(s.walls, s.particles, least, s.sweep.walls, dt, wall_speed);
+}
+
+/// The largest of term(i) [m^2] over all particles, as a length [m].
+template <class Term>
+double largest(const Simulation& s, Term&& term) {
+    return std::sqrt(parallel_reduce(
+        s.particles.size(), 0.0, [&](std::size_t i) { return static_cast<double>(term(i)); }, [](double a, double b) { return std::max(a, b); }));
+}
+
+/// Surfels are carried by the displacement of the particles about them, which is exact where that is affine: a jet in free flight needs no
+/// update. So what counts as having moved (a quarter of the surfel support, dissertation 6.6) is the displacement against the neighbours' mean;
+/// what moves all together may go two supports.
+bool surface_due(const Simulation& s) {
+    const scene::Surface& params = s.problem.scene.surface;
+    if (!params.enabled) return false;
+    const double support = params.support * params.radius * static_cast<double>(s.problem.smoothing.spacing);
+    const auto& x = s.particles.position;
+    const auto& x0 = s.particles.surface_position;
+    const double moved = largest(s, [&](std::size_t i) { return (x[i] - x0[i]).squaredNorm(); });
+    if (moved < support / 4) return false;
+    if (moved > 2 * support) return true;
+    return largest(s, [&](std::size_t i) {
+               const auto near = s.neighbours[i];
+               if (near.empty()) return Real(0);
+               Vec3 sum(0, 0, 0);
+               for (const Index j : near) sum += x[j] - x0[j];
+               return (x[i] - x0[i] - sum / static_cast<Real>(near.size())).squaredNorm();
+           }) > support / 4;
 }
 
 void update_surface_when_due(Simulation& s) {
-    const scene::Surface& params = s.problem.scene.surface;
-    if (!params.enabled) return;
-    const double reach = 0.25 * params.support * params.radius * static_cast<double>(s.problem.smoothing.spacing);
-    const double moved2 = parallel_reduce(
-        s.particles.size(), 0.0,
-        [&](std::size_t i) { return static_cast<double>((s.particles.position[i] - s.particles.surface_position[i]).squaredNorm()); },
-        [](double a, double b) { return std::max(a, b); });
-    if (moved2 > square(reach)) refresh_surface(s);
+    if (surface_due(s)) refresh_surface(s);
 }
 
 void count_step(Simulation& s) {
@@ -103,8 +124,9 @@ void step(Simulation& s) {
     find_neighbours(s);                   // geometry   7.1
     find_density(s);                      // density    2.3, 4.3.1
     find_forces(s);                       // forces     4.3, 4.4.2
-    const double dt = choose_step(s);     // time_step, health
-    move_on(s, dt);                       // leapfrog   7.2, walls
+    const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
+    const double dt = choose_step(s, wall_speed);  // time_step, health
+    move_on(s, dt, wall_speed);           // leapfrog   7.2, walls
     update_surface_when_due(s);           // surface    6.6
     count_step(s);
 }

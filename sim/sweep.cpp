@@ -7,8 +7,10 @@ namespace thixo {
 void pack_motion(const Particles& particles, double last_dt, Sweep& sweep) {
     const std::size_t n = particles.size();
     const Real half = static_cast<Real>(0.5 * last_dt);
-    sweep.place.resize(n);
-    sweep.motion.resize(n);
+    sweep.place.resize(n + 1);
+    sweep.motion.resize(n + 1);
+    sweep.place[n] = {Real(1e9), Real(1e9), Real(1e9), 0};
+    sweep.motion[n] = {0, 0, 0, 0};
     parallel_for(n, [&](std::size_t i) {
         const Vec3& x = particles.position[i];
         const Vec3 v = particles.velocity[i] + half * particles.acceleration[i];

@@ -165,17 +165,19 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
     return b;
 }
 
-const WallMap::Block& WallMap::block(std::int32_t i, std::int32_t j, std::int32_t k) const {
-    const std::uint64_t key = block_key(i, j, k);
-    if (const auto found = blocks_->find(key); found != blocks_->end()) return *found->second;
+const WallMap::Block* WallMap::find_or_make(std::uint64_t key, const Vec3& origin) const {
+    if (const auto found = blocks_->find(key); found != blocks_->end()) return found->second.get();
     // Two threads may make the same block; both make the same one and the second is dropped.
-    return *blocks_->emplace(key, std::make_unique<const Block>(make_block(support_ * Vec3(Real(i), Real(j), Real(k))))).first->second;
+    return blocks_->emplace(key, std::make_unique<const Block>(make_block(origin))).first->second.get();
 }
 
-WallMap::Place WallMap::locate(const Vec3& x) const {
+WallMap::Place WallMap::locate(const Vec3& x, Cursor& cursor) const {
     const Vec3 s = x / support_;
     const std::int32_t i = block_coordinate(s.x()), j = block_coordinate(s.y()), k = block_coordinate(s.z());
-    Place p{&block(i, j, k), {}, {}};
+    const std::uint64_t key = block_key(i, j, k);
+    if (key != cursor.key) cursor = {key, find_or_make(key, support_ * Vec3(Real(i), Real(j), Real(k)))};
+    Place p{cursor.block, {}, {}};
+    if (p.block->far > 0) return p;
     const Vec3 inside = (s - Vec3(Real(i), Real(j), Real(k))) * Real(kCells);
     for (int a = 0; a < 3; ++a) {
         const Real clamped = std::clamp(inside[a], Real(0), Real(kCells));
@@ -185,8 +187,8 @@ WallMap::Place WallMap::locate(const Vec3& x) const {
     return p;
 }
 
-WallIntegrals WallMap::at(const Vec3& x) const {
-    const Place p = locate(x);
+WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
+    const Place p = locate(x, cursor);
     WallIntegrals out;
     if (p.block->far > 0) {
         out.distance = p.block->far;
@@ -206,7 +208,8 @@ WallIntegrals WallMap::at(const Vec3& x) const {
 }
 
 Real WallMap::distance(const Vec3& x, Vec3& normal) const {
-    const Place p = locate(x);
+    Cursor cursor;
+    const Place p = locate(x, cursor);
     normal.setZero();
     if (p.block->far > 0) return p.block->far;
     Real distance = 0;

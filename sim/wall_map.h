@@ -34,8 +34,22 @@ class WallMap {
     WallMap(Shape solid, Real support);
     WallMap(WallMap&&) = default;
 
+  private:
+    struct Block;
+
+  public:
+    /// The block last asked for.
+    struct Cursor {
+        std::uint64_t key = ~std::uint64_t(0);
+        const Block* block = nullptr;
+    };
+
     /// Integrals at x; beyond one support from the wall they are zero, and distance is a lower bound not below the support.
-    WallIntegrals at(const Vec3& x) const;
+    WallIntegrals at(const Vec3& x, Cursor& cursor) const;
+    WallIntegrals at(const Vec3& x) const {
+        Cursor cursor;
+        return at(x, cursor);
+    }
     /// Distance as above and the unit normal from the wall (the gradient of the distance; zero beyond one support).
     Real distance(const Vec3& x, Vec3& normal) const;
     Real support() const { return support_; }
@@ -64,8 +78,8 @@ class WallMap {
         Vec3 part;                           // in [0, 1]
     };
 
-    Place locate(const Vec3& x) const;
-    const Block& block(std::int32_t i, std::int32_t j, std::int32_t k) const;
+    Place locate(const Vec3& x, Cursor& cursor) const;
+    const Block* find_or_make(std::uint64_t key, const Vec3& origin) const;
     Block make_block(const Vec3& origin) const;
     bool flat(const Vec3& centre, Real& distance, Vec3& normal) const;
     std::vector<Real> occupancy(const Vec3& origin) const;

@@ -1,6 +1,7 @@
 // Walls: rigid shapes, at rest or moved along keyframes, that matter cannot enter.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,7 @@ struct Walls {
 
 /// What all walls together add to the sums of one particle.
 struct WallEffect {
+    Real distance = std::numeric_limits<Real>::max();  // to the nearest wall, or a lower bound beyond one support [m]
     Real share = 0;           // of the relative density [1]
     Vec3 gradient{0, 0, 0};   // integral of grad w_spiky over the walls' volume [1/m]
     Real drag = 0;            // integral of lap w_visc over the volume of no-slip walls [1/m^2]
@@ -58,11 +60,18 @@ Real wall_distance(const Walls& walls, const Vec3& x);
 /// Distance, normal and velocity of the nearest wall.
 WallContact wall_contact(const Walls& walls, const Vec3& x);
 
-WallEffect wall_effect(const Walls& walls, const Vec3& x);
+
+/// Remembers the block each wall was last asked in: particles in cell order ask the same one many times running. For one thread.
+struct WallCursor {
+    explicit WallCursor(const Walls& walls) : at(walls.list.size()) {}
+    std::vector<WallMap::Cursor> at;
+};
+WallEffect wall_effect(const Walls& walls, const Vec3& x, WallCursor& cursor);
 
 /// Keeps what the wall's pressure let through at `least` [m] from the wall: moves the particle there along the normal and takes away the velocity
-/// towards the wall. A particle that leaves the wall is never held.
-void hold_off_walls(const Walls& walls, Particles& particles, Real least);
+/// towards the wall. A particle that leaves the wall is never held. `before` says how near the walls were a step earlier, and `dt` and
+/// `wall_speed` how near they can have come since: most particles need no look.
+void hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before, double dt, double wall_speed);
 
 /// The largest speed of any wall at any of the points [m/s].
 double largest_wall_speed(const Walls& walls, const std::vector<Vec3>& points);

@@ -147,7 +147,7 @@ struct Solver {
     double support = 2;     // kernel support h in spacings
     Pressure pressure = Pressure::eos;
     double expected_speed = 0;  // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
-    double artificial_viscosity = 0.05;  // Monaghan's alpha, 1
+    double artificial_viscosity = 0.15;  // Monaghan's alpha, 1
     TimeStep time_step;
     std::uint64_t seed = 1;
     int checkpoint_every = 10;  // frames

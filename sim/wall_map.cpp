@@ -180,7 +180,7 @@ WallMap::Place WallMap::locate(const Vec3& x, Cursor& cursor) const {
     if (p.block->far > 0) return p;
     const Vec3 inside = (s - Vec3(Real(i), Real(j), Real(k))) * Real(kCells);
     for (int a = 0; a < 3; ++a) {
-        const Real clamped = std::clamp(inside[a], Real(0), Real(kCells));
+        const Real clamped = inside[a] > 0 ? std::min(inside[a], Real(kCells)) : Real(0);  // NaN too: the health check names it
         p.cell[static_cast<std::size_t>(a)] = std::min(static_cast<int>(clamped), kCells - 1);
         p.part[a] = clamped - static_cast<Real>(p.cell[static_cast<std::size_t>(a)]);
     }

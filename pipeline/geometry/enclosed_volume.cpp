@@ -20,7 +20,8 @@ struct Lattice {
     std::size_t nx = 0, ny = 0, nz = 0;
     std::size_t size() const { return nx * ny * nz; }
     Vec3 centre(std::size_t c) const {
-        return origin + edge * Vec3(Real(c % nx) + Real(0.5), Real(c / nx % ny) + Real(0.5), Real(c / (nx * ny)) + Real(0.5));
+        return origin +
+               edge * Vec3(Real(c % nx) + Real(0.5), Real(c / nx % ny) + Real(0.5), Real(c / (nx * ny)) + Real(0.5));
     }
     template <class F>
     void for_each_face_neighbour(std::size_t c, F&& f) const {
@@ -45,19 +46,20 @@ Lattice lattice_around(std::span<const Vec3> positions, Real support) {
     lattice.origin = lower - Vec3::Constant(Real(1.5) * support);
     const Vec3 extent = (upper - lower + Vec3::Constant(3 * support)) / lattice.edge;
     if (!(double(extent.x()) * double(extent.y()) * double(extent.z()) < double(kMostCells)))
-        throw ResourceError("the enclosed volume of {} surfels spread over {} x {} x {} cells is too large to compute", positions.size(),
-                            extent.x(), extent.y(), extent.z());
+        throw ResourceError("the enclosed volume of {} surfels spread over {} x {} x {} cells is too large to compute",
+                            positions.size(), extent.x(), extent.y(), extent.z());
     lattice.nx = static_cast<std::size_t>(extent.x()) + 1;
     lattice.ny = static_cast<std::size_t>(extent.y()) + 1;
     lattice.nz = static_cast<std::size_t>(extent.z()) + 1;
     return lattice;
 }
 
-/// Part of a cell on the inner side of a plane `value` cell edges outside its centre, as a ramp. A cut oblique to the axes has another
-/// profile, but the ramp's error is odd in `value` and cancels over the cells of a surface.
+/// Part of a cell on the inner side of a plane `value` cell edges outside its centre, as a ramp. A cut oblique to the
+/// axes has another profile, but the ramp's error is odd in `value` and cancels over the cells of a surface.
 float inner_part(Real value) { return static_cast<float>(clamp01(Real(0.5) - value)); }
 
-/// Cells of unknown part are settled region by region: outside where a region meets the border, otherwise as the majority of its rim.
+/// Cells of unknown part are settled region by region: outside where a region meets the border, otherwise as the
+/// majority of its rim.
 void flood_unknown(const Lattice& lattice, std::vector<float>& part) {
     std::vector<std::size_t> region, stack;
     std::vector<char> seen(part.size(), 0);
@@ -98,8 +100,8 @@ double volume_of_one(std::span<const Vec3> positions, std::span<const Vec3> norm
     parallel_for(part.size(), [&](std::size_t c) {
         const auto sample = surface.evaluate_gradient(lattice.centre(c));
         const Real slope = sample ? sample->gradient.norm() : Real(0);
-        // On a bent surface the average of the surfels lies on its hollow side, the average of their planes as far on the other: the mean of
-        // the two distances is free of that error, which would be a per cent of a drop's volume.
+        // On a bent surface the average of the surfels lies on its hollow side, the average of their planes as far on
+        // the other: the mean of the two distances is free of that error, which would be a per cent of a drop's volume.
         if (!sample)
             part[c] = kUnknown;
         else if (slope > Real(0.2))
@@ -114,7 +116,8 @@ double volume_of_one(std::span<const Vec3> positions, std::span<const Vec3> norm
 
 }  // namespace
 
-double enclosed_volume(std::span<const Vec3> positions, std::span<const Vec3> normals, Real support, std::span<const std::int32_t> groups) {
+double enclosed_volume(std::span<const Vec3> positions, std::span<const Vec3> normals, Real support,
+                       std::span<const std::int32_t> groups) {
     THIXO_ASSERT(positions.size() == normals.size() && (groups.empty() || groups.size() == positions.size()),
                  "{} positions, {} normals, {} groups", positions.size(), normals.size(), groups.size());
     if (groups.empty()) return volume_of_one(positions, normals, support);

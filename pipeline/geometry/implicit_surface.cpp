@@ -32,20 +32,23 @@ void ImplicitSurface::for_each_selected(const Vec3& x, const SurfelSelection& se
     });
 }
 
-std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate(const Vec3& x, const SurfelSelection& selection) const {
+std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate(const Vec3& x,
+                                                                 const SurfelSelection& selection) const {
     const Poly6 w(support_);
     SurfelAverage average;
     for_each_selected(x, selection, [&](Index i, Real r2) { average.add(w.value(r2), position_[i] - x, normal_[i]); });
     if (!average.defined()) return std::nullopt;
-    return Sample{average.value(), x + average.position / average.weight, average.unit_normal(), average.planes / average.weight, Vec3(0, 0, 0)};
+    return Sample{average.value(), x + average.position / average.weight, average.unit_normal(),
+                  average.planes / average.weight, Vec3(0, 0, 0)};
 }
 
-std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate_gradient(const Vec3& x, const SurfelSelection& selection) const {
+std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate_gradient(const Vec3& x,
+                                                                          const SurfelSelection& selection) const {
     const Poly6 w(support_);
     SurfelAverage average;
-    Vec3 weight_slope(0, 0, 0);            // sum of grad w_i
-    Mat3 offset_slope = Mat3::Zero();      // sum of (s_i - x) grad w_i^T
-    Mat3 normal_slope = Mat3::Zero();      // sum of n_i grad w_i^T
+    Vec3 weight_slope(0, 0, 0);        // sum of grad w_i
+    Mat3 offset_slope = Mat3::Zero();  // sum of (s_i - x) grad w_i^T
+    Mat3 normal_slope = Mat3::Zero();  // sum of n_i grad w_i^T
     for_each_selected(x, selection, [&](Index i, Real r2) {
         const Vec3 offset = position_[i] - x;
         const Vec3 slope = -w.gradient_factor(r2) * offset;
@@ -66,9 +69,11 @@ std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate_gradient(const 
 
 namespace {
 
-/// Iterates x <- next(sample at x) until the step is small. Steps longer than half a support are shortened: they would leave the domain.
+/// Iterates x <- next(sample at x) until the step is small. Steps longer than half a support are shortened: they would
+/// leave the domain.
 template <class Evaluate, class Next>
-SurfaceProjection iterate(const Vec3& start, Real support, const ProjectionLimits& limits, Evaluate&& evaluate, Next&& next) {
+SurfaceProjection iterate(const Vec3& start, Real support, const ProjectionLimits& limits, Evaluate&& evaluate,
+                          Next&& next) {
     SurfaceProjection result;
     result.position = start;
     for (result.steps = 0; result.steps < limits.steps; ++result.steps) {
@@ -93,7 +98,8 @@ SurfaceProjection iterate(const Vec3& start, Real support, const ProjectionLimit
 
 }  // namespace
 
-SurfaceProjection ImplicitSurface::project_simple(const Vec3& x0, const SurfelSelection& selection, const ProjectionLimits& limits) const {
+SurfaceProjection ImplicitSurface::project_simple(const Vec3& x0, const SurfelSelection& selection,
+                                                  const ProjectionLimits& limits) const {
     return iterate(
         x0, support_, limits, [&](const Vec3& x) { return evaluate(x, selection); },
         [](const Sample& s, const Vec3& x) -> Vec3 { return x - s.value * s.normal; });
@@ -118,7 +124,8 @@ SurfaceProjection ImplicitSurface::project_orthogonal(const Vec3& x0, const Surf
         });
 }
 
-SurfaceRoot ImplicitSurface::root(const Vec3& from, const Vec3& to, const SurfelSelection& selection, const ProjectionLimits& limits) const {
+SurfaceRoot ImplicitSurface::root(const Vec3& from, const Vec3& to, const SurfelSelection& selection,
+                                  const ProjectionLimits& limits) const {
     SurfaceRoot result;
     const Vec3 along = to - from;
     const Real length = along.norm();

@@ -1,4 +1,5 @@
-// The smooth surface that a cloud of surfels stands for, as the zero set of an implicit function. Dissertation 2.5.1 (Adamson & Alexa 2004).
+// The smooth surface that a cloud of surfels stands for, as the zero set of an implicit function. Dissertation 2.5.1
+// (Adamson & Alexa 2004).
 #pragma once
 
 #include <optional>
@@ -10,7 +11,8 @@
 
 namespace thixo {
 
-/// Sums of the weighted average of surfels as seen from a point x: a(x) = sum w_i s_i / sum w_i, n(x) = unit(sum w_i n_i).
+/// Sums of the weighted average of surfels as seen from a point x: a(x) = sum w_i s_i / sum w_i, n(x) = unit(sum w_i
+/// n_i).
 struct SurfelAverage {
     /// Adds a surfel of weight w at offset = s_i - x [m] with unit normal n_i.
     void add(Real w, const Vec3& offset, const Vec3& n) {
@@ -69,35 +71,40 @@ class ImplicitSurface {
   public:
     /// F and what it is made of at one point.
     struct Sample {
-        Real value = 0;             // F [m]
-        Vec3 average{0, 0, 0};      // a [m]
-        Vec3 normal{0, 0, 0};       // n, unit
-        Real planes = 0;            // mean signed distance sum w_i n_i.(x - s_i) / sum w_i from the surfels' planes [m] (Shen et al. 2004)
-        Vec3 gradient{0, 0, 0};     // grad F [1]; zero where only the value was asked for
+        Real value = 0;         // F [m]
+        Vec3 average{0, 0, 0};  // a [m]
+        Vec3 normal{0, 0, 0};   // n, unit
+        Real planes =
+            0;  // mean signed distance sum w_i n_i.(x - s_i) / sum w_i from the surfels' planes [m] (Shen et al. 2004)
+        Vec3 gradient{0, 0, 0};  // grad F [1]; zero where only the value was asked for
     };
 
     /// Copies the surfels. `support` h_s > 0 [m]; `groups` (body or sheet of each surfel) may be empty.
-    void build(std::span<const Vec3> positions, std::span<const Vec3> normals, Real support, std::span<const std::int32_t> groups = {});
+    void build(std::span<const Vec3> positions, std::span<const Vec3> normals, Real support,
+               std::span<const std::int32_t> groups = {});
 
     Real support() const { return support_; }
 
-    /// F(x) = n(x).(x - a(x)) with weights w_poly6(x - s_i, h_s). Empty outside the union of the chosen surfels' support balls, and where their
-    /// normals cancel: nothing is guessed there.
+    /// F(x) = n(x).(x - a(x)) with weights w_poly6(x - s_i, h_s). Empty outside the union of the chosen surfels'
+    /// support balls, and where their normals cancel: nothing is guessed there.
     std::optional<Sample> evaluate(const Vec3& x, const SurfelSelection& selection = {}) const;
     /// The same with grad F = n - (grad a)^T n + (grad n)^T (x - a).
     std::optional<Sample> evaluate_gradient(const Vec3& x, const SurfelSelection& selection = {}) const;
 
     /// x <- x - F(x) n(x), until the step is small.
-    SurfaceProjection project_simple(const Vec3& x, const SurfelSelection& selection = {}, const ProjectionLimits& limits = {}) const;
+    SurfaceProjection project_simple(const Vec3& x, const SurfelSelection& selection = {},
+                                     const ProjectionLimits& limits = {}) const;
     /// x' <- x0 - (n(x').(x0 - a(x'))) n(x'): ends nearly below the start point x0.
     SurfaceProjection project_almost_orthogonal(const Vec3& x, const SurfelSelection& selection = {},
                                                 const ProjectionLimits& limits = {}) const;
     /// x' <- x0 - q grad F(x'), q = n(x').(x0 - a(x')) / (n(x').grad F(x')): the foot point of x0 (2.52).
-    SurfaceProjection project_orthogonal(const Vec3& x, const SurfelSelection& selection = {}, const ProjectionLimits& limits = {}) const;
+    SurfaceProjection project_orthogonal(const Vec3& x, const SurfelSelection& selection = {},
+                                         const ProjectionLimits& limits = {}) const;
 
-    /// Root of F on the segment by Brent's method; F must be defined and of opposite signs at its ends. t is good to `tolerance`
-    /// of the support.
-    SurfaceRoot root(const Vec3& from, const Vec3& to, const SurfelSelection& selection = {}, const ProjectionLimits& limits = {}) const;
+    /// Root of F on the segment by Brent's method; F must be defined and of opposite signs at its ends. t is good to
+    /// `tolerance` of the support.
+    SurfaceRoot root(const Vec3& from, const Vec3& to, const SurfelSelection& selection = {},
+                     const ProjectionLimits& limits = {}) const;
 
   private:
     template <class F>

@@ -22,11 +22,12 @@ constexpr std::array<std::array<std::uint32_t, 8>, 256> front_lanes() {
 }
 alignas(32) constexpr auto kFrontLanes = front_lanes();
 
-/// Appends candidate[k] for every k < n with |(x, y, z)_k - p|^2 < limit to `out`, in order; returns how many. Reads and writes up to 7
-/// places past the end. The arrays' unused places hold infinity.
-[[maybe_unused]] std::size_t append_within(const float* x, const float* y, const float* z, const Index* candidate, std::size_t n, const Vec3f& p, float limit,
-                          Index* out) {
-    const __m256 px = _mm256_set1_ps(p.x()), py = _mm256_set1_ps(p.y()), pz = _mm256_set1_ps(p.z()), l2 = _mm256_set1_ps(limit);
+/// Appends candidate[k] for every k < n with |(x, y, z)_k - p|^2 < limit to `out`, in order; returns how many. Reads
+/// and writes up to 7 places past the end. The arrays' unused places hold infinity.
+[[maybe_unused]] std::size_t append_within(const float* x, const float* y, const float* z, const Index* candidate,
+                                           std::size_t n, const Vec3f& p, float limit, Index* out) {
+    const __m256 px = _mm256_set1_ps(p.x()), py = _mm256_set1_ps(p.y()), pz = _mm256_set1_ps(p.z()),
+                 l2 = _mm256_set1_ps(limit);
     std::size_t found = 0;
     for (std::size_t k = 0; k < n; k += 8) {
         const __m256 dx = _mm256_sub_ps(_mm256_loadu_ps(x + k), px);
@@ -42,8 +43,8 @@ alignas(32) constexpr auto kFrontLanes = front_lanes();
     return found;
 }
 
-[[maybe_unused]] std::size_t append_within(const double* x, const double* y, const double* z, const Index* candidate, std::size_t n, const Vec3d& p,
-                          double limit, Index* out) {
+[[maybe_unused]] std::size_t append_within(const double* x, const double* y, const double* z, const Index* candidate,
+                                           std::size_t n, const Vec3d& p, double limit, Index* out) {
     std::size_t found = 0;
     for (std::size_t k = 0; k < n; ++k) {
         out[found] = candidate[k];
@@ -65,7 +66,8 @@ void NeighbourLists::build(const PointGrid& grid, Real radius) {
     THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
     resize(grid.size());
     parallel_chunks(grid.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        fill(grid, nullptr, radius, static_cast<Index>(begin), static_cast<Index>(end), static_cast<std::uint32_t>(chunk));
+        fill(grid, nullptr, radius, static_cast<Index>(begin), static_cast<Index>(end),
+             static_cast<std::uint32_t>(chunk));
     });
 }
 
@@ -73,7 +75,8 @@ void NeighbourLists::build(const PointGrid& grid, std::span<const Vec3> queries,
     THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
     resize(queries.size());
     parallel_chunks(queries.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        fill(grid, queries.data(), radius, static_cast<Index>(begin), static_cast<Index>(end), static_cast<std::uint32_t>(chunk));
+        fill(grid, queries.data(), radius, static_cast<Index>(begin), static_cast<Index>(end),
+             static_cast<std::uint32_t>(chunk));
     });
 }
 
@@ -103,7 +106,8 @@ void NeighbourLists::collect(Block& b, const PointGrid& grid, const PointGrid::C
 }
 
 /// Lists of the slots (or queries) begin..end - 1.
-void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end, std::uint32_t block) {
+void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end,
+                          std::uint32_t block) {
     Block& b = blocks_[block];
     const Real limit = radius * radius;
     std::size_t used = 0, candidates = 0;
@@ -115,9 +119,11 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
             present = cell;
             collect(b, grid, cell, candidates);  // shared by all that follow in the same cell
         }
-        if (b.indices.size() < used + candidates + PointGrid::kPadding) b.indices.resize(2 * used + candidates + PointGrid::kPadding);
+        if (b.indices.size() < used + candidates + PointGrid::kPadding)
+            b.indices.resize(2 * used + candidates + PointGrid::kPadding);
         Index* out = b.indices.data() + used;
-        std::size_t found = append_within(b.x.data(), b.y.data(), b.z.data(), b.candidate.data(), candidates, p, limit, out);
+        std::size_t found =
+            append_within(b.x.data(), b.y.data(), b.z.data(), b.candidate.data(), candidates, p, limit, out);
         Index* self = queries ? out + found : std::find(out, out + found, s);
         if (self != out + found) {
             std::copy(self + 1, out + found, self);

@@ -8,15 +8,16 @@
 
 namespace thixo {
 
-/// For every point i of a grid the indices j != i with |x_i - x_j| < radius, in the order of the grid (ascending where the points are in cell
-/// order). Deterministic at any thread count. Storage is kept between builds, so that a steady simulation allocates nothing.
+/// For every point i of a grid the indices j != i with |x_i - x_j| < radius, in the order of the grid (ascending where
+/// the points are in cell order). Deterministic at any thread count. Storage is kept between builds, so that a steady
+/// simulation allocates nothing.
 class NeighbourLists {
   public:
     /// Requires radius <= grid.cell() [m].
     void build(const PointGrid& grid, Real radius);
 
-    /// The same for places that are no points of the grid: for every query q all points j with |q - x_j| < radius. Fastest where queries that
-    /// follow each other lie near each other.
+    /// The same for places that are no points of the grid: for every query q all points j with |q - x_j| < radius.
+    /// Fastest where queries that follow each other lie near each other.
     void build(const PointGrid& grid, std::span<const Vec3> queries, Real radius);
 
     std::size_t size() const { return begin_.size(); }

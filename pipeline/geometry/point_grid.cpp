@@ -10,7 +10,8 @@
 namespace thixo {
 namespace {
 
-// A table of cells is used up to this many cells per point: 32 bytes a point; beyond, the occupied cells alone are kept.
+// A table of cells is used up to this many cells per point: 32 bytes a point; beyond, the occupied cells alone are
+// kept.
 constexpr double kCellsPerPoint = 8;
 constexpr double kCellsAlways = 4096;
 
@@ -32,7 +33,8 @@ std::vector<Index> PointGrid::order_by(std::span<const std::uint64_t> keys, std:
         return a < b;
     };
     // From step to step few particles change their place: the check is cheap and most often enough, or nearly.
-    if (!std::is_sorted(order.begin(), order.end(), before)) oneapi::tbb::parallel_sort(order.begin(), order.end(), before);
+    if (!std::is_sorted(order.begin(), order.end(), before))
+        oneapi::tbb::parallel_sort(order.begin(), order.end(), before);
     return order;
 }
 
@@ -93,7 +95,12 @@ void PointGrid::index_cells() {
     };
     const Cell first = cell_of_key(keys_[0]);
     const Box box = parallel_reduce(
-        count_, Box{first, first}, [&](std::size_t s) { const Cell c = cell_of_key(keys_[s]); return Box{c, c}; }, join);
+        count_, Box{first, first},
+        [&](std::size_t s) {
+            const Cell c = cell_of_key(keys_[s]);
+            return Box{c, c};
+        },
+        join);
     lower_ = box.lower;
     upper_ = box.upper;
     columns_ = static_cast<std::size_t>(upper_.x - lower_.x) + 1;
@@ -101,7 +108,8 @@ void PointGrid::index_cells() {
     const std::size_t layers = static_cast<std::size_t>(upper_.z - lower_.z) + 1;
     const double cells = static_cast<double>(columns_) * static_cast<double>(rows_) * static_cast<double>(layers);
     if (cells > std::max(kCellsAlways, kCellsPerPoint * static_cast<double>(count_))) return;
-    // start_[c] is the first slot whose cell is c or later: slot s fills the cells after its predecessor's up to its own.
+    // start_[c] is the first slot whose cell is c or later: slot s fills the cells after its predecessor's up to its
+    // own.
     start_.resize(static_cast<std::size_t>(cells) + 1);
     const auto dense = [&](std::size_t s) {
         const Cell c = cell_of_key(keys_[s]);
@@ -137,8 +145,10 @@ void PointGrid::nearest(const Vec3& x, int k, Real max_radius, std::vector<std::
     // Rings that cannot meet the occupied box are skipped, as are those beyond its far side.
     const auto outside = [](std::int32_t v, std::int32_t a, std::int32_t b) { return std::max({a - v, v - b, 0}); };
     const auto reach = [](std::int32_t v, std::int32_t a, std::int32_t b) { return std::max(v - a, b - v); };
-    const std::int32_t first = std::max({outside(c.x, lower_.x, upper_.x), outside(c.y, lower_.y, upper_.y), outside(c.z, lower_.z, upper_.z)});
-    const std::int32_t last = std::max({reach(c.x, lower_.x, upper_.x), reach(c.y, lower_.y, upper_.y), reach(c.z, lower_.z, upper_.z)});
+    const std::int32_t first = std::max(
+        {outside(c.x, lower_.x, upper_.x), outside(c.y, lower_.y, upper_.y), outside(c.z, lower_.z, upper_.z)});
+    const std::int32_t last =
+        std::max({reach(c.x, lower_.x, upper_.x), reach(c.y, lower_.y, upper_.y), reach(c.z, lower_.z, upper_.z)});
     for (std::int32_t ring = first; ring <= last; ++ring) {
         // Points of this ring and later are at least (ring - 1) cells away.
         const Real safe = static_cast<Real>(std::max(ring - 1, 0)) * cell_;

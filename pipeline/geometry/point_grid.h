@@ -1,4 +1,5 @@
-// Fixed-radius neighbours by a cell-linked grid over points kept in cell order; k nearest on top of it. Dissertation 7.1.
+// Fixed-radius neighbours by a cell-linked grid over points kept in cell order; k nearest on top of it.
+// Dissertation 7.1.
 #pragma once
 
 #include <algorithm>
@@ -12,18 +13,21 @@
 
 namespace thixo {
 
-/// A grid of cubic cells, aligned to the world's origin. It holds its own copy of the points, sorted by (z, y, x) of their cells, so that
-/// three cells side by side along x are one contiguous range: a query walks nine ranges. Indices reported are those of the caller's
-/// points. Memory is bounded by the number of points, wherever they lie: where the occupied box has far more cells than points, the
-/// occupied cells are found by binary search over sorted keys instead of a table. Results depend neither on the thread count nor on which of
-/// the two is in use. Points that are not finite are never found and do no harm.
+/// A grid of cubic cells, aligned to the world's origin. It holds its own copy of the points, sorted by (z, y, x) of
+/// their cells, so that three cells side by side along x are one contiguous range: a query walks nine ranges. Indices
+/// reported are those of the caller's points. Memory is bounded by the number of points, wherever they lie: where the
+/// occupied box has far more cells than points, the occupied cells are found by binary search over sorted keys instead
+/// of a table. Results depend neither on the thread count nor on which of the two is in use. Points that are not finite
+/// are never found and do no harm.
 class PointGrid {
   public:
-    /// Grid over `points` with cells of edge `cell` > 0 [m]. Points already in cell order (see `sort_order`) are recognised: for them building
-    /// is cheapest and reported indices ascend. Asserts cell > 0 and fewer than 2^32 - 1 points.
+    /// Grid over `points` with cells of edge `cell` > 0 [m]. Points already in cell order (see `sort_order`) are
+    /// recognised: for them building is cheapest and reported indices ascend. Asserts cell > 0 and fewer than 2^32 - 1
+    /// points.
     void build(std::span<const Vec3> points, Real cell);
 
-    /// The permutation that sorts points by (cell key, id): new element k is old element order[k]. A pure function of its arguments.
+    /// The permutation that sorts points by (cell key, id): new element k is old element order[k]. A pure function of
+    /// its arguments.
     static std::vector<Index> sort_order(std::span<const Vec3> points, std::span<const std::int64_t> ids, Real cell);
 
     Real cell() const { return cell_; }
@@ -33,15 +37,17 @@ class PointGrid {
     template <class F>
     void for_each_candidate(const Vec3& x, F&& f) const;
 
-    /// Calls f(j, r2) for every point j with |x - x_j|^2 = r2 < radius^2, in the order of the grid. Requires radius <= cell.
+    /// Calls f(j, r2) for every point j with |x - x_j|^2 = r2 < radius^2, in the order of the grid. Requires radius <=
+    /// cell.
     template <class F>
     void for_each_neighbour(const Vec3& x, Real radius, F&& f) const;
 
-    /// The k nearest points to x within max_radius [m] as (squared distance, index), nearest first, ties by index. Searches growing rings of
-    /// cells, so the cost does not depend on max_radius where k points are near.
+    /// The k nearest points to x within max_radius [m] as (squared distance, index), nearest first, ties by index.
+    /// Searches growing rings of cells, so the cost does not depend on max_radius where k points are near.
     void nearest(const Vec3& x, int k, Real max_radius, std::vector<std::pair<Real, Index>>& found) const;
 
-    // ---- the layout, for sweeps cell by cell (see NeighbourLists) -----------------------------------------------------------
+    // ---- the layout, for sweeps cell by cell (see NeighbourLists)
+    // -----------------------------------------------------------
     struct Cell {
         std::int32_t x, y, z;
     };
@@ -65,11 +71,13 @@ class PointGrid {
         x0 = std::max(x0, lower_.x);
         x1 = std::min(x1, upper_.x);
         if (x0 > x1 || y < lower_.y || y > upper_.y || z < lower_.z || z > upper_.z) return {0, 0};
-        return start_.empty() ? sparse_row(x0, x1, y, z) : Range{start_[dense_key(x0, y, z)], start_[dense_key(x1, y, z) + 1]};
+        return start_.empty() ? sparse_row(x0, x1, y, z)
+                              : Range{start_[dense_key(x0, y, z)], start_[dense_key(x1, y, z) + 1]};
     }
 
   private:
-    // Cells beyond the limit are folded into the outermost ones. Clamping brings points nearer in cells, never farther: no pair is lost.
+    // Cells beyond the limit are folded into the outermost ones. Clamping brings points nearer in cells, never farther:
+    // no pair is lost.
     static constexpr std::int32_t kLimit = (1 << 20) - 1;
     static std::int32_t coordinate(Real v, double edge_inv) {
         const double c = std::floor(static_cast<double>(v) * edge_inv);
@@ -119,7 +127,8 @@ void PointGrid::for_each_neighbour(const Vec3& x, Real radius, F&& f) const {
             for (Index s = range.begin; s < range.end; s += 8) {
                 // Eight distances at once; those past the end are computed and not looked at.
                 Real r2[8];
-                for (int l = 0; l < 8; ++l) r2[l] = square(x_[s + l] - x.x()) + square(y_[s + l] - x.y()) + square(z_[s + l] - x.z());
+                for (int l = 0; l < 8; ++l)
+                    r2[l] = square(x_[s + l] - x.x()) + square(y_[s + l] - x.y()) + square(z_[s + l] - x.z());
                 const Index lanes = std::min<Index>(8, range.end - s);
                 for (Index l = 0; l < lanes; ++l)
                     if (r2[l] < limit) f(index(s + l), r2[l]);

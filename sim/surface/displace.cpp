@@ -8,11 +8,12 @@ namespace thixo {
 namespace {
 
 struct LocalMotion {
-    Vec3 shift{0, 0, 0};            // u(s) [m]
-    Mat3 gradient = Mat3::Zero();   // G [1]
+    Vec3 shift{0, 0, 0};           // u(s) [m]
+    Mat3 gradient = Mat3::Zero();  // G [1]
 };
 
-LocalMotion motion_at(const Vec3& s, std::int32_t component, const Particles& p, const PointGrid& old_grid, Real support) {
+LocalMotion motion_at(const Vec3& s, std::int32_t component, const Particles& p, const PointGrid& old_grid,
+                      Real support) {
     const Poly6 w(support);
     Real weight = 0;
     Vec3 mean(0, 0, 0), mean_shift(0, 0, 0);
@@ -29,12 +30,14 @@ LocalMotion motion_at(const Vec3& s, std::int32_t component, const Particles& p,
     });
     LocalMotion motion;
     if (!(weight > 0)) return motion;
+    // Per unit of weight and of h^2, or the determinant of a stencil that has only points near the rim underflows.
+    const Real scale = 1 / square(support);
     mean /= weight;
     mean_shift /= weight;
-    covariance -= weight * mean_shift * mean.transpose();
-    spread -= weight * mean * mean.transpose();
+    covariance = scale * (covariance / weight - mean_shift * mean.transpose());
+    spread = scale * (spread / weight - mean * mean.transpose());
     // A full neighbourhood spreads by 0.09 h^2 each way.
-    spread += Real(0.005) * weight * square(support) * Mat3::Identity();
+    spread += Real(0.005) * Mat3::Identity();
     motion.gradient = covariance * spread.inverse();
     motion.shift = mean_shift - motion.gradient * mean;
     return motion;
@@ -42,7 +45,8 @@ LocalMotion motion_at(const Vec3& s, std::int32_t component, const Particles& p,
 
 }  // namespace
 
-void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component, Real support) {
+void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
+              Real support) {
     PointGrid old_grid;
     old_grid.build(particles.surface_position, support);
     SurfelCloud& cloud = surface.surfels;
@@ -64,7 +68,8 @@ void displace(SurfaceState& surface, const Particles& particles, const std::vect
     });
 }
 
-void interpolate_attributes(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component, Real support) {
+void interpolate_attributes(SurfaceState& surface, const Particles& particles,
+                            const std::vector<std::int32_t>& component, Real support) {
     PointGrid grid;
     grid.build(particles.position, support);
     const Poly6 w(support);

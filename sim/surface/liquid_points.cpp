@@ -1,58 +1,110 @@
 #include "sim/surface/liquid_points.h"
 
-#include <numeric>
-
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
 
 namespace thixo {
 namespace {
 
-// s of the outermost layer of particles under a flat surface (0.66 to 0.72, as they are packed), within that range the value that gives a lone
-// particle at a support of two spacings a sphere of its own volume: phi_j = 0.68/0.196, phi = 1/2 at 0.625 spacings.
+// s of the outermost layer of particles under a flat surface (0.66 to 0.72, as they are packed), within that range the
+// value that gives a lone particle at a support of two spacings a sphere of its own volume: phi_j = 0.68/0.196, phi =
+// 1/2 at 0.625 spacings.
 constexpr Real kFlatFill = Real(0.68);
+
+/// Up to three walls within a support of a particle, nearest first.
+struct NearWalls {
+    std::array<WallPlane, 3> plane;
+    int count = 0;
+    Real distance = 0;  // from the nearest [m]
+};
+
+WallPlane plane_at(const WallContact& contact, const Vec3& x) {
+    return {contact.normal, contact.normal.dot(x) - contact.distance};
+}
+
+/// The nearest wall, and others that are found to be nearest a little way along it.
+NearWalls walls_near(const Walls& walls, const Vec3& x, Real support) {
+    NearWalls near;
+    const WallContact nearest = wall_contact(walls, x);
+    near.distance = nearest.distance;
+    // A particle inside the wall would have its image in the room: it stands for itself alone.
+    if (!(nearest.distance < support) || nearest.distance <= 0) return near;
+    near.plane[near.count++] = plane_at(nearest, x);
+    Vec3 a, b;
+    orthonormal_basis(nearest.normal, a, b);
+    for (const Real reach : {Real(0.375), Real(0.75)})
+        for (const Vec3& way : {a, Vec3(-a), b, Vec3(-b)}) {
+            const Vec3 probe = x + reach * support * way;
+            const WallPlane plane = plane_at(wall_contact(walls, probe), probe);
+            bool found = plane.distance(x) > 0 && plane.distance(x) < support && near.count < 3;
+            for (int k = 0; k < near.count; ++k) found = found && plane.normal.dot(near.plane[k].normal) < Real(0.7);
+            if (found) near.plane[near.count++] = plane;
+        }
+    return near;
+}
+
+struct Image {
+    Vec3 position;
+    Index particle;
+    std::array<Index, 3> mirrors;
+};
+
+/// Appends the images of a particle in every subset of its walls that leaves them behind all walls of the subset.
+void mirror(std::vector<Image>& images, std::vector<WallPlane>& planes, const NearWalls& near, const Vec3& x,
+            Index particle, Real support) {
+    const auto first = static_cast<Index>(planes.size());
+    for (int k = 0; k < near.count; ++k) planes.push_back(near.plane[static_cast<std::size_t>(k)]);
+    for (unsigned subset = 1; subset < (1u << near.count); ++subset) {
+        Image image{x, particle, {kNone, kNone, kNone}};
+        std::size_t used = 0;
+        for (unsigned k = 0; k < static_cast<unsigned>(near.count); ++k) {
+            if (!(subset & (1u << k))) continue;
+            image.position -= 2 * near.plane[k].distance(image.position) * near.plane[k].normal;
+            image.mirrors[used++] = first + k;
+        }
+        // In a corner that is not square a second reflection may leave the wall again, or the reach of the room.
+        bool behind = (image.position - x).norm() < Real(3) * support;
+        for (std::size_t k = 0; k < used; ++k) behind = behind && planes[image.mirrors[k]].distance(image.position) < 0;
+        if (behind) images.push_back(image);
+    }
+}
 
 }  // namespace
 
 LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real support) {
     const std::size_t n = particles.size();
-    std::vector<WallContact> contact(n);
-    parallel_for(n, [&](std::size_t i) { contact[i] = wall_contact(walls, particles.position[i]); });
-    std::vector<Vec3> position(particles.position);
-    std::vector<Index> source(n);
-    std::iota(source.begin(), source.end(), Index(0));
+    std::vector<NearWalls> near(n);
+    parallel_for(n, [&](std::size_t i) { near[i] = walls_near(walls, particles.position[i], support); });
     LiquidPoints points;
     points.particle_wall.resize(n);
+    std::vector<Image> all(n);
     for (Index i = 0; i < n; ++i) {
-        const WallContact& c = contact[i];
-        points.particle_wall[i] = c.distance;
-        // A particle inside the wall has its image in the room: it stands for itself alone.
-        if (!(c.distance < support) || c.distance <= 0) continue;
-        position.push_back(particles.position[i] - 2 * c.distance * c.normal);
-        source.push_back(i);
+        points.particle_wall[i] = near[i].distance;
+        all[i] = {particles.position[i], i, {kNone, kNone, kNone}};
     }
-    std::vector<std::int64_t> order_id(position.size());
-    std::iota(order_id.begin(), order_id.end(), 0);
+    for (Index i = 0; i < n; ++i)
+        if (near[i].count > 0) mirror(all, points.planes, near[i], particles.position[i], i, support);
+    const std::size_t total = all.size();
+    std::vector<Vec3> position(total);
+    std::vector<std::int64_t> order_id(total);
+    for (std::size_t k = 0; k < total; ++k) {
+        position[k] = all[k].position;
+        order_id[k] = static_cast<std::int64_t>(k);
+    }
     const std::vector<Index> order = PointGrid::sort_order(position, order_id, support);
-    const std::size_t total = order.size();
     points.position.resize(total);
     points.volume.resize(total);
     points.colour.assign(total, 1);
     points.component.resize(total);
-    points.wall_normal.assign(total, Vec3(0, 0, 0));
-    points.wall_offset.assign(total, 0);
+    points.mirrors.resize(total);
     points.particle.resize(total);
     parallel_for(total, [&](std::size_t k) {
-        const Index from = order[k], i = source[from];
-        points.position[k] = position[from];
-        points.volume[k] = particles.rest_volume[i];
-        points.component[k] = particles.material[i];
-        points.particle[k] = i;
-        if (from >= n) {
-            const WallContact& c = contact[i];
-            points.wall_normal[k] = c.normal;
-            points.wall_offset[k] = c.normal.dot(particles.position[i]) - c.distance;
-        }
+        const Image& from = all[order[k]];
+        points.position[k] = from.position;
+        points.volume[k] = particles.rest_volume[from.particle];
+        points.component[k] = particles.material[from.particle];
+        points.particle[k] = from.particle;
+        points.mirrors[k] = from.mirrors;
     });
     points.grid.build(points.position, support);
     return points;

@@ -11,7 +11,7 @@ template <class ForEach>
 ColourSample sum_colour(const LiquidShape& shape, const Vec3& x, std::int32_t component, ForEach&& for_each) {
     const Poly6 w(shape.support);
     const LiquidPoints& points = shape.points;
-    const Real image_depth = shape.wall_depth() + Real(0.1) * shape.spacing;
+    const Real image_depth = shape.image_depth();
     ColourSample sample;
     for_each([&](Index j, Real r2) {
         if (points.component[j] != component || !points.counts_at(j, x, image_depth)) return;
@@ -57,7 +57,7 @@ DepthSample LiquidShape::depth_of(const ColourSample& c, const Vec3& x, Real iso
 }
 
 SheetSample LiquidShape::sheet(const ColourSample& c, const Vec3& x, const Vec3& n) const {
-    constexpr Real kCoat = Real(0.7071), kLeastSlope = Real(0.05);
+    constexpr Real kLeastSlope = Real(0.05);
     SheetSample sample;
     sample.phi = c.value;
     sample.centre = c.centre;
@@ -71,8 +71,19 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const Vec3& x, const Vec3&
         const WallContact contact = wall_contact(walls, x);
         below_wall = contact.distance + wall_depth();
         wall_normal = contact.normal;
+        sample.coat = on_coat(contact, n);
     }
-    sample.coat = c.near_wall && std::abs(below_wall) < Real(0.5) * spacing && n.dot(wall_normal) < -kCoat;
+    if (c.near_wall && !sample.coat && below_wall < 0 && field > Real(0.35) * spacing &&
+        std::abs(n.dot(wall_normal)) < Real(0.8)) {
+        // A coat's surfel, for it is deep in the field, that came behind another wall than its own: only the way back
+        // to the crease of the two is known.
+        const Vec3 across = wall_normal - n * n.dot(wall_normal);
+        sample.defined = sample.coat = true;
+        sample.outward = n;
+        sample.to_crease = below_wall / across.norm();
+        sample.towards_crease = -across.normalized();
+        return sample;
+    }
     const Real depth = sample.coat ? below_wall : field, other = sample.coat ? field : below_wall;
     const Vec3 slope = sample.coat ? wall_normal : field_slope;
     const Real slope2 = slope.squaredNorm();
@@ -95,17 +106,20 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const Vec3& x, const Vec3&
 }
 
 Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component) const {
+    const WallContact contact = wall_contact(walls, x);
+    if (contact.distance < 0 || on_coat(contact, n)) return 0;
     const Poly6 w(support);
     Vec3 a, b;
     orthonormal_basis(n, a, b);
     // grad grad w = gradient_factor 1 + 24 scale/h^4 q r r^T, q = 1 - r^2/h^2; only its part across n is summed.
-    const Real factor = 24 * w.scale * square(w.h2_inv), image_depth = wall_depth() + Real(0.1) * spacing;
+    const Real factor = 24 * w.scale * square(w.h2_inv);
     Real aa = 0, ab = 0, bb = 0, slope = 0;
     points.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
-        if (points.component[j] != component || !points.counts_at(j, x, image_depth)) return;
+        if (points.component[j] != component || !points.counts_at(j, x, image_depth())) return;
         const Real volume = points.volume[j] * points.colour[j];
         const Vec3 r = x - points.position[j];
-        const Real even = volume * w.gradient_factor(r2), along = volume * factor * (1 - r2 * w.h2_inv), ra = a.dot(r), rb = b.dot(r);
+        const Real even = volume * w.gradient_factor(r2), along = volume * factor * (1 - r2 * w.h2_inv), ra = a.dot(r),
+                   rb = b.dot(r);
         aa += even + along * ra * ra;
         bb += even + along * rb * rb;
         ab += along * ra * rb;
@@ -137,7 +151,8 @@ bool LiquidShape::project(Vec3& x, std::int32_t component, Real reach, Real iso_
         y += move;
         at = next;
     }
-    // A tenth of what blending by the neighbours hides anyway: near the crease at a wall Newton's method rests a little off.
+    // A tenth of what blending by the neighbours hides anyway: near the crease at a wall Newton's method rests a little
+    // off.
     if (!at.defined || std::abs(at.depth) > Real(0.05) * spacing || (y - x).norm() > reach) return false;
     x = y;
     return true;

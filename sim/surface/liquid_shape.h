@@ -9,52 +9,59 @@ namespace thixo {
 
 /// The colour field phi(x) = sum_j V0_j phi_j w_poly6(x - x_j, h) and what else is summed on the way.
 struct ColourSample {
-    Real value = 0;            // phi [1]
-    Vec3 gradient{0, 0, 0};    // grad phi [1/m]
-    Vec3 centre{0, 0, 0};      // weighted mean of the points, relative to x [m]; zero where phi = 0
-    bool near_wall = false;    // an image is in reach
+    Real value = 0;          // phi [1]
+    Vec3 gradient{0, 0, 0};  // grad phi [1/m]
+    Vec3 centre{0, 0, 0};    // weighted mean of the points, relative to x [m]; zero where phi = 0
+    bool near_wall = false;  // an image is in reach
 };
 
 /// Depth below the surface of the body, > 0 inside.
 struct DepthSample {
-    Real depth = 0;            // [m]; near the surface of a flat body its distance, limited by 0.4 h deeper inside
-    Vec3 gradient{0, 0, 0};    // [1], inwards
-    Vec3 centre{0, 0, 0};      // of the colour field
-    Real phi = 0;              // of the colour field
-    bool wall = false;         // the walls, not the field, end the body here
-    bool defined = false;      // false: no particle in reach
+    Real depth = 0;          // [m]; near the surface of a flat body its distance, limited by 0.4 h deeper inside
+    Vec3 gradient{0, 0, 0};  // [1], inwards
+    Vec3 centre{0, 0, 0};    // of the colour field
+    Real phi = 0;            // of the colour field
+    bool wall = false;       // the walls, not the field, end the body here
+    bool defined = false;    // false: no particle in reach
     Vec3 outward() const { return -gradient.normalized(); }
 };
 
-/// Where a surfel stands to its sheet. Near a wall the body's surface has two: the free surface, and the coat that lines the wall wall_depth inside
-/// it; they meet in a crease hidden by the wall. A surfel belongs to the one its normal fits, and stays in it up to the crease.
+/// Where a surfel stands to its sheet. Near a wall the body's surface has two: the free surface, and the coat that
+/// lines the wall wall_depth inside it; they meet in a crease hidden by the wall, as coats of two walls do. A surfel
+/// belongs to the one its normal fits, and stays in it up to the crease.
 struct SheetSample {
-    bool defined = false;         // false: no particle in reach, or no slope to follow
+    bool defined = false;  // false: no particle in reach, or no slope to follow
     bool coat = false;
-    Real phi = 0;                 // of the colour field
-    Vec3 centre{0, 0, 0};         // of the colour field, relative to x [m]
-    Vec3 guide{0, 0, 0};          // to the sheet, one Newton step of at most half a spacing [m]
-    Vec3 outward{0, 0, 0};        // unit normal of the sheet
-    Real to_crease = 0;           // distance to the crease in the sheet, < 0 beyond it; +max where there is none near [m]
-    Vec3 towards_crease{0, 0, 0}; // unit tangent
+    Real phi = 0;           // of the colour field
+    Vec3 centre{0, 0, 0};   // of the colour field, relative to x [m]
+    Vec3 guide{0, 0, 0};    // to the sheet, one Newton step of at most half a spacing [m]
+    Vec3 outward{0, 0, 0};  // unit normal of the sheet
+    Real to_crease = 0;     // distance to the crease in the sheet, < 0 beyond it; +max where there is none near [m]
+    Vec3 towards_crease{0, 0, 0};  // unit tangent
 };
 
 struct LiquidShape {
     const LiquidPoints& points;
     const Walls& walls;
-    Real support;     // h [m]
-    Real spacing;     // [m]
-    Real iso;         // I: phi on the surface
+    Real support;  // h [m]
+    Real spacing;  // [m]
+    Real iso;      // I: phi on the surface
 
-    /// How far the body reaches into a wall [m]. More than the errors of surface and wall, less than half of the thinnest wall worth its
-    /// name: renderers see liquid against wall without a film of air between.
+    /// How far the body reaches into a wall [m]. More than the errors of surface and wall, less than half of the
+    /// thinnest wall worth its name: renderers see liquid against wall without a film of air between.
     Real wall_depth() const { return Real(0.15) * spacing; }
+
+    /// How far behind a wall its images still count [m]: enough for surfels that strayed beyond the crease to find
+    /// back. What lies deeper is dry, and must be: it may be the far side of the wall. Walls thinner than the sum of
+    /// both depths, 0.65 spacings, show liquid through.
+    Real image_depth() const { return Real(0.5) * spacing; }
 
     ColourSample colour(const Vec3& x, std::int32_t component) const;
     /// The same from a list that holds at least the points within the support of x: many times as fast.
     ColourSample colour(const Vec3& x, std::int32_t component, std::span<const Index> near) const;
 
-    /// depth(x) = min((phi(x) - I) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of phi across the surface of a half space.
+    /// depth(x) = min((phi(x) - I) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of phi across the
+    /// surface of a half space.
     DepthSample depth(const Vec3& x, std::int32_t component) const { return depth(x, component, iso); }
     DepthSample depth(const Vec3& x, std::int32_t component, Real iso_value) const {
         return depth_of(colour(x, component), x, iso_value);
@@ -63,14 +70,23 @@ struct LiquidShape {
 
     /// The sheet that a surfel at x with unit normal n belongs to. `colour` is the field at x.
     SheetSample sheet(const ColourSample& colour, const Vec3& x, const Vec3& n) const;
-    SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component) const { return sheet(colour(x, component), x, n); }
+    SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component) const {
+        return sheet(colour(x, component), x, n);
+    }
 
-    /// Largest principal curvature of the level set of phi at x, convex or hollow, from the second derivatives of phi: |eigenvalue| of
-    /// P (grad grad phi) P / |grad phi|, P the projection across n [1/m].
+    /// Whether a surfel at x with unit normal n lines a wall.
+    bool on_coat(const WallContact& contact, const Vec3& n) const {
+        return std::abs(contact.distance + wall_depth()) < Real(0.5) * spacing && n.dot(contact.normal) < -Real(0.7071);
+    }
+
+    /// Largest principal curvature of the level set of phi at x, convex or hollow, from the second derivatives of phi:
+    /// |eigenvalue| of P (grad grad phi) P / |grad phi|, P the projection across n [1/m]. Zero inside a wall and on its
+    /// coat, which is not a level set.
     Real curvature(const Vec3& x, const Vec3& n, std::int32_t component) const;
 
-    /// psi_I: moves x to the zero of depth by Newton's method, the step halved while |depth| does not fall (2.40). False where the field has no
-    /// slope to follow, or the way gets longer than `reach` [m]; x is then wherever it was.
+    /// psi_I: moves x to the zero of depth by Newton's method, the step halved while |depth| does not fall (2.40).
+    /// False where the field has no slope to follow, or the way gets longer than `reach` [m]; x is then wherever it
+    /// was.
     bool project(Vec3& x, std::int32_t component, Real reach, Real iso_value) const;
     bool project(Vec3& x, std::int32_t component, Real reach) const { return project(x, component, reach, iso); }
 };

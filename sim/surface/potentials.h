@@ -14,8 +14,9 @@ struct WorkingSurfels {
     std::vector<Vec3>& position;
     std::vector<Vec3>& normal;
     const std::vector<std::int32_t>& component;
-    const std::vector<Real>& radius;  // r_s of each [m]
-    std::vector<char>& lost;          // no particle in reach, or ended up inside the body
+    const std::vector<Real>& radius;     // r_s of each [m]
+    const std::vector<Real>& curvature;  // LiquidShape::curvature at each [1/m]
+    std::vector<char>& lost;             // no particle in reach, or ended up inside the body
     std::size_t size() const { return position.size(); }
 };
 
@@ -24,19 +25,23 @@ struct RelaxReport {
     Real largest_move = 0;  // [m], of the last iteration
 };
 
-/// Iterates s <- s + a (f_n + f_t) and n <- unit(k_guide n_guide + k_smooth n_smooth) for all surfels at once (Jacobi), a falling from 1, until
-/// the largest move is under a hundredth of the spacing, `params.iterations` times at most.
+/// Iterates s <- s + a (f_n + f_t) and n <- unit(k_guide n_guide + k_smooth n_smooth) for all surfels at once (Jacobi),
+/// a falling from 1, until the largest move is under a hundredth of the spacing, `params.iterations` times at most.
 ///   f_n = n n.(k_guide f_guide + k_attract f_attract + k_smooth f_smooth),  f_t = f_repel - n n.f_repel
 ///   f_guide   = psi_I(s) - s, one Newton step of each iteration
-///   f_attract = (mean of the particles in reach - s) + its distance 0.246 h at a flat surface: the force of 6.6 less its constant part, which
-///               would hold the whole surface inside the iso-surface. What is left pulls tips in and lifts hollows, as the
-///               surface of Zhu & Bridson 2005 does.
-///   f_smooth  = (psi_orth(s) - s) less its mean over the neighbours: the difference leaves an even curvature alone, where psi_orth by itself
-///               shrinks every drop (the volume drift 6.8 complains of). Neighbours: those within h_s whose normals agree within 45 degrees.
-///   f_repel   = a tenth of the sum over the ten nearest of those of (l - |s - s_j|) (s - s_j)/|s - s_j|, l the tenth's distance: with 6.6's l = h_s
+///   f_attract = (mean of the particles in reach - s) + its distance 0.246 h at a flat surface: the force of 6.6 less
+///   its constant part, which
+///               would hold the whole surface inside the iso-surface. What is left pulls tips in and lifts hollows, as
+///               the surface of Zhu & Bridson 2005 does.
+///   f_smooth  = (psi_orth(s) - s) less its mean over the neighbours: the difference leaves an even curvature alone,
+///   where psi_orth by itself
+///               shrinks every drop (the volume drift 6.8 complains of). Neighbours: those within h_s whose normals
+///               agree within 45 degrees.
+///   f_repel   = a tenth of the sum over the ten nearest of those of (l - |s - s_j|) (s - s_j)/|s - s_j|, l the tenth's
+///   distance, lengths in radii of the pair: with 6.6's l = h_s
 ///               the force jumps whenever the set of ten changes, and surfels never come to rest
-/// Where the surface bends within a surfel's support (drops of a few particles, threads, rims) its average means little: k_smooth falls from its
-/// full value at h_s times curvature = 0.9 to nothing at 1.4.
+/// Where the surface bends within a surfel's support (drops of a few particles, threads, rims) its average means
+/// little: k_smooth and k_attract fall from their full values at h_s times curvature = 0.9 to nothing at 1.4.
 /// Afterwards no surfel is outside the iso-value I_min = 0.6 I.
 RelaxReport relax(WorkingSurfels surfels, const LiquidShape& shape, const scene::Surface& params);
 

@@ -8,19 +8,21 @@ namespace {
 
 // In surfel radii.
 constexpr Real kCrowded = Real(0.45), kSparse = Real(0.8), kApart = Real(0.7);
-constexpr Real kSameSide = Real(0.5);  // cosine between normals of surfels that cover for each other
+constexpr Real kSameSide = Real(0.7);  // cosine between normals of surfels that cover for each other
 constexpr int kDirections = 12;
 constexpr Real kHalf = Real(0.5), kRoot = Real(0.8660254037844386);
-constexpr struct { Real x, y; } kCircle[kDirections] = {{1, 0},  {kRoot, kHalf},   {kHalf, kRoot},   {0, 1},  {-kHalf, kRoot}, {-kRoot, kHalf},
-                                                        {-1, 0}, {-kRoot, -kHalf}, {-kHalf, -kRoot}, {0, -1}, {kHalf, -kRoot}, {kRoot, -kHalf}};
-constexpr int kRounds = 40;            // a sheet grows from one seed by a radius a round
+constexpr struct {
+    Real x, y;
+} kCircle[kDirections] = {{1, 0},  {kRoot, kHalf},   {kHalf, kRoot},   {0, 1},  {-kHalf, kRoot}, {-kRoot, kHalf},
+                          {-1, 0}, {-kRoot, -kHalf}, {-kHalf, -kRoot}, {0, -1}, {kHalf, -kRoot}, {kRoot, -kHalf}};
+constexpr int kRounds = 40;  // a sheet grows from one seed by a radius a round
 
 /// A surfel that may come to be.
 struct Proposal {
     Vec3 position{0, 0, 0};
     Vec3 normal{0, 0, 0};
     std::int32_t component = 0, body = 0;
-    Real radius = 0;
+    Real curvature = 0, radius = 0;
     bool good = false;
 };
 
@@ -32,7 +34,10 @@ struct Cover {
     PointGrid grid;
 
     Cover(const SurfaceState& surface, const SurfelNotes& notes, Real reach)
-        : position(surface.surfels.position), normal(surface.surfels.normal), component(notes.component), radius(notes.radius) {
+        : position(surface.surfels.position),
+          normal(surface.surfels.normal),
+          component(notes.component),
+          radius(notes.radius) {
         grid.build(position, reach);
     }
     /// Whether a surfel of the same side lies within `radius` of a place.
@@ -44,6 +49,11 @@ struct Cover {
         return found;
     }
 };
+
+void fit(Proposal& p, const LiquidShape& shape, Real full) {
+    p.curvature = shape.curvature(p.position, p.normal, p.component);
+    p.radius = fitting_radius(p.curvature, full);
+}
 
 /// Puts a proposal on the surface: that of its neighbours where three or more blend there, the liquid's otherwise.
 /// Its radius is that of the surfel it comes from; it gets its own.
@@ -61,13 +71,18 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
     if (count >= 3 && average.defined()) {
         const Vec3 n = average.unit_normal();
         Vec3 place = p.position - average.value() * n;
-        const SheetSample at = shape.sheet(place, n, p.component);
-        if (at.to_crease < 0) place += at.to_crease * at.towards_crease;  // the sheet ends here
+        SheetSample at = shape.sheet(place, n, p.component);
+        const Real excess = at.to_crease - kFromCrease * p.radius;
+        if (at.defined && excess < 0) {  // the sheet ends here
+            if (at.to_crease < -Real(0.7) * shape.spacing) return;
+            place += excess * at.towards_crease;
+            at = shape.sheet(place, n, p.component);
+        }
         if (at.defined && at.guide.norm() < Real(0.3) * shape.spacing && at.outward.dot(n) > Real(0.7) &&
-            at.to_crease > -Real(0.7) * shape.spacing) {
+            at.to_crease > -Real(0.1) * shape.spacing) {
             p.position = at.coat ? Vec3(place + at.guide) : place;
             p.normal = at.coat ? at.outward : n;
-            p.radius = at.coat ? full : fitting_radius(shape, p.position, p.normal, p.component, full);
+            fit(p, shape, full);
             p.good = true;
         }
         return;
@@ -76,7 +91,7 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
     const DepthSample at = shape.depth(p.position, p.component);
     if (!(at.gradient.squaredNorm() > square(Real(0.05)))) return;
     p.normal = at.outward();
-    p.radius = at.wall ? full : fitting_radius(shape, p.position, p.normal, p.component, full);
+    fit(p, shape, full);
     p.good = true;
 }
 
@@ -99,14 +114,16 @@ Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover)
         for (int k = 0; k < kDirections; ++k) clearance[k] = std::min(clearance[k], (flat - place[k]).squaredNorm());
     });
     const int best = static_cast<int>(std::max_element(clearance, clearance + kDirections) - clearance);
-    Proposal p{place[best], n, cover.component[i], surface.body[i], radius, clearance[best] > square(kSparse * radius)};
+    Proposal p{
+        place[best], n, cover.component[i], surface.body[i], 0, radius, clearance[best] > square(kSparse * radius)};
     return p;
 }
 
-/// The surface nearest to a particle, where it is near and uncovered: outwards along the field's slope, or into the wall beside it.
+/// The surface nearest to a particle, where it is near and uncovered: outwards along the field's slope, or into the
+/// wall beside it.
 Proposal over_particle(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
     constexpr Real kSurfaceFill = Real(0.85);  // outermost particles have about 0.7, the next layer 0.95
-    Proposal p{particles.position[j], Vec3(0, 0, 0), particles.material[j], particles.body[j], radius, false};
+    Proposal p{particles.position[j], Vec3(0, 0, 0), particles.material[j], particles.body[j], 0, radius, false};
     const Real wall = shape.points.particle_wall[j];
     if (wall > 0 && wall < shape.spacing) {
         const WallContact contact = wall_contact(shape.walls, p.position);
@@ -127,7 +144,7 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     if (cover.covers(p, Real(0.8) * radius)) return p;  // most are, and need no closer look
     if (!shape.project(p.position, p.component, shape.spacing)) return p;
     p.normal = shape.depth(p.position, p.component).outward();
-    p.radius = fitting_radius(shape, p.position, p.normal, p.component, radius);
+    fit(p, shape, radius);
     p.good = !cover.covers(p, p.radius);
     return p;
 }
@@ -145,6 +162,7 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
     surface.velocity.push_back(Vec3(0, 0, 0));
     surface.temperature.push_back(0);
     notes.component.push_back(p.component);
+    notes.curvature.push_back(p.curvature);
     notes.radius.push_back(p.radius);
     notes.lost.push_back(0);
 }
@@ -192,13 +210,15 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
         cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i], [&](Index j, Real r2) {
             // The elder stays: surfels that are seen keep their places.
             if (gone[j] || surface.id[j] >= surface.id[i] || r2 >= square(kCrowded * cover.radius[j])) return;
-            if (cover.component[j] == cover.component[i] && cover.normal[j].dot(cover.normal[i]) > kSameSide) gone[i] = 1;
+            if (cover.component[j] == cover.component[i] && cover.normal[j].dot(cover.normal[i]) > kSameSide)
+                gone[i] = 1;
         });
         if (!gone[i]) kept.push_back(i);
     }
     const std::size_t deleted = surface.size() - kept.size();
     for_each_array(surface, [&](const char*, auto& array) { keep(array, kept); });
     keep(notes.component, kept);
+    keep(notes.curvature, kept);
     keep(notes.radius, kept);
     notes.lost.assign(kept.size(), 0);
     return deleted;
@@ -206,14 +226,10 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
 
 }  // namespace
 
-Real fitting_radius(const LiquidShape& shape, const Vec3& x, const Vec3& n, std::int32_t component, Real full) {
-    const Real curvature = shape.curvature(x, n, component);
-    return curvature * full > Real(0.45) ? std::max(Real(0.45) / curvature, Real(0.5) * full) : full;
-}
-
 ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape, const Particles& particles,
                         const scene::Surface& params) {
-    const Real full = Real(params.radius) * shape.spacing, per_radius = Real(params.support), reach = std::max(per_radius, Real(2)) * full;
+    const Real full = Real(params.radius) * shape.spacing, per_radius = Real(params.support),
+               reach = std::max(per_radius, Real(2)) * full;
     ResampleReport report;
     report.deleted = remove_lost_and_crowded(surface, notes, full);
     std::vector<Proposal> proposals(particles.size());

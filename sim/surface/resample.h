@@ -1,4 +1,5 @@
-// Step 4 of the animated surface: surfels are added where they are sparse and taken away where they crowd. Dissertation 6.6.2.
+// Step 4 of the animated surface: surfels are added where they are sparse and taken away where they crowd.
+// Dissertation 6.6.2.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +14,19 @@ namespace thixo {
 /// What an update knows of each surfel beside its state.
 struct SurfelNotes {
     std::vector<std::int32_t> component;
-    std::vector<Real> radius;  // r_s [m]
-    std::vector<char> lost;    // to be deleted
+    std::vector<Real> curvature;  // of the liquid's surface [1/m]
+    std::vector<Real> radius;     // r_s [m]
+    std::vector<char> lost;       // to be deleted
 };
 
-/// Radius of a surfel: `full`, less where the surface bends: 0.45 of its radius of curvature, but not under half of `full`. A drop of a single particle
-/// has surfels enough to look round.
-Real fitting_radius(const LiquidShape& shape, const Vec3& x, const Vec3& n, std::int32_t component, Real full);
+/// Radius of a surfel: `full`, less where the surface bends: 0.45 of its radius of curvature, but not under half of
+/// `full`. A drop of a single particle has surfels enough to look round.
+inline Real fitting_radius(Real curvature, Real full) {
+    return curvature * full > Real(0.45) ? std::max(Real(0.45) / curvature, Real(0.5) * full) : full;
+}
+
+/// Surfels keep this many radii from the crease their sheet ends at.
+inline constexpr Real kFromCrease = Real(0.6);
 
 struct ResampleReport {
     std::size_t inserted = 0, deleted = 0;
@@ -28,10 +35,11 @@ struct ResampleReport {
 /// Deletes the surfels marked as lost and thins out crowds, then fills gaps until none is left:
 /// - a surfel goes when another one of its side is nearer than 0.45 r_s (of the smaller);
 /// - a particle near the surface whose projected place has no surfel within r_s seeds one there;
-/// - a circle of radius r_s about a surfel must have no point farther than 0.8 r_s from every other surfel: the farthest such point gets one.
-/// So every empty circle in the surface is smaller than a surfel's disc, and discs leave no hole. New surfels lie on the smooth surface of
-/// their neighbours (not to pop), on the iso-surface where they have too few. Between the two distances nothing changes: a surface
-/// at rest keeps its surfels. New ids are given in the order of the surfels and particles they come from.
+/// - a circle of radius r_s about a surfel must have no point farther than 0.8 r_s from every other surfel: the
+/// farthest such point gets one. So every empty circle in the surface is smaller than a surfel's disc, and discs leave
+/// no hole. New surfels lie on the smooth surface of their neighbours (not to pop), on the iso-surface where they have
+/// too few. Between the two distances nothing changes: a surface at rest keeps its surfels. New ids are given in the
+/// order of the surfels and particles they come from.
 ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape, const Particles& particles,
                         const scene::Surface& params);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/implicit_surface.h"
 #include "sim/surface/displace.h"
 #include "sim/surface/liquid_shape.h"
 #include "sim/surface/potentials.h"
@@ -11,28 +12,61 @@
 namespace thixo {
 namespace {
 
-/// The component of every surfel: the material of its body, so that liquids of one material join where they meet. A body none of whose
-/// particles is left has component -1, which no particle is of.
+/// The component of every surfel: the material of its body, so that liquids of one material join where they meet. A
+/// body none of whose particles is left has component -1, which no particle is of.
 std::vector<std::int32_t> components(const SurfaceState& surface, const Particles& particles) {
     std::vector<std::pair<std::int32_t, std::int32_t>> material_of;
     for (std::size_t j = 0; j < particles.size(); ++j)
-        if (j == 0 || particles.body[j] != particles.body[j - 1]) material_of.emplace_back(particles.body[j], particles.material[j]);
+        if (j == 0 || particles.body[j] != particles.body[j - 1])
+            material_of.emplace_back(particles.body[j], particles.material[j]);
     std::sort(material_of.begin(), material_of.end());
     std::vector<std::int32_t> component(surface.size());
     parallel_for(surface.size(), [&](std::size_t i) {
-        const auto found = std::lower_bound(material_of.begin(), material_of.end(), std::pair(surface.body[i], std::int32_t(-1)));
+        const auto found =
+            std::lower_bound(material_of.begin(), material_of.end(), std::pair(surface.body[i], std::int32_t(-1)));
         component[i] = found != material_of.end() && found->first == surface.body[i] ? found->second : -1;
     });
     return component;
 }
 
-/// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be. At a crease the disc ends a little beyond
-/// it, or it would stand out of the body: the first axis then leads to the crease and is shortened.
-void fit_axes(SurfelCloud& cloud, const SurfelNotes& notes, const LiquidShape& shape) {
+/// How far a coat's disc may reach and which way: up to the free surface as the surfels around have it, smoothed, not
+/// as the field has it. Coats of two walls may overlap.
+void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const SurfelCloud& cloud,
+                         const std::vector<SheetSample>& sheets, const PointGrid& grid) {
+    sheet.to_crease = std::numeric_limits<Real>::max();
+    const Poly6 w(grid.cell());
+    SurfelAverage average;
+    grid.for_each_neighbour(x, grid.cell(), [&](Index j, Real r2) {
+        if (sheets[j].defined && !sheets[j].coat) average.add(w.value(r2), cloud.position[j] - x, cloud.normal[j]);
+    });
+    if (!average.defined()) return;
+    const Vec3 up = average.unit_normal(), across = up - n * n.dot(up);
+    const Real rate = across.norm();
+    if (rate < Real(0.2)) return;
+    sheet.to_crease = -average.value() / rate;
+    sheet.towards_crease = across / rate;
+}
+
+/// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be. At a crease the
+/// disc ends a little beyond it, or it would stand out of the body: the first axis then leads to the crease and is
+/// shortened. Coats that rose above the free surface are taken back below it.
+void fit_axes(SurfelCloud& cloud, const SurfelNotes& notes, const LiquidShape& shape, Real support) {
+    std::vector<SheetSample> sheets(cloud.size());
+    parallel_for(cloud.size(), [&](std::size_t i) {
+        sheets[i] = shape.sheet(cloud.position[i], cloud.normal[i], notes.component[i]);
+    });
+    PointGrid grid;
+    grid.build(cloud.position, support);
+    std::vector<Vec3> moved = cloud.position;
     parallel_for(cloud.size(), [&](std::size_t i) {
         const Vec3& n = cloud.normal[i];
-        const SheetSample at = shape.sheet(cloud.position[i], n, notes.component[i]);
-        const Real radius = notes.radius[i], reach = std::max(at.to_crease + Real(0.04) * shape.spacing, Real(0.16) * radius);
+        SheetSample at = sheets[i];
+        if (at.coat) end_at_free_surface(at, cloud.position[i], n, cloud, sheets, grid);
+        if (at.coat && at.to_crease < 0)
+            moved[i] += std::max(at.to_crease, Real(-0.3) * shape.spacing) * at.towards_crease;
+        // Ellipses side by side must overlap at the crease, not only touch it: hence the eighth more.
+        const Real past = Real(0.06) * shape.spacing, radius = notes.radius[i];
+        const Real reach = std::max(Real(1.125) * at.to_crease + past, Real(1.5) * past);
         const bool at_crease = at.defined && reach < radius;
         Vec3 t = at_crease ? at.towards_crease : cloud.axis1[i];
         t -= n * n.dot(t);
@@ -44,6 +78,7 @@ void fit_axes(SurfelCloud& cloud, const SurfelNotes& notes, const LiquidShape& s
         cloud.axis1[i] = (at_crease ? reach : radius) * t;
         cloud.axis2[i] = radius * n.cross(t);
     });
+    cloud.position.swap(moved);
 }
 
 template <class T>
@@ -60,8 +95,8 @@ void sort_by_cell_and_id(SurfaceState& surface, Real support) {
 
 }  // namespace
 
-SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls, const scene::Surface& params, Real spacing,
-                             Real support) {
+SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
+                             const scene::Surface& params, Real spacing, Real support) {
     const Real full_radius = Real(params.radius) * spacing;
     const bool first = surface.size() == 0;
     SurfelNotes notes;
@@ -73,9 +108,11 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     set_colours(points, support);
     const LiquidShape shape{points, walls, support, spacing, Real(params.iso)};
     SurfelCloud& cloud = surface.surfels;
+    notes.curvature.resize(surface.size());
     notes.radius.resize(surface.size());
     parallel_for(surface.size(), [&](std::size_t i) {
-        notes.radius[i] = fitting_radius(shape, cloud.position[i], cloud.normal[i], notes.component[i], full_radius);
+        notes.curvature[i] = shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i]);
+        notes.radius[i] = fitting_radius(notes.curvature[i], full_radius);
     });
     SurfaceReport report;
     const auto refill = [&] {
@@ -84,12 +121,13 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
         report.deleted += r.deleted;
     };
     if (first) refill();  // one surfel a surface particle, then all between them
-    const RelaxReport relaxed = relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.lost}, shape, params);
+    const RelaxReport relaxed = relax(
+        {cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature, notes.lost}, shape, params);
     report.iterations = relaxed.iterations;
     report.largest_move = relaxed.largest_move;
     refill();
 
-    fit_axes(cloud, notes, shape);
+    fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
     interpolate_attributes(surface, particles, notes.component, support);
     sort_by_cell_and_id(surface, Real(params.support) * full_radius);
     particles.surface_position = particles.position;

@@ -14,19 +14,20 @@ namespace thixo {
 /// The surface's whole state between updates; it is part of a checkpoint.
 struct SurfaceState {
     SurfelCloud surfels;
-    std::vector<std::int64_t> id;       // unique for ever
-    std::vector<std::int32_t> body;     // of the particles it belongs to
-    std::vector<Vec3> rest;             // m0: where the surfel was made [m]
-    std::vector<Vec3> velocity;         // of the material at the surfel [m/s]
-    std::vector<Real> temperature;      // degC
+    std::vector<std::int64_t> id;    // unique for ever
+    std::vector<std::int32_t> body;  // of the particles it belongs to
+    std::vector<Vec3> rest;          // m0: where the surfel was made [m]
+    std::vector<Vec3> velocity;      // of the material at the surfel [m/s]
+    std::vector<Real> temperature;   // degC
     std::int64_t next_id = 0;
 
     std::size_t size() const { return id.size(); }
 };
 
 template <class S, class F>
-void for_each_array(S& s, F&& f)
-    requires requires { s.surfels; }
+void for_each_array(S& s, F&& f) requires requires {
+    s.surfels;
+}
 {
     f("position", s.surfels.position);
     f("axis1", s.surfels.axis1);
@@ -43,14 +44,14 @@ void for_each_array(S& s, F&& f)
 struct SurfaceReport {
     std::size_t inserted = 0, deleted = 0;
     int iterations = 0;
-    Real largest_move = 0;     // [m] of the last iteration
-    int unconverged = 0;       // projections that hit their cap on steps
+    Real largest_move = 0;  // [m] of the last iteration
+    int unconverged = 0;    // projections that hit their cap on steps
 };
 
 /// Brings the surface up to date with the particles: displace, deform by the potentials, constrain, resample.
-/// The first call (no surfels yet) makes one surfel per surface particle and refines. Sets particles.surface_position = position.
-/// `spacing` is the particle spacing [m], `support` the particle kernel support h [m].
-SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls, const scene::Surface& params, Real spacing,
-                             Real support);
+/// The first call (no surfels yet) makes one surfel per surface particle and refines. Sets particles.surface_position =
+/// position. `spacing` is the particle spacing [m], `support` the particle kernel support h [m].
+SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
+                             const scene::Surface& params, Real spacing, Real support);
 
 }  // namespace thixo

@@ -1,5 +1,5 @@
-// Neighbour search: all neighbours of all particles, our grid against nanoflann on the same sorted points, in the same run.
-// The figure to read is the ratio of the two CPU times; goal: at least 7.
+// Neighbour search: all neighbours of all particles, our grid against nanoflann on the same sorted points, in the same
+// run. The figure to read is the ratio of the two CPU times; goal: at least 7.
 #include <benchmark/benchmark.h>
 
 #include <nanoflann.hpp>
@@ -47,8 +47,9 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<Re
 
 void report(benchmark::State& state, std::size_t points, std::size_t pairs) {
     state.counters["neighbours"] = static_cast<double>(pairs) / static_cast<double>(points);
-    state.counters["s/particle"] = benchmark::Counter(static_cast<double>(points) * static_cast<double>(state.iterations()),
-                                                       benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+    state.counters["s/particle"] =
+        benchmark::Counter(static_cast<double>(points) * static_cast<double>(state.iterations()),
+                           benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
 void grid_search(benchmark::State& state) {

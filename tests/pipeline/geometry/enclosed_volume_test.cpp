@@ -7,8 +7,8 @@
 namespace thixo {
 namespace {
 
-constexpr double kSupport = 3;      // in spacings of the samples, as surfels have it
-constexpr double kPromised = 0.005; // the tolerance the method is built for
+constexpr double kSupport = 3;       // in spacings of the samples, as surfels have it
+constexpr double kPromised = 0.005;  // the tolerance the method is built for
 
 double volume(const fixture::Samples& s) { return enclosed_volume(s.position, s.normal, Real(kSupport * s.spacing)); }
 
@@ -23,7 +23,8 @@ TEST(EnclosedVolume, OfASphere) {
     for (const int n : {5000, 20000}) EXPECT_NEAR(volume(fixture::sphere(n, 1)), kSphere, kPromised * kSphere);
     // Off the lattice and of another size: the grid must not matter.
     const double ball = kSphere * cube(0.037);
-    EXPECT_NEAR(volume(fixture::sphere(5000, 0.037, Vec3(Real(1.2345), Real(-7.1), Real(0.001)))), ball, kPromised * ball);
+    EXPECT_NEAR(volume(fixture::sphere(5000, 0.037, Vec3(Real(1.2345), Real(-7.1), Real(0.001)))), ball,
+                kPromised * ball);
 }
 
 TEST(EnclosedVolume, OfATorus) {
@@ -44,7 +45,8 @@ TEST(EnclosedVolume, SumsOverBodiesThatTouch) {
     std::vector<std::int32_t> body(two.position.size(), 0);
     append(two, fixture::sphere(5000, 1, Vec3(0, 0, Real(2.01))));
     body.resize(two.position.size(), 7);
-    EXPECT_NEAR(enclosed_volume(two.position, two.normal, Real(kSupport * two.spacing), body), 2 * kSphere, 2 * kPromised * kSphere);
+    EXPECT_NEAR(enclosed_volume(two.position, two.normal, Real(kSupport * two.spacing), body), 2 * kSphere,
+                2 * kPromised * kSphere);
 }
 
 TEST(EnclosedVolume, OfNothingIsNothing) { EXPECT_EQ(enclosed_volume({}, {}, 1), 0); }

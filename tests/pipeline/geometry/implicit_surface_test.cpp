@@ -23,7 +23,8 @@ struct Cloud {
 };
 
 Vec3 random_direction(std::uint64_t id) {
-    const double z = 2 * random_unit(5, id, 0, 0) - 1, angle = 2 * kPi * random_unit(5, id, 0, 1), ring = std::sqrt(1 - z * z);
+    const double z = 2 * random_unit(5, id, 0, 0) - 1, angle = 2 * kPi * random_unit(5, id, 0, 1),
+                 ring = std::sqrt(1 - z * z);
     return Vec3(Real(ring * std::cos(angle)), Real(ring * std::sin(angle)), Real(z));
 }
 
@@ -45,8 +46,8 @@ double projection_error(const Cloud& cloud, const std::function<double(const Vec
     return std::sqrt(sum / count);
 }
 
-// The blend of tangent planes misses a surface of curvature k by about k h_s^2 / 10: second order. Between 1.7 and 2.4 per halving of the
-// spacing leaves room for the pattern of the samples only.
+// The blend of tangent planes misses a surface of curvature k by about k h_s^2 / 10: second order. Between 1.7 and 2.4
+// per halving of the spacing leaves room for the pattern of the samples only.
 void expect_second_order(const std::vector<double>& spacing, const std::vector<double>& error) {
     for (std::size_t k = 1; k < spacing.size(); ++k) {
         const double order = std::log(error[k - 1] / error[k]) / std::log(spacing[k - 1] / spacing[k]);
@@ -86,7 +87,8 @@ TEST(ImplicitSurface, GradientMatchesDifferences) {
         ASSERT_TRUE(sample);
         for (int axis = 0; axis < 3; ++axis) {
             const Vec3 e = Real(step) * Vec3::Unit(axis);
-            const double slope = (cloud.surface.evaluate(x + e)->value - cloud.surface.evaluate(x - e)->value) / (2 * step);
+            const double slope =
+                (cloud.surface.evaluate(x + e)->value - cloud.surface.evaluate(x - e)->value) / (2 * step);
             // F has curvatures of 1/h_s: central differences are good to (step/h_s)^2 = 1e-10, rounding to 1e-11.
             EXPECT_NEAR(sample->gradient[axis], slope, 1e-7);
         }
@@ -154,7 +156,8 @@ TEST(ImplicitSurface, RootAlongARadiusIsWhereTheProjectionIs) {
     EXPECT_EQ(none.status, SurfaceStatus::no_root);
 }
 
-// Two sheets nearer to each other than the support: without a choice they blend to nonsense, with a reference normal each is itself.
+// Two sheets nearer to each other than the support: without a choice they blend to nonsense, with a reference normal
+// each is itself.
 TEST(ImplicitSurface, AReferenceNormalKeepsTheSidesOfAThinSheetApart) {
     std::vector<Vec3> position, normal;
     const Real half = Real(0.02);
@@ -175,7 +178,8 @@ TEST(ImplicitSurface, AReferenceNormalKeepsTheSidesOfAThinSheetApart) {
 
 TEST(ImplicitSurface, AGroupSeesItsOwnSurfelsOnly) {
     ImplicitSurface surface;
-    surface.build(std::vector<Vec3>{{0, 0, 0}, {0, 0, Real(0.1)}}, std::vector<Vec3>{{0, 0, 1}, {0, 0, 1}}, 1, std::vector<std::int32_t>{3, 4});
+    surface.build(std::vector<Vec3>{{0, 0, 0}, {0, 0, Real(0.1)}}, std::vector<Vec3>{{0, 0, 1}, {0, 0, 1}}, 1,
+                  std::vector<std::int32_t>{3, 4});
     EXPECT_NEAR(surface.evaluate(Vec3(0, 0, 0), {.group = 3})->value, 0, 1e-15);
     EXPECT_NEAR(surface.evaluate(Vec3(0, 0, 0), {.group = 4})->value, -0.1, 1e-15);
     EXPECT_FALSE(surface.evaluate(Vec3(0, 0, 0), {.group = 5}));

@@ -58,7 +58,8 @@ TEST(Kernels, GradientsMatchDifferences) {
     const double scale = 1 / square(square(kSupport));
     for (double q = 0.05; q < 0.99; q += 0.047) {
         const double r = q * kSupport;
-        EXPECT_NEAR(poly6.gradient_factor(r * r) * r, difference([&](double s) { return poly6.value(s * s); }, r), 1e-8 * scale);
+        EXPECT_NEAR(poly6.gradient_factor(r * r) * r, difference([&](double s) { return poly6.value(s * s); }, r),
+                    1e-8 * scale);
         EXPECT_NEAR(spiky.derivative(r), difference([&](double s) { return spiky.value(s); }, r), 1e-8 * scale);
         EXPECT_NEAR(viscosity.derivative(r), difference([&](double s) { return viscosity.value(s); }, r), 1e-5 * scale);
     }

@@ -26,7 +26,8 @@ std::vector<Vec3> clustered(std::size_t n) {
     std::vector<Vec3> points;
     for (std::size_t i = 0; i < n; ++i) {
         const Vec3 centre(random_in(i % 7, 3, -3, 3), random_in(i % 7, 4, -3, 3), random_in(i % 7, 5, -3, 3));
-        points.push_back(centre + Real(0.2) * Vec3(random_in(i, 0, -1, 1), random_in(i, 1, -1, 1), random_in(i, 2, -1, 1)));
+        points.push_back(centre +
+                         Real(0.2) * Vec3(random_in(i, 0, -1, 1), random_in(i, 1, -1, 1), random_in(i, 2, -1, 1)));
     }
     return points;
 }
@@ -48,8 +49,8 @@ std::vector<Vec3> duplicates() {
     return points;
 }
 
-/// Points almost a cell apart, near the corners of cells, where rounding decides the cell. Not a whole cell: whether two points exactly one
-/// radius apart are neighbours is a matter of rounding in every method.
+/// Points almost a cell apart, near the corners of cells, where rounding decides the cell. Not a whole cell: whether
+/// two points exactly one radius apart are neighbours is a matter of rounding in every method.
 std::vector<Vec3> on_cell_borders() {
     const Real cell = Real(0.3) * (1 - Real(5e-6));
     std::vector<Vec3> points;
@@ -60,8 +61,8 @@ std::vector<Vec3> on_cell_borders() {
 }
 
 std::vector<std::vector<Vec3>> all_clouds() {
-    return {uniform(700, -1, 1),  uniform(300, -5, -4), clustered(500), with_outliers(), duplicates(),
-            on_cell_borders(), {Vec3(1, 2, 3)},      {}};
+    return {uniform(700, -1, 1), uniform(300, -5, -4), clustered(500),  with_outliers(),
+            duplicates(),        on_cell_borders(),    {Vec3(1, 2, 3)}, {}};
 }
 
 constexpr Real kRadius = Real(0.3);
@@ -69,7 +70,8 @@ constexpr Real kRadius = Real(0.3);
 std::vector<Index> brute_force(const std::vector<Vec3>& points, const Vec3& x, Real radius) {
     std::vector<Index> found;
     for (std::size_t j = 0; j < points.size(); ++j)
-        if (square(points[j].x() - x.x()) + square(points[j].y() - x.y()) + square(points[j].z() - x.z()) < radius * radius)
+        if (square(points[j].x() - x.x()) + square(points[j].y() - x.y()) + square(points[j].z() - x.z()) <
+            radius * radius)
             found.push_back(static_cast<Index>(j));
     return found;
 }
@@ -149,7 +151,8 @@ TEST(PointGrid, NearestAreThoseOfBruteForce) {
                 for (const Real reach : {Real(0.2), Real(5)}) {
                     std::vector<std::pair<Real, Index>> expected, found;
                     for (std::size_t j = 0; j < points.size(); ++j) {
-                        const Real r2 = square(points[j].x() - x.x()) + square(points[j].y() - x.y()) + square(points[j].z() - x.z());
+                        const Real r2 = square(points[j].x() - x.x()) + square(points[j].y() - x.y()) +
+                                        square(points[j].z() - x.z());
                         if (r2 < reach * reach) expected.emplace_back(r2, static_cast<Index>(j));
                     }
                     std::sort(expected.begin(), expected.end());

@@ -26,7 +26,8 @@ Camera camera_at(const scene::Camera& c, double time, int width, int height) {
     const Vec3d to = pose.rotation * (c.look_at - c.position), up = pose.rotation * c.up;
     const Vec3d across = to.cross(up);
     if (!(to.norm() > 0)) throw InputError("look.camera: position and look_at are the same point; move one of them");
-    if (!(across.norm() > 1e-9 * to.norm() * up.norm())) throw InputError("look.camera.up is along the view; choose another direction");
+    if (!(across.norm() > 1e-9 * to.norm() * up.norm()))
+        throw InputError("look.camera.up is along the view; choose another direction");
     Camera camera;
     camera.position = (c.position + pose.translation).cast<float>();
     const Vec3d forward = to.normalized(), right = across.normalized();

@@ -9,17 +9,17 @@ namespace thixo::render {
 /// Pinhole or thin lens; horizontal field of view. Requires width, height > 0.
 struct Camera {
     Vec3f position{0, 0, 0};
-    Vec3f right{1, 0, 0}, down{0, 0, -1}, forward{0, 1, 0};   // unit
-    float half_width = 1, half_height = 1;                    // of the picture at distance 1
-    float aperture = 0, focus = 1;                            // m
+    Vec3f right{1, 0, 0}, down{0, 0, -1}, forward{0, 1, 0};  // unit
+    float half_width = 1, half_height = 1;                   // of the picture at distance 1
+    float aperture = 0, focus = 1;                           // m
     int width = 1, height = 1;
 
     /// Through the point (x, y) in pixels from the top left; `lens` is uniform in the unit square.
     Ray ray(float x, float y, const Vec2f& lens) const;
 };
 
-/// The camera at time [s]: its motion turns it about its own position and then shifts it. Throws InputError where position and look_at are
-/// the same, or up is along the view.
+/// The camera at time [s]: its motion turns it about its own position and then shifts it. Throws InputError where
+/// position and look_at are the same, or up is along the view.
 Camera camera_at(const scene::Camera& camera, double time, int width, int height);
 
 }  // namespace thixo::render

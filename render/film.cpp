@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kTile = 16;
 
-/// Denormals count as zero while this lives: on every thread that traces, or results and speed would depend on who traces what.
+/// Denormals count as zero while this lives: on every thread that traces, or results and speed would depend on who
+/// traces what.
 class FlushDenormals {
   public:
     FlushDenormals() : before_(_mm_getcsr()) { _mm_setcsr(before_ | _MM_FLUSH_ZERO_ON | kDenormalsAreZero); }
@@ -55,7 +56,8 @@ Pixel render_pixel(const World& world, const PixelFilter& filter, const FilmSett
     const Vec3d mean = sum / n;
     pixel.colour = mean.cast<float>();
     pixel.variance = Vec3f::Zero();
-    if (settings.samples > 1) pixel.variance = ((squares / n - mean.cwiseProduct(mean)).cwiseMax(0.0) / (n - 1)).cast<float>();
+    if (settings.samples > 1)
+        pixel.variance = ((squares / n - mean.cwiseProduct(mean)).cwiseMax(0.0) / (n - 1)).cast<float>();
     pixel.normal = (normal / n).cast<float>();
     pixel.albedo = (albedo / n).cast<float>();
     pixel.alpha = world.settings.transparent_background ? float(covered / n) : 1.0f;
@@ -125,7 +127,8 @@ Image render(const World& world, const FilmSettings& settings, const std::functi
             const int right = std::min(left + kTile, width), bottom = std::min(top + kTile, height);
             for (int y = top; y < bottom; ++y)
                 for (int x = left; x < right; ++x)
-                    store(channels, std::size_t(y) * std::size_t(width) + std::size_t(x), render_pixel(world, filter, s, s.x0 + x, s.y0 + y));
+                    store(channels, std::size_t(y) * std::size_t(width) + std::size_t(x),
+                          render_pixel(world, filter, s, s.x0 + x, s.y0 + y));
             done += (right - left) * (bottom - top);
             if (interrupted() || (progress && !progress(done, width * height))) stopped = true;
         },

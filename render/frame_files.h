@@ -10,16 +10,16 @@ namespace thixo::render {
 
 /// What a picture's bytes depend on; stated in the EXR's header.
 struct PictureIdentity {
-    std::string scene;       // name
-    std::string look;        // hash of look, appearance names and seed
-    std::string cache;       // hash of the cached frame
+    std::string scene;  // name
+    std::string look;   // hash of look, appearance names and seed
+    std::string cache;  // hash of the cached frame
     int frame = 0;
-    double time = 0;         // s
+    double time = 0;  // s
     int samples = 0;
 };
 
-std::filesystem::path exr_path(const std::filesystem::path& folder, int frame);   // beauty.0001.exr
-std::filesystem::path png_path(const std::filesystem::path& folder, int frame);   // beauty.0001.png
+std::filesystem::path exr_path(const std::filesystem::path& folder, int frame);  // beauty.0001.exr
+std::filesystem::path png_path(const std::filesystem::path& folder, int frame);  // beauty.0001.png
 
 enum class PictureState {
     absent,     // or damaged, or made from another cache frame: to be rendered
@@ -29,6 +29,7 @@ enum class PictureState {
 PictureState picture_state(const std::filesystem::path& folder, const PictureIdentity& identity);
 
 /// Writes the PNG, then the EXR with the identity in its header: where the EXR is, both are. Throws ResourceError.
-void write_picture(const std::filesystem::path& folder, const PictureIdentity& identity, Image image, const Image8& display);
+void write_picture(const std::filesystem::path& folder, const PictureIdentity& identity, Image image,
+                   const Image8& display);
 
 }  // namespace thixo::render

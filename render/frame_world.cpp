@@ -16,7 +16,8 @@ class Appearances {
     Index add_object(const std::string& name) {
         const auto known = index_.find(name);
         if (known != index_.end()) return add(known->second);
-        const auto found = std::find_if(look_.appearances.begin(), look_.appearances.end(), [&](const auto& a) { return a.name == name; });
+        const auto found = std::find_if(look_.appearances.begin(), look_.appearances.end(),
+                                        [&](const auto& a) { return a.name == name; });
         scene::Appearance appearance;
         appearance.name = name;
         appearance.colour = {0.5, 0.5, 0.5};
@@ -62,11 +63,14 @@ void set_layers(SurfelSet& set, const PointSet& points, const std::map<int, Inde
     const std::vector<std::int32_t> body = optional_attribute<std::int32_t>(points, "body");
     const std::vector<std::int32_t> sheet = optional_attribute<std::int32_t>(points, "sheet");
     std::map<std::pair<int, int>, std::uint32_t> layers;
-    const auto key = [&](std::size_t i) { return std::pair(body.empty() ? object_of_body.begin()->first : body[i], sheet.empty() ? 0 : sheet[i]); };
+    const auto key = [&](std::size_t i) {
+        return std::pair(body.empty() ? object_of_body.begin()->first : body[i], sheet.empty() ? 0 : sheet[i]);
+    };
     for (std::size_t i = 0; i < points.count; ++i) layers.emplace(key(i), 0u);
     for (auto& [pair, layer] : layers) {
         const auto object = object_of_body.find(pair.first);
-        if (object == object_of_body.end()) throw CacheError("surfels belong to body {}, which the frame does not list", pair.first);
+        if (object == object_of_body.end())
+            throw CacheError("surfels belong to body {}, which the frame does not list", pair.first);
         layer = std::uint32_t(set.object.size());
         set.object.push_back(object->second);
     }
@@ -96,8 +100,10 @@ MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle) {
     const Vec3d shift = m.topRightCorner<3, 1>();
     MeshObject object;
     object.mesh.triangles = mesh.triangles;
-    for (const Vec3f& v : mesh.vertices) object.mesh.vertices.push_back((linear * v.cast<double>() + shift).cast<float>());
-    for (const Vec3f& n : mesh.normals) object.mesh.normals.push_back((normals * n.cast<double>()).normalized().cast<float>());
+    for (const Vec3f& v : mesh.vertices)
+        object.mesh.vertices.push_back((linear * v.cast<double>() + shift).cast<float>());
+    for (const Vec3f& n : mesh.normals)
+        object.mesh.normals.push_back((normals * n.cast<double>()).normalized().cast<float>());
     return object;
 }
 
@@ -108,7 +114,8 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const scene::Sce
     World world;
     Appearances appearances(world, look, missing);
     std::map<int, Index> object_of_body;
-    for (const FrameBody& b : frame.bodies) object_of_body[b.id] = appearances.add_object(look_of_material(scene, b.material));
+    for (const FrameBody& b : frame.bodies)
+        object_of_body[b.id] = appearances.add_object(look_of_material(scene, b.material));
     std::vector<MeshObject> placed_meshes;
     for (const FrameObstacle& o : frame.obstacles) {
         const auto mesh = meshes.find(o.asset);

@@ -70,9 +70,12 @@ LightSample sample_light(const Light& light, const Vec3f& position, const Vec3f&
 
 float light_pdf(const Light& light, const Vec3f& n, const Vec3f& d, float distance) {
     switch (light.type) {
-        case LightType::sun: return (d - light.normal).squaredNorm() < 2 * light.cone ? 1 / (2 * kPif * light.cone) : 0;
-        case LightType::sky: return std::max(0.0f, n.dot(d)) / kPif;
-        case LightType::area: return distance * distance / (std::max(1e-6f, -light.normal.dot(d)) * light.area);
+        case LightType::sun:
+            return (d - light.normal).squaredNorm() < 2 * light.cone ? 1 / (2 * kPif * light.cone) : 0;
+        case LightType::sky:
+            return std::max(0.0f, n.dot(d)) / kPif;
+        case LightType::area:
+            return distance * distance / (std::max(1e-6f, -light.normal.dot(d)) * light.area);
     }
     return 0;
 }
@@ -84,7 +87,8 @@ float hit_area(const Light& light, const Vec3f& origin, const Vec3f& d) {
     const float t = light.normal.dot(light.centre - origin) / cosine;
     if (!(t > 0)) return missed;
     const Vec3f y = origin + t * d - light.centre;
-    const bool within = std::abs(y.dot(light.edge1)) <= light.edge1.squaredNorm() && std::abs(y.dot(light.edge2)) <= light.edge2.squaredNorm();
+    const bool within = std::abs(y.dot(light.edge1)) <= light.edge1.squaredNorm() &&
+                        std::abs(y.dot(light.edge2)) <= light.edge2.squaredNorm();
     return within ? t : missed;
 }
 

@@ -11,12 +11,12 @@ namespace thixo::render {
 /// A light made ready. Directions point from the lit place to the light.
 struct Light {
     scene::LightType type = scene::LightType::sky;
-    Vec3f radiance{1, 1, 1};                       // sun: of its disc; sky: at the zenith; area: of its front [W/(m^2 sr)]
+    Vec3f radiance{1, 1, 1};  // sun: of its disc; sky: at the zenith; area: of its front [W/(m^2 sr)]
     Vec3f horizon{1, 1, 1}, ground{0.3f, 0.3f, 0.3f};
-    Vec3f normal{0, 0, -1};                        // area: the side it shines to; sun: towards the sun
+    Vec3f normal{0, 0, -1};                                 // area: the side it shines to; sun: towards the sun
     Vec3f centre{0, 0, 0}, edge1{1, 0, 0}, edge2{0, 1, 0};  // area; edges are half lengths
-    float area = 0;                                // m^2
-    float cone = 0;                                // sun: 1 - cos(half its angular diameter)
+    float area = 0;                                         // m^2
+    float cone = 0;                                         // sun: 1 - cos(half its angular diameter)
     bool infinite() const { return type != scene::LightType::area; }
 };
 
@@ -29,15 +29,16 @@ Vec3f infinite_radiance(const Light& light, const Vec3f& d);
 
 struct LightSample {
     Vec3f direction{0, 0, 1};
-    float distance = 0;          // m, infinite for suns and skies
+    float distance = 0;  // m, infinite for suns and skies
     Vec3f radiance{0, 0, 0};
-    float pdf = 0;               // 1/sr; 0: nothing to be had
+    float pdf = 0;  // 1/sr; 0: nothing to be had
 };
 
 /// Chooses a direction to the light from a place with unit normal n. Skies: by the cosine about n.
 LightSample sample_light(const Light& light, const Vec3f& position, const Vec3f& n, const Vec2f& u);
 
-/// The density sample_light has for direction d; for area lights `distance` and the cosine at the light come from hit_area.
+/// The density sample_light has for direction d; for area lights `distance` and the cosine at the light come from
+/// hit_area.
 float light_pdf(const Light& light, const Vec3f& n, const Vec3f& d, float distance);
 
 /// Distance to the front of an area light along d, infinity where it is missed.

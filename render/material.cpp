@@ -76,7 +76,8 @@ Vec3f reflection(const Material& m, const Vec3f& colour, const Vec3f& wo, const 
     const Vec3f h = (wo + wi).normalized();
     pdf = visible_reflection_pdf(wo, h, m.roughness);
     const float cosine = wo.dot(h);
-    const Vec3f f = m.type == AppearanceType::conductor ? schlick(colour, cosine) : Vec3f(Vec3f::Constant(fresnel(cosine, m.ior)));
+    const Vec3f f =
+        m.type == AppearanceType::conductor ? schlick(colour, cosine) : Vec3f(Vec3f::Constant(fresnel(cosine, m.ior)));
     return f * (ggx_d(h, m.roughness) * ggx_g2(wo, wi, m.roughness) / (4 * std::max(wo.z(), 1e-6f)));
 }
 
@@ -99,10 +100,13 @@ Material make_material(const scene::Appearance& a) {
     m.absorption = a.absorption.cast<float>();
     m.priority = a.priority;
     if (m.dielectric() && !m.smooth())
-        throw InputError("look.appearances.{}.roughness: a rough dielectric cannot be rendered yet; set it to 0", a.name);
-    if (m.type == AppearanceType::conductor && !m.smooth()) m.albedo = tabulate(m.roughness, [](float) { return 1.0f; });
+        throw InputError("look.appearances.{}.roughness: a rough dielectric cannot be rendered yet; set it to 0",
+                         a.name);
+    if (m.type == AppearanceType::conductor && !m.smooth())
+        m.albedo = tabulate(m.roughness, [](float) { return 1.0f; });
     if (m.type == AppearanceType::plastic)
-        m.albedo = m.smooth() ? tabulate_smooth(m.ior) : tabulate(m.roughness, [&](float c) { return fresnel(c, m.ior); });
+        m.albedo =
+            m.smooth() ? tabulate_smooth(m.ior) : tabulate(m.roughness, [&](float c) { return fresnel(c, m.ior); });
     add_mean(m.albedo);
     return m;
 }
@@ -129,7 +133,9 @@ Scatter scatter(const Material& m, const Vec3f& colour, const Vec3f& wo, float c
     Scatter s;
     if (wo.z() <= 0) return s;
     const bool metal = m.type == AppearanceType::conductor;
-    const float chance = m.type == AppearanceType::diffuse ? 0 : metal && m.smooth() ? 1 : reflect_chance(m, colour, wo);
+    const float chance = m.type == AppearanceType::diffuse ? 0
+                         : metal && m.smooth()             ? 1
+                                                           : reflect_chance(m, colour, wo);
     if (choose < chance && m.smooth()) {
         s.direction = mirrored(wo);
         s.pdf = std::numeric_limits<float>::infinity();

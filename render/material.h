@@ -28,12 +28,12 @@ struct Albedo {
 struct Material {
     scene::AppearanceType type = scene::AppearanceType::diffuse;
     Vec3f colour{0.8f, 0.8f, 0.8f}, colour2{0.3f, 0.3f, 0.3f};
-    float checker = 0;         // m
-    float roughness = 0;       // GGX alpha
+    float checker = 0;    // m
+    float roughness = 0;  // GGX alpha
     float ior = 1.5f;
-    Vec3f absorption{0, 0, 0}; // 1/m
+    Vec3f absorption{0, 0, 0};  // 1/m
     int priority = 0;
-    Albedo albedo;             // conductor: of a perfect mirror's roughness; plastic: of the coat
+    Albedo albedo;  // conductor: of a perfect mirror's roughness; plastic: of the coat
 
     bool dielectric() const { return type == scene::AppearanceType::dielectric; }
     bool smooth() const { return roughness < kSmooth; }
@@ -46,15 +46,16 @@ Material make_material(const scene::Appearance& appearance);
 
 /// A direction chosen by an opaque surface. weight = f cos / pdf [1].
 struct Scatter {
-    Vec3f direction{0, 0, 1};   // local
+    Vec3f direction{0, 0, 1};  // local
     Vec3f weight{0, 0, 0};
-    float pdf = 0;              // [1/sr]; infinite for a mirror direction
+    float pdf = 0;  // [1/sr]; infinite for a mirror direction
     bool mirror() const { return pdf == std::numeric_limits<float>::infinity(); }
 };
 
-/// f(wo, wi) cos(wi) [1/sr], and the density of scatter() in wi. Local frame, wo.z > 0; zero where wi.z <= 0 and for mirror directions.
-/// Rough reflection keeps the energy of its multiple scattering by a second, diffuse-like lobe (Kulla & Conty 2017); under plastic's coat
-/// the matt base gets (1 - E(wo)) (1 - E(wi)) / (pi (1 - E mean)) of its colour (Kelemen & Szirmay-Kalos 2001).
+/// f(wo, wi) cos(wi) [1/sr], and the density of scatter() in wi. Local frame, wo.z > 0; zero where wi.z <= 0 and for
+/// mirror directions. Rough reflection keeps the energy of its multiple scattering by a second, diffuse-like lobe
+/// (Kulla & Conty 2017); under plastic's coat the matt base gets (1 - E(wo)) (1 - E(wi)) / (pi (1 - E mean)) of its
+/// colour (Kelemen & Szirmay-Kalos 2001).
 Vec3f evaluate(const Material& material, const Vec3f& colour, const Vec3f& wo, const Vec3f& wi, float& pdf);
 
 /// Chooses a direction; `choose` picks the lobe, u the direction. weight zero: absorbed.

@@ -11,9 +11,28 @@ Index medium_of(const World& world, const Interior& interior) {
 
 float ior_of(const World& world, Index medium) { return medium == kNone ? 1.0f : world.material(medium).ior; }
 
-Vec3f transmitted(const World& world, Index medium, float distance) {
-    if (medium == kNone || !std::isfinite(distance)) return Vec3f::Ones();
-    return (-world.material(medium).absorption.array() * distance).exp().matrix();
+namespace {
+
+/// Where the ray, which starts inside, leaves the box.
+float way_out(const Box3& box, const Ray& ray) {
+    float t = kInfinity;
+    for (int k = 0; k < 3; ++k) {
+        const float d = ray.direction[k], side = d > 0 ? box.upper[k] : box.lower[k];
+        if (d != 0) t = std::min(t, (side - ray.origin[k]) / d);
+    }
+    return t;
+}
+
+}  // namespace
+
+Vec3f absorb(const World& world, Interior& interior, const Ray& ray, float from, float to) {
+    if (interior.count() == 0) return Vec3f::Ones();
+    const Index medium = medium_of(world, interior);
+    const float end = std::min(to, way_out(world.rays->bounds(medium), ray));
+    const Vec3f left = (-world.material(medium).absorption.array() * std::max(0.0f, end - from)).exp().matrix();
+    for (int i = interior.count() - 1; i >= 0; --i)
+        if (way_out(world.rays->bounds(interior[i]), ray) < to) interior.remove(interior[i]);
+    return left;
 }
 
 Interface interface_at(const World& world, const Interior& interior, const Hit& hit) {
@@ -43,7 +62,8 @@ float first_crossing_of(const World& world, Index object, bool inside, const Vec
         if (hit.object == object) return hit.t;
         ray.tmin = std::nextafter(hit.t, kInfinity);
         // Others are walked through: what has been entered is left again.
-        if (world.material(hit.object).dielectric()) hit.entering ? interior.add(hit.object) : interior.remove(hit.object);
+        if (world.material(hit.object).dielectric())
+            hit.entering ? interior.add(hit.object) : interior.remove(hit.object);
     }
     return kInfinity;
 }
@@ -52,12 +72,13 @@ float first_crossing_of(const World& world, Index object, bool inside, const Vec
 
 Interior interior_at(const World& world, const Vec3f& point) {
     Interior interior;
-    Vec3f lower, upper;
-    world.rays->bounds(lower, upper);
-    if ((point.array() < lower.array()).any() || (point.array() > upper.array()).any()) return interior;
     for (Index object = 0; object < world.material_of.size(); ++object) {
-        if (!world.material(object).dielectric()) continue;
-        if (first_crossing_of(world, object, true, point) < first_crossing_of(world, object, false, point)) interior.add(object);
+        const Box3& box = world.rays->bounds(object);
+        if (!world.material(object).dielectric() || (point.array() < box.lower.array()).any() ||
+            (point.array() > box.upper.array()).any())
+            continue;
+        if (first_crossing_of(world, object, true, point) < first_crossing_of(world, object, false, point))
+            interior.add(object);
     }
     return interior;
 }

@@ -5,27 +5,31 @@
 
 namespace thixo::render {
 
-/// The object whose medium fills a place inside of all these: the highest priority; among equals the one entered first. kNone: air.
+/// The object whose medium fills a place inside of all these: the highest priority; among equals the one entered first.
+/// kNone: air.
 Index medium_of(const World& world, const Interior& interior);
 
 float ior_of(const World& world, Index medium);
 
-/// Share of light left after `distance` [m] in a medium (Beer-Lambert), per colour.
-Vec3f transmitted(const World& world, Index medium, float distance);
+/// Share of light left after the way from `from` to `to` along a ray that is inside these objects (Beer-Lambert), per
+/// colour. An object whose bounds the ray has left by then was left through a gap in its surface: it is removed, and
+/// its medium counts up to the bounds.
+Vec3f absorb(const World& world, Interior& interior, const Ray& ray, float from, float to);
 
 /// What a ray does to the media around it when it goes through a dielectric's surface.
 struct Interface {
-    Interior behind;       // what it is inside of then
-    float before = 1, after = 1;   // indices of refraction
-    bool real = false;     // false: another object of higher priority fills both sides, or both are the same; light goes straight on
+    Interior behind;              // what it is inside of then
+    float before = 1, after = 1;  // indices of refraction
+    bool real = false;  // false: another object of higher priority fills both sides, or both are the same; light goes
+                        // straight on
 };
 Interface interface_at(const World& world, const Interior& interior, const Hit& hit);
 
 /// The objects a point is inside of, by the first crossing of each along a ray.
 Interior interior_at(const World& world, const Vec3f& point);
 
-/// Nearest hit, with one rule more than RayScene::intersect: where the far side of a transparent mesh touches something opaque (a glass on
-/// a table), the opaque surface is hit, without a film of air in between.
+/// Nearest hit, with one rule more than RayScene::intersect: where the far side of a transparent mesh touches something
+/// opaque (a glass on a table), the opaque surface is hit, without a film of air in between.
 bool nearest_hit(const World& world, const Ray& ray, const Interior& interior, Hit& hit);
 
 }  // namespace thixo::render

@@ -5,8 +5,8 @@
 
 namespace thixo::render {
 
-/// Unpolarised reflectance of a smooth interface met from the side of the incident ray; eta = n_other / n_incident, cosine >= 0.
-/// One where the reflection is total. cos_t: cosine on the other side.
+/// Unpolarised reflectance of a smooth interface met from the side of the incident ray; eta = n_other / n_incident,
+/// cosine >= 0. One where the reflection is total. cos_t: cosine on the other side.
 inline float fresnel(float cosine, float eta, float& cos_t) {
     const float sin2 = std::max(0.0f, 1 - cosine * cosine) / (eta * eta);
     if (sin2 >= 1) {
@@ -14,7 +14,8 @@ inline float fresnel(float cosine, float eta, float& cos_t) {
         return 1;
     }
     cos_t = std::sqrt(1 - sin2);
-    const float parallel = (eta * cosine - cos_t) / (eta * cosine + cos_t), normal = (cosine - eta * cos_t) / (cosine + eta * cos_t);
+    const float parallel = (eta * cosine - cos_t) / (eta * cosine + cos_t),
+                normal = (cosine - eta * cos_t) / (cosine + eta * cos_t);
     return 0.5f * (parallel * parallel + normal * normal);
 }
 inline float fresnel(float cosine, float eta) {
@@ -40,7 +41,9 @@ inline float ggx_lambda(const Vec3f& w, float alpha) {
 }
 inline float ggx_g1(const Vec3f& w, float alpha) { return 1 / (1 + ggx_lambda(w, alpha)); }
 /// Height-correlated masking and shadowing.
-inline float ggx_g2(const Vec3f& wo, const Vec3f& wi, float alpha) { return 1 / (1 + ggx_lambda(wo, alpha) + ggx_lambda(wi, alpha)); }
+inline float ggx_g2(const Vec3f& wo, const Vec3f& wi, float alpha) {
+    return 1 / (1 + ggx_lambda(wo, alpha) + ggx_lambda(wi, alpha));
+}
 
 /// A normal out of those visible from wo (Heitz 2018); density G1(wo) D(h) max(0, wo.h) / wo.z.
 inline Vec3f sample_visible_normal(const Vec3f& wo, float alpha, const Vec2f& u) {

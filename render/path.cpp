@@ -15,17 +15,17 @@ struct State {
     Interior interior;
     Vec3f throughput{1, 1, 1};
     Vec3f radiance{0, 0, 0};
-    float compression = 1;      // product of (n after / n before)^2: throughput times this is what roulette goes by
-    int shaded = 0;             // surfaces that are neither mirror nor clear, so far
+    float compression = 1;  // product of (n after / n before)^2: throughput times this is what roulette goes by
+    int shaded = 0;         // surfaces that are neither mirror nor clear, so far
     int bounces = 0;
     Chain chain = Chain::direct;
-    float pdf = std::numeric_limits<float>::infinity();   // of the direction, at the last shaded surface
-    Vec3f position{0, 0, 0}, normal{0, 0, 0};             // there
-    float total_strength = 0;                             // of the lights there; 0: every one was asked
+    float pdf = std::numeric_limits<float>::infinity();  // of the direction, at the last shaded surface
+    Vec3f position{0, 0, 0}, normal{0, 0, 0};            // there
+    float total_strength = 0;                            // of the lights there; 0: every one was asked
 };
 
-/// Fresnel reflection of light that goes straight through an interface: as met from the side with the lower index, whichever way it goes,
-/// so that a slab costs the same as with refraction and nothing is reflected totally.
+/// Fresnel reflection of light that goes straight through an interface: as met from the side with the lower index,
+/// whichever way it goes, so that a slab costs the same as with refraction and nothing is reflected totally.
 float straight_reflectance(const Interface& interface, const Hit& hit, const Vec3f& direction) {
     const float high = std::max(interface.before, interface.after), low = std::min(interface.before, interface.after);
     return fresnel(std::min(1.0f, std::abs(hit.normal.dot(direction))), high / low);
@@ -46,10 +46,11 @@ class Path {
             const bool found = nearest_hit(world_, s_.ray, s_.interior, hit);
             if (area_light_before(found ? hit.t : kInfinity)) break;
             if (!found) {
+                s_.throughput = s_.throughput.cwiseProduct(absorb(world_, s_.interior, s_.ray, 0, kInfinity));
                 escape();
                 break;
             }
-            s_.throughput = s_.throughput.cwiseProduct(transmitted(world_, medium_of(world_, s_.interior), hit.t));
+            s_.throughput = s_.throughput.cwiseProduct(absorb(world_, s_.interior, s_.ray, 0, hit.t));
             const Material& material = world_.material(hit.object);
             note_first(hit, material);
             if (material.dielectric() ? !interact(hit) : !shade(hit, material)) break;
@@ -72,23 +73,28 @@ class Path {
         Vec3f c = s_.throughput.cwiseProduct(light);
         const float largest = c.maxCoeff();
         if (!std::isfinite(largest)) return;
-        if (indirect && world_.settings.clamp > 0 && largest > world_.settings.clamp) c *= world_.settings.clamp / largest;
+        if (indirect && world_.settings.clamp > 0 && largest > world_.settings.clamp)
+            c *= world_.settings.clamp / largest;
         s_.radiance += c;
     }
 
-    /// Share of samples light i gets at the last shaded surface: at least a little, for what light_strength does not know.
+    /// Share of samples light i gets at the last shaded surface: at least a little, for what light_strength does not
+    /// know.
     float share(std::size_t i) const {
         if (s_.total_strength <= 0) return 1;
-        return 0.9f * light_strength(world_.lights[i], s_.position) / s_.total_strength + 0.1f / float(world_.lights.size());
+        return 0.9f * light_strength(world_.lights[i], s_.position) / s_.total_strength +
+               0.1f / float(world_.lights.size());
     }
 
     /// Weight of light i met by chance in the ray's direction.
     float chance_weight(std::size_t i, float distance) const {
         if (s_.shaded == 0) return 1;
-        // With straight shadows the refracted light is counted by shadow rays, and what clear surfaces reflect of small lights is left out:
-        // it is the noise that straight shadows are to avoid.
+        // With straight shadows the refracted light is counted by shadow rays, and what clear surfaces reflect of small
+        // lights is left out: it is the noise that straight shadows are to avoid.
         const bool small = world_.lights[i].type != scene::LightType::sky;
-        if (world_.settings.straight_shadows && (s_.chain == Chain::clear || (s_.chain == Chain::clear_reflected && small))) return 0;
+        if (world_.settings.straight_shadows &&
+            (s_.chain == Chain::clear || (s_.chain == Chain::clear_reflected && small)))
+            return 0;
         if (s_.chain != Chain::direct || strategy_ == Strategy::surfaces) return 1;
         if (strategy_ == Strategy::lights) return 0;
         return mis_weight(s_.pdf, share(i) * light_pdf(world_.lights[i], s_.normal, s_.ray.direction, distance));
@@ -110,12 +116,12 @@ class Path {
         if (t >= limit) return false;
         if (s_.bounces == 0) first_.found = true;
         const float weight = chance_weight(nearest, t);
-        const Vec3f left = transmitted(world_, medium_of(world_, s_.interior), t);
+        const Vec3f left = absorb(world_, s_.interior, s_.ray, 0, t);
         if (weight > 0) add(weight * world_.lights[nearest].radiance.cwiseProduct(left), indirect_chance());
         return true;
     }
 
-    /// Out of the scene. A ray that still counts as inside something found a gap in its surface; it loses nothing on an endless way.
+    /// Out of the scene.
     void escape() {
         bool sky = false;
         for (std::size_t i = 0; i < world_.lights.size(); ++i) {
@@ -127,7 +133,8 @@ class Path {
             const float weight = chance_weight(i, kInfinity);
             if (weight > 0) add(weight * light, indirect_chance());
         }
-        if (!sky && s_.shaded == 0 && !(s_.bounces == 0 && world_.settings.transparent_background)) add(world_.background, false);
+        if (!sky && s_.shaded == 0 && !(s_.bounces == 0 && world_.settings.transparent_background))
+            add(world_.background, false);
     }
 
     /// A smooth dielectric: reflects or refracts by chance. False: the path ends.
@@ -140,7 +147,8 @@ class Path {
         }
         if (++s_.bounces > world_.settings.max_bounces) return false;
         const float choose = sampler_.next();
-        // The smooth normal decides unless it sends the ray to the wrong side of the surface; then the surface itself does.
+        // The smooth normal decides unless it sends the ray to the wrong side of the surface; then the surface itself
+        // does.
         if (!refract(hit, interface, hit.normal, choose)) refract(hit, interface, hit.geometric, choose);
         return true;
     }
@@ -157,7 +165,7 @@ class Path {
         if (choose < reflectance) {
             const Vec3f r = d + 2 * cosine * n;
             if (side.dot(r) <= 0 && outward != hit.geometric) return false;
-            s_.ray = {leave(hit, r), r.normalized()};
+            s_.ray = {leave(hit, r), r.normalized(), 0, kInfinity, true};
             if (s_.chain != Chain::mirrored) s_.chain = Chain::clear_reflected;
             return true;
         }
@@ -166,7 +174,7 @@ class Path {
         s_.ray = {pass(hit, d), t.normalized()};
         s_.interior = interface.behind;
         if (s_.chain == Chain::direct) s_.chain = Chain::clear;
-        s_.throughput /= eta * eta;   // radiance is densest where the index is highest
+        s_.throughput /= eta * eta;  // radiance is densest where the index is highest
         s_.compression *= eta * eta;
         return true;
     }
@@ -189,7 +197,8 @@ class Path {
         const float choose = sampler_.next();
         const Scatter scattered = scatter(material, colour, wo, choose, sampler_.next2());
         if (scattered.weight.maxCoeff() <= 0) return false;
-        const Vec3f direction = (scattered.direction.x() * a + scattered.direction.y() * b + scattered.direction.z() * n).normalized();
+        const Vec3f direction =
+            (scattered.direction.x() * a + scattered.direction.y() * b + scattered.direction.z() * n).normalized();
         if (side.dot(direction) <= 0) return false;
         s_.throughput = s_.throughput.cwiseProduct(scattered.weight);
         s_.pdf = scattered.pdf;
@@ -198,14 +207,14 @@ class Path {
             --s_.shaded;
             s_.chain = Chain::mirrored;
         }
-        s_.ray = {leave(hit, direction), direction};
+        s_.ray = {leave(hit, direction), direction, 0, kInfinity, true};
         return true;
     }
 
     /// Next-event estimation: every light at the first shaded surface, one by its share at later ones.
     template <class Local>
-    void light_up(const Hit& hit, const Material& material, const Vec3f& colour, const Vec3f& wo, const Vec3f& n, const Vec3f& side,
-                  Local&& local) {
+    void light_up(const Hit& hit, const Material& material, const Vec3f& colour, const Vec3f& wo, const Vec3f& n,
+                  const Vec3f& side, Local&& local) {
         const std::size_t count = world_.lights.size();
         if (count == 0) return;
         s_.total_strength = 0;
@@ -221,16 +230,19 @@ class Path {
     }
 
     template <class Local>
-    void light_from(std::size_t i, const Hit& hit, const Material& material, const Vec3f& colour, const Vec3f& wo, const Vec3f& n,
-                    const Vec3f& side, Local&& local) {
+    void light_from(std::size_t i, const Hit& hit, const Material& material, const Vec3f& colour, const Vec3f& wo,
+                    const Vec3f& n, const Vec3f& side, Local&& local) {
         const LightSample light = sample_light(world_.lights[i], hit.position, n, sampler_.next2());
         if (light.pdf <= 0 || side.dot(light.direction) <= 0) return;
         float pdf = 0;
         const Vec3f f = evaluate(material, colour, wo, local(light.direction), pdf);
         if (f.maxCoeff() <= 0) return;
-        Ray shadow{leave(hit, light.direction), light.direction, 0, light.distance * (1 - 1e-4f)};
-        for (std::size_t j = 0; j < world_.lights.size(); ++j)  // rectangles stand in each other's light, as they do for a ray that meets them
-            if (j != i && !world_.lights[j].infinite() && hit_area(world_.lights[j], shadow.origin, shadow.direction) < shadow.tmax) return;
+        const Ray shadow{leave(hit, light.direction), light.direction, 0, light.distance * (1 - 1e-4f), true};
+        for (std::size_t j = 0; j < world_.lights.size();
+             ++j)  // rectangles stand in each other's light, as they do for a ray that meets them
+            if (j != i && !world_.lights[j].infinite() &&
+                hit_area(world_.lights[j], shadow.origin, shadow.direction) < shadow.tmax)
+                return;
         bool through = false;
         const Vec3f left = transmittance(world_, shadow, s_.interior, through);
         if (left.maxCoeff() <= 0) return;
@@ -266,7 +278,7 @@ Vec3f transmittance(const World& world, Ray ray, Interior interior, bool& throug
         const bool found = world.rays->intersect(ray, interior, hit);
         if (found && !world.material(hit.object).dielectric()) return Vec3f::Zero();
         const float to = found ? hit.t : ray.tmax;
-        left = left.cwiseProduct(transmitted(world, medium_of(world, interior), to - from));
+        left = left.cwiseProduct(absorb(world, interior, ray, from, to));
         if (!found) return left;
         const Interface interface = interface_at(world, interior, hit);
         if (interface.real) {
@@ -276,6 +288,7 @@ Vec3f transmittance(const World& world, Ray ray, Interior interior, bool& throug
         }
         interior = interface.behind;
         ray.tmin = from = hit.t;
+        ray.bounced = false;
     }
     return left;
 }

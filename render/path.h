@@ -9,21 +9,24 @@ namespace thixo::render {
 /// What the camera sees first.
 struct FirstHit {
     bool found = false;
-    float depth = 0;               // m along the view axis
-    Vec3f normal{0, 0, 0};         // towards the camera
-    Vec3f albedo{0, 0, 0};         // of a dielectric: one
+    float depth = 0;        // m along the view axis
+    Vec3f normal{0, 0, 0};  // towards the camera
+    Vec3f albedo{0, 0, 0};  // of a dielectric: one
 };
 
 /// Which ways to sample light take part. `both` is for pictures; the single ones give the same mean, and test it.
 enum class Strategy { both, lights, surfaces };
 
-/// Radiance along a camera ray: path tracing with next-event estimation, both joined by the power heuristic (Veach 1997).
-/// settings.straight_shadows: light reaches shaded points straight through smooth dielectrics, less what Fresnel reflection and absorption
-/// take; paths that would bring the same light by refraction are left out, and so are reflections of suns and area lights in dielectrics
-/// (caustics). Off: such light arrives by refraction and reflection alone.
-Vec3f radiance(const World& world, const Ray& camera_ray, Sampler& sampler, FirstHit& first, Strategy strategy = Strategy::both);
+/// Radiance along a camera ray: path tracing with next-event estimation, both joined by the power heuristic (Veach
+/// 1997). settings.straight_shadows: light reaches shaded points straight through smooth dielectrics, less what Fresnel
+/// reflection and absorption take; paths that would bring the same light by refraction are left out, and so are
+/// reflections of suns and area lights in dielectrics (caustics). Off: such light arrives by refraction and reflection
+/// alone.
+Vec3f radiance(const World& world, const Ray& camera_ray, Sampler& sampler, FirstHit& first,
+               Strategy strategy = Strategy::both);
 
-/// Share of light that comes straight along the ray to its origin, per colour. `through`: it went through a dielectric's surface.
+/// Share of light that comes straight along the ray to its origin, per colour. `through`: it went through a
+/// dielectric's surface.
 Vec3f transmittance(const World& world, Ray ray, Interior interior, bool& through);
 
 }  // namespace thixo::render

@@ -16,10 +16,11 @@ struct Ray {
     Vec3f direction{0, 0, 1};
     float tmin = 0;
     float tmax = kInfinity;
+    bool bounced = false;  // it starts where one has just bounced off (see kStart in surfel_blend.cpp)
 };
 
-/// The closed objects a ray is inside of, in the order of entering. What does not fit is dropped: eight nested objects are more than
-/// any picture has, and losing one costs a shade, not the frame.
+/// The closed objects a ray is inside of, in the order of entering. What does not fit is dropped: eight nested objects
+/// are more than any picture has, and losing one costs a shade, not the frame.
 class Interior {
   public:
     bool contains(Index object) const {
@@ -53,15 +54,15 @@ struct SurfelAttributes {
 };
 
 struct Hit {
-    float t = kInfinity;            // [m]
-    Vec3f position{0, 0, 0};        // [m]
-    Vec3f normal{0, 0, 1};          // for shading, unit, outward of the object
-    Vec3f geometric{0, 0, 1};       // of the surface itself, unit, outward; tells the side
-    Index object = kNone;           // index of the object in the scene
-    bool entering = true;           // the ray goes from outside to inside
-    bool blended = false;           // on surfels, not on a mesh
-    float offset = 0;               // rays that bounce off start this far from the surface [m]
-    float rounding = 0;             // of the position [m]
+    float t = kInfinity;       // [m]
+    Vec3f position{0, 0, 0};   // [m]
+    Vec3f normal{0, 0, 1};     // for shading, unit, outward of the object
+    Vec3f geometric{0, 0, 1};  // of the surface itself, unit, outward; tells the side
+    Index object = kNone;      // index of the object in the scene
+    bool entering = true;      // the ray goes from outside to inside
+    bool blended = false;      // on surfels, not on a mesh
+    float offset = 0;          // rays that bounce off start this far from the surface [m]
+    float rounding = 0;        // of the position [m]
 };
 
 /// Where a ray that bounces off towards `direction` starts: clear of the surface, on the side it goes to.
@@ -69,8 +70,9 @@ inline Vec3f leave(const Hit& hit, const Vec3f& direction) {
     return hit.position + hit.geometric * (hit.geometric.dot(direction) > 0 ? hit.offset : -hit.offset);
 }
 
-/// Where a ray that came along `direction` and goes through the surface starts: a rounding before it, so that it meets whatever touches the
-/// surface there. The surface itself it cannot meet again: it is on the other side now (RayScene::intersect).
+/// Where a ray that came along `direction` and goes through the surface starts: a rounding before it, so that it meets
+/// whatever touches the surface there. The surface itself it cannot meet again: it is on the other side now
+/// (RayScene::intersect).
 inline Vec3f pass(const Hit& hit, const Vec3f& direction) {
     return hit.position + hit.geometric * (hit.geometric.dot(direction) > 0 ? -hit.rounding : hit.rounding);
 }

@@ -11,6 +11,10 @@ namespace thixo::render {
 namespace {
 
 constexpr unsigned kSurfelGeometry = 0;
+const Box3 kNothing{Vec3f::Constant(3e38f), Vec3f::Constant(-3e38f)};
+
+/// Rounding of a position of this size, with room: what a ray that leaves there must step over.
+float rounding(const Vec3f& position) { return 4e-6f * std::max(position.cwiseAbs().maxCoeff(), 1e-3f); }
 
 /// Embree's ray context with what the surfel callback collects. The base comes first: Embree hands it back by address.
 struct Query {
@@ -23,7 +27,8 @@ struct Query {
 void throw_if_failed(RTCDevice device) {
     const RTCError error = rtcGetDeviceError(device);
     if (error == RTC_ERROR_NONE) return;
-    if (error == RTC_ERROR_OUT_OF_MEMORY) throw ResourceError("out of memory for the ray tracer; use a smaller scene or a machine with more");
+    if (error == RTC_ERROR_OUT_OF_MEMORY)
+        throw ResourceError("out of memory for the ray tracer; use a smaller scene or a machine with more");
     throw ResourceError("Embree failed with error {}; is this machine without AVX2?", int(error));
 }
 
@@ -46,10 +51,12 @@ struct RayScene::Impl {
     SurfelSet surfels;
     SurfelBlocks packed;
     std::vector<MeshObject> meshes;  // geometry id less one
+    std::vector<Box3> bounds;        // by object
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
 
     Impl(SurfelSet s, std::vector<MeshObject> m) : surfels(std::move(s)), meshes(std::move(m)) {
+        find_bounds();
         device = make_device();
         scene = rtcNewScene(device);
         packed = pack_surfels(surfels.cloud, surfels.layer);
@@ -61,6 +68,21 @@ struct RayScene::Impl {
     ~Impl() {
         if (scene) rtcReleaseScene(scene);
         if (device) rtcReleaseDevice(device);
+    }
+
+    void find_bounds() {
+        const auto grow = [&](Index object, const Vec3f& x, const Vec3f& half) {
+            if (object >= bounds.size()) bounds.resize(object + 1, kNothing);
+            bounds[object].lower = bounds[object].lower.cwiseMin(x - half);
+            bounds[object].upper = bounds[object].upper.cwiseMax(x + half);
+        };
+        for (std::size_t i = 0; i < surfels.cloud.size(); ++i) {
+            const Vec3f half = surfels.cloud.axis1[i].cwiseAbs() + surfels.cloud.axis2[i].cwiseAbs();
+            if (surfels.cloud.position[i].allFinite() && half.allFinite())
+                grow(surfels.object[surfels.layer[i]], surfels.cloud.position[i], half);
+        }
+        for (const MeshObject& m : meshes)
+            for (const Vec3f& v : m.mesh.vertices) grow(m.object, v, Vec3f::Constant(rounding(v)));
     }
 
     void add_surfels() {
@@ -78,8 +100,8 @@ struct RayScene::Impl {
         const TriangleMesh& mesh = object.mesh;
         if (mesh.triangles.empty()) return;
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f),
-                                                                     mesh.vertices.size()));
+        auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), mesh.vertices.size()));
         auto* triangles = static_cast<std::array<Index, 3>*>(rtcSetNewGeometryBuffer(
             geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(std::array<Index, 3>), mesh.triangles.size()));
         throw_if_failed(device);
@@ -95,7 +117,7 @@ struct RayScene::Impl {
     }
 
     static void block_bounds(const RTCBoundsFunctionArguments* args) {
-        const Bounds& b = static_cast<const Impl*>(args->geometryUserPtr)->packed.bounds[args->primID];
+        const Box3& b = static_cast<const Impl*>(args->geometryUserPtr)->packed.bounds[args->primID];
         *args->bounds_o = {b.lower.x(), b.lower.y(), b.lower.z(), 0, b.upper.x(), b.upper.y(), b.upper.z(), 0};
     }
 
@@ -104,7 +126,8 @@ struct RayScene::Impl {
         if (!args->valid[0]) return;
         const Impl& self = *static_cast<const Impl*>(args->geometryUserPtr);
         Query& query = *reinterpret_cast<Query*>(args->context);
-        gather(self.packed.blocks[args->primID], args->primID, *query.ray, *query.interior, self.surfels.object, query.candidates);
+        gather(self.packed.blocks[args->primID], args->primID, *query.ray, *query.interior, self.surfels.object,
+               query.candidates);
         float& tfar = reinterpret_cast<RTCRayHit*>(args->rayhit)->ray.tfar;
         tfar = std::min(tfar, query.candidates.end);
     }
@@ -119,16 +142,10 @@ struct RayScene::Impl {
     }
 
     bool intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const;
-    void surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit, SurfelAttributes* attributes) const;
+    void surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit,
+                    SurfelAttributes* attributes) const;
     void mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) const;
 };
-
-namespace {
-
-/// Rounding of a position of this size, with room: what a ray that leaves there must step over.
-float rounding(const Vec3f& position) { return 4e-6f * std::max(position.cwiseAbs().maxCoeff(), 1e-3f); }
-
-}  // namespace
 
 void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit,
                                 SurfelAttributes* attributes) const {
@@ -138,8 +155,10 @@ void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const 
     hit.entering = !interior.contains(hit.object);
     // At silhouettes the fitted normal may lean to the other side by its error; the side of the ray decides.
     constexpr float grazing = 1e-3f;
-    const float along = found.normal.dot(ray.direction), limited = hit.entering ? std::min(along, -grazing) : std::max(along, grazing);
-    hit.normal = hit.geometric = along == limited ? found.normal : (found.normal + (limited - along) * ray.direction).normalized();
+    const float along = found.normal.dot(ray.direction),
+                limited = hit.entering ? std::min(along, -grazing) : std::max(along, grazing);
+    hit.normal = hit.geometric =
+        along == limited ? found.normal : (found.normal + (limited - along) * ray.direction).normalized();
     hit.blended = true;
     hit.rounding = rounding(hit.position);
     hit.offset = 2e-3f * found.radius + hit.rounding;
@@ -175,16 +194,26 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
 
 bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const {
     Ray window = ray;
-    // A window that held discs but no surface ends at most a support's length on; a ray that never gets through a thousand of them is
-    // inside damaged data, and is let go.
+    // A window that held discs but no surface ends at most a support's length on; a ray that never gets through a
+    // thousand of them is inside damaged data, and is let go.
     for (int windows = 0; windows < 1000; ++windows) {
         Query query;
         rtcInitIntersectContext(&query.context);
         query.ray = &window;
         query.interior = &interior;
         RTCRayHit found;
-        found.ray = {ray.origin.x(), ray.origin.y(), ray.origin.z(), window.tmin, ray.direction.x(), ray.direction.y(), ray.direction.z(), 0,
-                     ray.tmax, 0xffffffffu, 0, 0};
+        found.ray = {ray.origin.x(),
+                     ray.origin.y(),
+                     ray.origin.z(),
+                     window.tmin,
+                     ray.direction.x(),
+                     ray.direction.y(),
+                     ray.direction.z(),
+                     0,
+                     ray.tmax,
+                     0xffffffffu,
+                     0,
+                     0};
         found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(scene, &query.context, &found);
@@ -192,8 +221,8 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (query.candidates.faced &&
-            first_crossing(packed.blocks, window, interior, surfels.object, query.candidates, end, attributes != nullptr, surfel)) {
+        if (query.candidates.faced && first_crossing(packed.blocks, window, interior, surfels.object, query.candidates,
+                                                     end, attributes != nullptr, surfel)) {
             surfel_hit(ray, interior, surfel, hit, attributes);
             return true;
         }
@@ -202,12 +231,14 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
             return true;
         }
         if (window_end >= ray.tmax) return false;
+        window.bounced = false;
         window.tmin = std::max(window_end, std::nextafter(window.tmin, kInfinity));
     }
     return false;
 }
 
-RayScene::RayScene(SurfelSet surfels, std::vector<MeshObject> meshes) : impl_(std::make_unique<Impl>(std::move(surfels), std::move(meshes))) {}
+RayScene::RayScene(SurfelSet surfels, std::vector<MeshObject> meshes)
+    : impl_(std::make_unique<Impl>(std::move(surfels), std::move(meshes))) {}
 RayScene::~RayScene() = default;
 
 bool RayScene::intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const {
@@ -215,11 +246,9 @@ bool RayScene::intersect(const Ray& ray, const Interior& interior, Hit& hit, Sur
 }
 std::size_t RayScene::dropped_surfels() const { return impl_->packed.dropped; }
 
-void RayScene::bounds(Vec3f& lower, Vec3f& upper) const {
-    RTCBounds b;
-    rtcGetSceneBounds(impl_->scene, &b);
-    lower = {b.lower_x, b.lower_y, b.lower_z};
-    upper = {b.upper_x, b.upper_y, b.upper_z};
+const Box3& RayScene::bounds(Index object) const {
+    static const Box3 nothing = kNothing;
+    return object < impl_->bounds.size() ? impl_->bounds[object] : nothing;
 }
 
 }  // namespace thixo::render

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/geometry/mesh.h"
+#include "pipeline/geometry/shape.h"
 #include "pipeline/geometry/surfel.h"
 #include "render/ray.h"
 
@@ -13,8 +14,8 @@ namespace thixo::render {
 /// Surfels of all bodies. Arrays of attributes are empty or as long as the cloud.
 struct SurfelSet {
     SurfelCloud cloud;
-    std::vector<std::uint32_t> layer;   // per surfel: only surfels of one layer blend
-    std::vector<Index> object;          // per layer: the object it bounds
+    std::vector<std::uint32_t> layer;  // per surfel: only surfels of one layer blend
+    std::vector<Index> object;         // per layer: the object it bounds
     std::vector<Vec3f> rest, velocity;
     std::vector<float> temperature;
 };
@@ -23,7 +24,8 @@ struct SurfelSet {
 struct MeshObject {
     TriangleMesh mesh;
     Index object = 0;
-    bool solid = false;   // closed and transparent: hit from outside by rays outside it, from inside by rays inside, as surfels are
+    bool solid = false;  // closed and transparent: hit from outside by rays outside it, from inside by rays inside, as
+                         // surfels are
 };
 
 /// Immutable after construction; intersect may be called from any number of threads.
@@ -35,14 +37,15 @@ class RayScene {
     RayScene(const RayScene&) = delete;
     RayScene& operator=(const RayScene&) = delete;
 
-    /// The nearest hit in [tmin, tmax]. `interior` names the objects the ray is inside of: surfels and solid meshes of those are hit from
-    /// inside only, all others from outside only (docs/surfels.md), so that rays may start a little before the surface they leave through. Blends attributes where they are asked for and the hit is on surfels.
+    /// The nearest hit in [tmin, tmax]. `interior` names the objects the ray is inside of: surfels and solid meshes of
+    /// those are hit from inside only, all others from outside only (docs/surfels.md), so that rays may start a little
+    /// before the surface they leave through. Blends attributes where they are asked for and the hit is on surfels.
     bool intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes = nullptr) const;
 
     /// Surfels left out because they have no finite, non-zero frame.
     std::size_t dropped_surfels() const;
-    /// Box around everything; lower > upper where there is nothing.
-    void bounds(Vec3f& lower, Vec3f& upper) const;
+    /// Box around the object's vertices and surfel discs, and a little more; lower > upper where it has none.
+    const Box3& bounds(Index object) const;
 
   private:
     struct Impl;

@@ -1,4 +1,5 @@
-// Low-discrepancy sample values as a pure function of (seed, pixel, sample, dimension): order and threads cannot matter.
+// Low-discrepancy sample values as a pure function of (seed, pixel, sample, dimension): order and threads cannot
+// matter.
 #pragma once
 
 #include <bit>
@@ -9,8 +10,8 @@
 
 namespace thixo::render {
 
-/// Owen-scrambled Sobol points, padded: every pair of dimensions is the (0,2)-sequence of Sobol's first two, its index shuffled and its
-/// values scrambled by hashes of pixel and pair (Burley 2020, "Practical hash-based Owen scrambling").
+/// Owen-scrambled Sobol points, padded: every pair of dimensions is the (0,2)-sequence of Sobol's first two, its index
+/// shuffled and its values scrambled by hashes of pixel and pair (Burley 2020, "Practical hash-based Owen scrambling").
 class Sampler {
   public:
     Sampler(std::uint64_t seed, std::uint32_t x, std::uint32_t y, std::uint32_t sample)
@@ -39,7 +40,8 @@ class Sampler {
         v = (v >> 4 & 0x0f0f0f0fu) | (v & 0x0f0f0f0fu) << 4;
         return __builtin_bswap32(v);
     }
-    /// Hash in which a bit depends on lower bits only (Laine & Karras 2011, constants of Vegdahl 2021): on reversed bits, Owen scrambling.
+    /// Hash in which a bit depends on lower bits only (Laine & Karras 2011, constants of Vegdahl 2021): on reversed
+    /// bits, Owen scrambling.
     static std::uint32_t permute(std::uint32_t v, std::uint32_t seed) {
         v ^= v * 0x3d20adeau;
         v += seed;

@@ -50,8 +50,11 @@ std::string look_identity(const scene::Scene& scene, std::uint64_t seed) {
 class Stage {
   public:
     explicit Stage(const RenderArgs& args)
-        : args_(args), reader_(open_cache(args)), scene_(resolve_scene(args, reader_.scene_text())),
-          seed_(args.seed.value_or(scene_.solver.seed)), look_(look_identity(scene_, seed_)) {
+        : args_(args),
+          reader_(open_cache(args)),
+          scene_(resolve_scene(args, reader_.scene_text())),
+          seed_(args.seed.value_or(scene_.solver.seed)),
+          look_(look_identity(scene_, seed_)) {
         folder_ = fs::path(args.out) / (args.look.empty() ? "frames" : "frames." + fs::path(args.look).stem().string());
     }
 
@@ -72,7 +75,8 @@ class Stage {
         }
         progress.finish();
         if (!missing.empty())
-            throw CacheError("{}: frame {}{} is not in the cache; simulate it first", reader_.folder().string(), missing.front(),
+            throw CacheError("{}: frame {}{} is not in the cache; simulate it first", reader_.folder().string(),
+                             missing.front(),
                              missing.size() > 1 ? fmt::format(" (and {} more)", missing.size() - 1) : "");
         return kDone;
     }
@@ -81,7 +85,8 @@ class Stage {
     std::vector<int> frames_asked() const {
         if (!args_.frames.empty()) return parse_frame_range(args_.frames);
         if (!args_.follow) {
-            if (reader_.frames().empty()) throw CacheError("{}: the cache holds no frame yet; simulate first", reader_.folder().string());
+            if (reader_.frames().empty())
+                throw CacheError("{}: the cache holds no frame yet; simulate first", reader_.folder().string());
             return reader_.frames();
         }
         const scene::Scene cached = scene::parse_scene(reader_.scene_text(), "manifest.json", {}, scene::Files::ignore);
@@ -92,14 +97,17 @@ class Stage {
 
     PictureIdentity identity(int number) const {
         const ManifestFrame* f = reader_.manifest().find(number);
-        return {reader_.manifest().scene, look_, f ? f->hash() : "", number, f ? f->time : 0, scene_.look.output.samples};
+        return {reader_.manifest().scene,  look_, f ? f->hash() : "", number, f ? f->time : 0,
+                scene_.look.output.samples};
     }
 
     void refuse_other_looks(const std::vector<int>& frames) const {
         for (const int number : frames)
             if (picture_state(folder_, identity(number)) == PictureState::other_look)
-                throw InputError("{} was made with another look; --restart replaces it, a look of its own (--look FILE) or --out DIR keeps it",
-                                 exr_path(folder_, number).string());
+                throw InputError(
+                    "{} was made with another look; --restart replaces it, a look of its own (--look FILE) or --out "
+                    "DIR keeps it",
+                    exr_path(folder_, number).string());
     }
 
     /// True where the frame is cached; with --follow, once it is. False: it will not come.
@@ -122,11 +130,15 @@ class Stage {
 
     void warn(const std::vector<std::string>& missing, const World& world, const Frame& frame) {
         for (const std::string& name : missing)
-            if (warned_.insert(name).second) log_warning("look.appearances has no '{}'; it is drawn in matt grey", name);
+            if (warned_.insert(name).second)
+                log_warning("look.appearances has no '{}'; it is drawn in matt grey", name);
         if (world.rays->dropped_surfels() > 0)
-            log_warning("frame {}: {} surfels have no area or are not finite; they are left out", frame.number, world.rays->dropped_surfels());
+            log_warning("frame {}: {} surfels have no area or are not finite; they are left out", frame.number,
+                        world.rays->dropped_surfels());
         if (frame.surfels.count == 0 && frame.particles.count > 0 && warned_.insert("\n").second)
-            log_warning("frame {} has particles but no surfels (surface.enabled is off): the matter is not drawn; see preview", frame.number);
+            log_warning(
+                "frame {} has particles but no surfels (surface.enabled is off): the matter is not drawn; see preview",
+                frame.number);
     }
 
     /// Renders and writes the picture unless it is there; returns what happened, for the progress line.
@@ -140,7 +152,8 @@ class Stage {
         warn(missing, world, frame);
         FilmSettings film;
         film.samples = scene_.look.output.samples;
-        film.seed = random_bits(seed_, std::uint64_t(number), 0, 0x66696c6dull);  // another pattern of noise in every frame
+        film.seed =
+            random_bits(seed_, std::uint64_t(number), 0, 0x66696c6dull);  // another pattern of noise in every frame
         Image image = render(world, film);
         const Image8 display = to_display(image, scene_.look.output.view, scene_.look.output.exposure);
         write_picture(folder_, id, std::move(image), display);
@@ -160,8 +173,9 @@ class Stage {
 }  // namespace
 
 scene::Scene resolve_scene(const RenderArgs& args, const std::string& cache_scene_text) {
-    scene::Scene scene = args.scene.empty() ? scene::parse_scene(cache_scene_text, "manifest.json", args.set, scene::Files::ignore)
-                                            : scene::load_scene(args.scene, args.set);
+    scene::Scene scene = args.scene.empty()
+                             ? scene::parse_scene(cache_scene_text, "manifest.json", args.set, scene::Files::ignore)
+                             : scene::load_scene(args.scene, args.set);
     if (!args.look.empty()) scene.look = scene::overlay_look(scene.look, args.look, args.set);
     if (args.draft) scene::apply_draft(scene.look);
     return scene;

@@ -3,29 +3,37 @@
 #include <immintrin.h>
 
 #include <algorithm>
+#include <array>
 
 namespace thixo::render {
 namespace {
 
 constexpr int kCapacity = Candidates::kCapacity;
 
-/// Candidates that blend into one surface, prepared along the ray: x = reference + tau d, everything relative to the reference.
+/// Candidates that blend into one surface, prepared along the ray: x = reference + tau d, everything relative to the
+/// reference.
 struct Group {
-    alignas(32) float qa[kCapacity], qb[kCapacity], qc[kCapacity];           // 1 - |M (x - s)|^2 = (qa tau + qb) tau + qc
+    alignas(32) float qa[kCapacity], qb[kCapacity], qc[kCapacity];  // 1 - |M (x - s)|^2 = (qa tau + qb) tau + qc
     alignas(32) float s[3][kCapacity], n[3][kCapacity], sn[kCapacity], ss[kCapacity];  // s.n, s.s
-    alignas(32) float agreement[kCapacity];                                  // weight by angle to the mean normal
-    Index member[kCapacity];                                                 // index in the candidates
+    alignas(32) float agreement[kCapacity];  // weight by angle to the mean normal
+    Index member[kCapacity];                 // index in the candidates
     int count = 0;
-    float start = 0, end = 0;      // tau, the union of the supports
-    float radius = 0;              // mean of sqrt(|t1||t2|)
-    float away = 0, towards = 0;   // largest and smallest n.d
+    float start = 0, end = 0;     // tau, the union of the supports
+    float radius = 0;             // mean of sqrt(|t1||t2|)
+    float away = 0, towards = 0;  // largest and smallest n.d
+    std::uint32_t layer = 0;
+    Index object = 0;
 };
+
+/// Surfaces one window can hold; of more, which takes a heap of crossed discs, the weakest are left out.
+constexpr int kMaxGroups = 6;
 
 /// The fit at one point of the ray.
 struct Fit {
-    float weight = 0;   // sum of the weights; 0: no surfel's support holds the point
-    float distance = 0; // signed, about metres
+    float weight = 0;    // sum of the weights; 0: no surfel's support holds the point
+    float distance = 0;  // signed, about metres
     Vec3f gradient{0, 0, 0};
+    Vec3f centre{0, 0, 0};  // mean of the surfels, seen from the point
 };
 
 float sum(__m256 a) {
@@ -35,14 +43,16 @@ float sum(__m256 a) {
 }
 
 __m256 weights(const Group& g, int i, __m256 tau) {
-    const __m256 q = _mm256_fmadd_ps(_mm256_fmadd_ps(_mm256_load_ps(g.qa + i), tau, _mm256_load_ps(g.qb + i)), tau, _mm256_load_ps(g.qc + i));
+    const __m256 q = _mm256_fmadd_ps(_mm256_fmadd_ps(_mm256_load_ps(g.qa + i), tau, _mm256_load_ps(g.qb + i)), tau,
+                                     _mm256_load_ps(g.qc + i));
     const __m256 positive = _mm256_max_ps(q, _mm256_setzero_ps());
     return _mm256_mul_ps(_mm256_mul_ps(positive, positive), _mm256_mul_ps(positive, _mm256_load_ps(g.agreement + i)));
 }
 
 Fit fit(const Group& g, const Vec3f& d, float tau_scalar) {
     const __m256 tau = _mm256_set1_ps(tau_scalar);
-    __m256 w_sum = _mm256_setzero_ps(), sn = w_sum, ss = w_sum, s[3] = {w_sum, w_sum, w_sum}, n[3] = {w_sum, w_sum, w_sum};
+    __m256 w_sum = _mm256_setzero_ps(), sn = w_sum, ss = w_sum, s[3] = {w_sum, w_sum, w_sum},
+           n[3] = {w_sum, w_sum, w_sum};
     for (int i = 0; i < g.count; i += kLanes) {
         const __m256 w = weights(g, i, tau);
         w_sum = _mm256_add_ps(w_sum, w);
@@ -61,10 +71,11 @@ Fit fit(const Group& g, const Vec3f& d, float tau_scalar) {
     const Vec3f s_mean = Vec3f(sum(s[0]), sum(s[1]), sum(s[2])) * inverse;
     const Vec3f normal = Vec3f(sum(n[0]), sum(n[1]), sum(n[2])) * inverse;
     const Vec3f centre = s_mean - tau_scalar * d;
-    const float along = sum(sn) * inverse - s_mean.dot(normal);            // mean of y.n less mean y . mean n
-    const float spread = sum(ss) * inverse - s_mean.squaredNorm();         // variance of y
+    result.centre = centre;
+    const float along = sum(sn) * inverse - s_mean.dot(normal);     // mean of y.n less mean y . mean n
+    const float spread = sum(ss) * inverse - s_mean.squaredNorm();  // variance of y
     const float r2 = g.radius * g.radius;
-    const float limit = 1.0f / g.radius;                                   // of the curvature: a sphere of one surfel
+    const float limit = 1.0f / g.radius;  // of the curvature: a sphere of one surfel
     const float curvature = std::clamp(along / std::max(spread, 1e-3f * r2), -limit, limit);
     result.gradient = normal - curvature * centre;
     result.distance = -(result.gradient.dot(centre) + 0.5f * curvature * (spread + centre.squaredNorm()));
@@ -76,8 +87,8 @@ Vec3f normal_of(const SurfelBlock& block, int lane) {
     return {block.to_unit[2][0][lane] * h, block.to_unit[2][1][lane] * h, block.to_unit[2][2][lane] * h};
 }
 
-void append(Group& g, const SurfelBlock& block, int lane, const Vec3f& reference, const Vec3f& d, const Vec3f& normal, float agreement,
-            const Candidate& candidate, float t_reference, Index member) {
+void append(Group& g, const SurfelBlock& block, int lane, const Vec3f& reference, const Vec3f& d, const Vec3f& normal,
+            float agreement, const Candidate& candidate, float t_reference, Index member) {
     const int i = g.count++;
     const Vec3f s = Vec3f(block.centre[0][lane], block.centre[1][lane], block.centre[2][lane]) - reference;
     float a = 0, b = 0, c = 0;
@@ -139,25 +150,50 @@ float refine(const Group& g, const Vec3f& d, float a, float fa, float b, float f
     return t;
 }
 
+/// True where a crossing of one surface lies beyond the edge it makes with another of the same object: in front of that
+/// other surface, with the surfels that carry the crossing behind it. (Across a narrow gap both are in front.) Edges
+/// come out sharp; they are closed since each side may stand out by kOverlap radii, which is also more than the two
+/// differ where they are parts of one smooth surface.
+constexpr float kOverlap = 0.05f;
+bool beyond_edge(std::span<const Group> groups, const Group& own, const Vec3f& d, float tau, const Fit& at) {
+    for (const Group& other : groups) {
+        if (&other == &own || other.object != own.object) continue;
+        const Fit there = fit(other, d, tau);
+        if (there.weight > 0 && there.distance > kOverlap * other.radius &&
+            there.distance + there.gradient.dot(at.centre) < 0)
+            return true;
+    }
+    return false;
+}
+
+/// Right where a ray has bounced off uneven surfels, f may turn against it although the fitted normal says that it gets
+/// away; it would then be caught there. A crossing within this many radii that the normal contradicts is none.
+constexpr float kStart = 0.3f;  // radii
+
 /// Walks along the ray by the distance f tells, until f changes to the sign of the other side.
-bool crossing_of(const Group& g, const Vec3f& d, float begin, float end, bool inside, float& tau, Fit& at) {
+bool crossing_of(std::span<const Group> groups, const Group& g, const Ray& ray, float begin, float end, bool inside,
+                 float& tau, Fit& at) {
+    const Vec3f& d = ray.direction;
+    const float start = begin;
     begin = std::max(begin, g.start);
     end = std::min(end, g.end);
     const float sign = inside ? -1.0f : 1.0f;
     const float step_min = 0.12f * g.radius, step_max = 0.6f * g.radius;
     float t = begin, t_before = 0, f_before = -1;  // f_before > 0: on the near side
     while (begin <= end) {
-        Fit here = fit(g, d, t);
+        const Fit here = fit(g, d, t);
         const float f = sign * here.distance;
         if (here.weight > 0 && f <= 0 && f_before > 0) {
             tau = refine(g, d, t_before, f_before * sign, t, f * sign, at);
-            return at.weight > 0;
+            const bool against = ray.bounced && tau - start < kStart * g.radius && sign * at.gradient.dot(d) > 0;
+            if (at.weight > 0 && !against && !beyond_edge(groups, g, d, tau, at)) return true;
         }
         f_before = here.weight > 0 ? f : -1;
         t_before = t;
         if (t >= end) break;
         const float slope = std::max(std::abs(here.gradient.dot(d)), 0.2f);
-        t = std::min(end, t + (here.weight > 0 ? std::clamp(1.05f * std::abs(f) / slope, step_min, step_max) : step_min));
+        t = std::min(end,
+                     t + (here.weight > 0 ? std::clamp(1.05f * std::abs(f) / slope, step_min, step_max) : step_min));
     }
     return false;
 }
@@ -165,22 +201,24 @@ bool crossing_of(const Group& g, const Vec3f& d, float begin, float end, bool in
 struct Work {
     std::uint32_t layer[kCapacity];
     Vec3f normal[kCapacity];
-    float peak[kCapacity];       // largest weight along the window
-    bool open[kCapacity];        // not in a group yet
+    float peak[kCapacity];  // largest weight along the window
+    bool open[kCapacity];   // not in a group yet
 };
 
 float peak_weight(const SurfelBlock& block, int lane, const Ray& ray, const Candidate& c, float begin, float end) {
     const float t = std::clamp(0.5f * (c.enter + c.leave), begin, end);
-    const Vec3f y = Vec3f(block.centre[0][lane], block.centre[1][lane], block.centre[2][lane]) - (ray.origin + t * ray.direction);
+    const Vec3f y =
+        Vec3f(block.centre[0][lane], block.centre[1][lane], block.centre[2][lane]) - (ray.origin + t * ray.direction);
     float r2 = 0;
     for (int row = 0; row < 3; ++row)
-        r2 += square(block.to_unit[row][0][lane] * y.x() + block.to_unit[row][1][lane] * y.y() + block.to_unit[row][2][lane] * y.z());
+        r2 += square(block.to_unit[row][0][lane] * y.x() + block.to_unit[row][1][lane] * y.y() +
+                     block.to_unit[row][2][lane] * y.z());
     return cube(std::max(1 - r2, 1e-4f));
 }
 
 /// The open candidates that agree with the strongest of them.
-void next_group(std::span<const SurfelBlock> blocks, const Ray& ray, const Candidates& candidates, Work& work, int seed, float t_reference,
-                Group& g) {
+void next_group(std::span<const SurfelBlock> blocks, const Ray& ray, const Candidates& candidates, Work& work, int seed,
+                float t_reference, Group& g) {
     Vec3f mean = Vec3f::Zero();
     for (int i = 0; i < candidates.count; ++i)
         if (work.open[i] && work.layer[i] == work.layer[seed] && work.normal[i].dot(work.normal[seed]) > 0.5f)
@@ -192,6 +230,7 @@ void next_group(std::span<const SurfelBlock> blocks, const Ray& ray, const Candi
     g.end = g.away = -kInfinity;
     g.towards = kInfinity;
     g.radius = 0;
+    g.layer = work.layer[seed];
     for (int i = 0; i < candidates.count; ++i) {
         if (!work.open[i] || work.layer[i] != work.layer[seed]) continue;
         const float cosine = work.normal[i].dot(mean);
@@ -205,7 +244,8 @@ void next_group(std::span<const SurfelBlock> blocks, const Ray& ray, const Candi
     pad(g);
 }
 
-void note_weights(const Group& g, std::span<const SurfelBlock> blocks, const Candidates& candidates, float tau, SurfelHit& hit) {
+void note_weights(const Group& g, std::span<const SurfelBlock> blocks, const Candidates& candidates, float tau,
+                  SurfelHit& hit) {
     alignas(32) float w[kCapacity];
     float total = 0;
     for (int i = 0; i < g.count; i += kLanes) _mm256_store_ps(w + i, weights(g, i, _mm256_set1_ps(tau)));
@@ -221,15 +261,17 @@ void note_weights(const Group& g, std::span<const SurfelBlock> blocks, const Can
 
 }  // namespace
 
-bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior, std::span<const Index> object,
-                    Candidates& candidates, float end, bool want_weights, SurfelHit& hit) {
+bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
+                    std::span<const Index> object, Candidates& candidates, float end, bool want_weights,
+                    SurfelHit& hit) {
     // In the order of the surfels, not of the traversal: sums must not depend on it.
     int kept = 0;
     for (int i = 0; i < candidates.count; ++i)
         if (candidates.list[i].enter <= end) candidates.list[kept++] = candidates.list[i];
     candidates.count = kept;
     if (kept == 0) return false;
-    std::sort(candidates.list, candidates.list + kept, [](const Candidate& a, const Candidate& b) { return a.surfel < b.surfel; });
+    std::sort(candidates.list, candidates.list + kept,
+              [](const Candidate& a, const Candidate& b) { return a.surfel < b.surfel; });
 
     Work work;
     float t_reference = kInfinity;
@@ -245,25 +287,31 @@ bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const I
     }
     t_reference = std::max(t_reference, ray.tmin);
 
-    bool found = false;
-    for (;;) {
+    std::array<Group, kMaxGroups> store;
+    int count = 0;
+    for (; count < kMaxGroups; ++count) {
         int seed = -1;
         for (int i = 0; i < kept; ++i)
             if (work.open[i] && (seed < 0 || work.peak[i] > work.peak[seed])) seed = i;
         if (seed < 0) break;
-        Group g;
-        next_group(blocks, ray, candidates, work, seed, t_reference, g);
-        const bool inside = interior.count() > 0 && interior.contains(object[work.layer[seed]]);
+        next_group(blocks, ray, candidates, work, seed, t_reference, store[std::size_t(count)]);
+        store[std::size_t(count)].object = object[work.layer[seed]];
+    }
+    const std::span<const Group> groups(store.data(), std::size_t(count));
+
+    bool found = false;
+    for (const Group& g : groups) {
+        const bool inside = interior.count() > 0 && interior.contains(g.object);
         if (inside ? g.away < 0 : g.towards > 0) continue;  // f only moves away from the crossing looked for
         float tau = 0;
         Fit at;
-        if (!crossing_of(g, ray.direction, ray.tmin - t_reference, end - t_reference, inside, tau, at)) continue;
+        if (!crossing_of(groups, g, ray, ray.tmin - t_reference, end - t_reference, inside, tau, at)) continue;
         if (found && t_reference + tau >= hit.t) continue;
         found = true;
         hit.t = t_reference + tau;
         hit.normal = at.gradient.normalized();
         hit.radius = g.radius;
-        hit.layer = work.layer[seed];
+        hit.layer = g.layer;
         if (want_weights) note_weights(g, blocks, candidates, tau, hit);
     }
     return found;

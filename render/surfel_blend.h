@@ -10,21 +10,23 @@ namespace thixo::render {
 /// Where a ray meets the blended surface.
 struct SurfelHit {
     float t = kInfinity;
-    Vec3f normal{0, 0, 1};      // outward, unit
-    float radius = 0;           // of the surfels there, sqrt(|t1||t2|) [m]
+    Vec3f normal{0, 0, 1};  // outward, unit
+    float radius = 0;       // of the surfels there, sqrt(|t1||t2|) [m]
     std::uint32_t layer = 0;
-    int count = 0;              // surfels that took part, with weights that sum to one; filled where asked for
+    int count = 0;  // surfels that took part, with weights that sum to one; filled where asked for
     Index source[Candidates::kCapacity];
     float weight[Candidates::kCapacity];
 };
 
 /// First crossing in [ray.tmin, end] of the surface the candidates blend to:
 ///   w_i(x) = (1 - |M_i (x - s_i)|^2)^3 where positive, M_i into surfel i's support;
-///   f(x) = u_c with the algebraic sphere u_c + u_l.y + u_q y.y (y = point - x) that fits the weighted points and normals
-///   (Guennebaud & Gross 2007, beta = 1): it is exact where the surfels lie on a plane or a sphere.
-/// Only surfels of one layer whose normals agree blend. A ray outside an object meets f going from + to -, one inside (named in
-/// `interior`) from - to +: what it has entered it leaves, and nothing else. False: no crossing in this window.
-bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior, std::span<const Index> object,
-                    Candidates& candidates, float end, bool want_weights, SurfelHit& hit);
+///   f(x) = u_c with the algebraic sphere u_c + u_l.y + u_q y.y (y = point - x) that fits the weighted points and
+///   normals (Guennebaud & Gross 2007, beta = 1): it is exact where the surfels lie on a plane or a sphere.
+/// Only surfels of one layer whose normals agree blend. A ray outside an object meets f going from + to -, one inside
+/// (named in `interior`) from - to +: what it has entered it leaves, and nothing else. False: no crossing in this
+/// window.
+bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
+                    std::span<const Index> object, Candidates& candidates, float end, bool want_weights,
+                    SurfelHit& hit);
 
 }  // namespace thixo::render

@@ -16,8 +16,9 @@ bool usable(const SurfelCloud& cloud, Index i) {
     return cloud.position[i].allFinite() && std::isfinite(area) && area > 0;
 }
 
-/// Splits [begin, end) at the median of its longest side, in whole blocks, down to single blocks: patches that are about square make boxes
-/// that overlap less than runs of a space-filling curve (measured: about half the block tests per ray that Morton order costs).
+/// Splits [begin, end) at the median of its longest side, in whole blocks, down to single blocks: patches that are
+/// about square make boxes that overlap less than runs of a space-filling curve (measured: about half the block tests
+/// per ray that Morton order costs).
 void split(const SurfelCloud& cloud, Index* begin, Index* end) {
     const std::size_t count = std::size_t(end - begin);
     if (count <= kLanes) {
@@ -59,7 +60,7 @@ std::vector<Index> spatial_order(const SurfelCloud& cloud) {
     return order;
 }
 
-void set_lane(SurfelBlock& block, int lane, const SurfelCloud& cloud, Index i, std::uint32_t layer, Bounds& bounds) {
+void set_lane(SurfelBlock& block, int lane, const SurfelCloud& cloud, Index i, std::uint32_t layer, Box3& bounds) {
     const Vec3f &s = cloud.position[i], &t1 = cloud.axis1[i], &t2 = cloud.axis2[i];
     const Vec3f n = t1.cross(t2).normalized();
     const float height = kHeight * std::sqrt(t1.norm() * t2.norm());
@@ -92,15 +93,16 @@ void clear_lane(SurfelBlock& block, int lane) {
 }  // namespace
 
 SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_t> layer) {
-    THIXO_ASSERT(layer.size() == cloud.size() && cloud.axis1.size() == cloud.size() && cloud.axis2.size() == cloud.size(),
-                 "{} surfels, {} layers", cloud.size(), layer.size());
+    THIXO_ASSERT(
+        layer.size() == cloud.size() && cloud.axis1.size() == cloud.size() && cloud.axis2.size() == cloud.size(),
+        "{} surfels, {} layers", cloud.size(), layer.size());
     const std::vector<Index> order = spatial_order(cloud);
     SurfelBlocks packed;
     packed.dropped = cloud.size() - order.size();
     packed.blocks.resize((order.size() + kLanes - 1) / kLanes);
     packed.bounds.resize(packed.blocks.size());
     parallel_for(packed.blocks.size(), [&](std::size_t b) {
-        Bounds& bounds = packed.bounds[b];
+        Box3& bounds = packed.bounds[b];
         bounds = {Vec3f::Constant(3e38f), Vec3f::Constant(-3e38f)};
         for (int lane = 0; lane < kLanes; ++lane) {
             const std::size_t k = b * kLanes + lane;

@@ -5,36 +5,34 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/geometry/shape.h"
 #include "pipeline/geometry/surfel.h"
 
 namespace thixo::render {
 
-/// A surfel's support is the ellipsoid around its disc with half-axes kReach t1, kReach t2 and kHeight sqrt(|t1||t2|) n. Its weight
-/// falls from centre to rim, and only there may it take part in the surface (docs/surfels.md).
+/// A surfel's support is the ellipsoid around its disc with half-axes kReach t1, kReach t2 and kHeight sqrt(|t1||t2|)
+/// n. Its weight falls from centre to rim, and only there may it take part in the surface (docs/surfels.md).
 inline constexpr float kReach = 1.25f;
-inline constexpr float kHeight = 0.75f;
+inline constexpr float kHeight = 1.1f;
 
 inline constexpr int kLanes = 8;
 
 struct alignas(32) SurfelBlock {
-    float centre[3][kLanes];        // s [m]
-    float to_unit[3][3][kLanes];    // rows map x - s into the support's unit ball [1/m]; row 2 is along the normal
-    float height[kLanes];           // half-axis along the normal [m]; unit normal = height * row 2
-    std::uint32_t layer[kLanes];    // only surfels of one layer blend: a body, or a sheet of a body
-    std::uint32_t source[kLanes];   // index in the cloud; kNone in an unused lane
-};
-
-struct Bounds {
-    Vec3f lower, upper;
+    float centre[3][kLanes];       // s [m]
+    float to_unit[3][3][kLanes];   // rows map x - s into the support's unit ball [1/m]; row 2 is along the normal
+    float height[kLanes];          // half-axis along the normal [m]; unit normal = height * row 2
+    std::uint32_t layer[kLanes];   // only surfels of one layer blend: a body, or a sheet of a body
+    std::uint32_t source[kLanes];  // index in the cloud; kNone in an unused lane
 };
 
 struct SurfelBlocks {
     std::vector<SurfelBlock> blocks;
-    std::vector<Bounds> bounds;     // of each block's supports
-    std::size_t dropped = 0;        // surfels with no finite frame of their own: they cannot be seen
+    std::vector<Box3> bounds;  // of each block's supports
+    std::size_t dropped = 0;   // surfels with no finite frame of their own: they cannot be seen
 };
 
-/// Sorts surfels so that neighbours come together and packs them into blocks. layer[k] belongs to surfel k. Requires arrays of equal size.
+/// Sorts surfels so that neighbours come together and packs them into blocks. layer[k] belongs to surfel k. Requires
+/// arrays of equal size.
 SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_t> layer);
 
 }  // namespace thixo::render

@@ -11,8 +11,8 @@ namespace {
 /// Rim of the disc in the support's unit ball, squared.
 constexpr float kDisc2 = 1.0f / (kReach * kReach);
 
-/// Keeps the candidates that begin first; the window ends where the first dropped one begins. Of more than that many which all hold the
-/// window's beginning (surfels heaped up in one place), those of the lowest index do for all.
+/// Keeps the candidates that begin first; the window ends where the first dropped one begins. Of more than that many
+/// which all hold the window's beginning (surfels heaped up in one place), those of the lowest index do for all.
 void insert(Candidates& found, const Candidate& candidate, float tmin) {
     if (found.count < Candidates::kCapacity) {
         found.list[found.count++] = candidate;
@@ -32,10 +32,10 @@ void insert(Candidates& found, const Candidate& candidate, float tmin) {
 
 struct Crossing {  // of eight supports, in t
     __m256 enter, leave;
-    __m256 plane;      // where the ray meets the disc's plane
-    __m256 facing;     // n.d
-    int hit;           // bit per lane: the support is crossed
-    int disc;          // bit per lane: the disc itself is hit
+    __m256 plane;   // where the ray meets the disc's plane
+    __m256 facing;  // n.d
+    int hit;        // bit per lane: the support is crossed
+    int disc;       // bit per lane: the disc itself is hit
 };
 
 Crossing cross(const SurfelBlock& block, const Ray& ray) {
@@ -59,7 +59,8 @@ Crossing cross(const SurfelBlock& block, const Ray& ray) {
     const __m256 one = _mm256_set1_ps(1.0f);
     const __m256 a = _mm256_fmadd_ps(e[0], e[0], _mm256_fmadd_ps(e[1], e[1], _mm256_mul_ps(e[2], e[2])));
     const __m256 b = _mm256_fmadd_ps(e[0], p[0], _mm256_fmadd_ps(e[1], p[1], _mm256_mul_ps(e[2], p[2])));
-    const __m256 c = _mm256_sub_ps(_mm256_fmadd_ps(p[0], p[0], _mm256_fmadd_ps(p[1], p[1], _mm256_mul_ps(p[2], p[2]))), one);
+    const __m256 c =
+        _mm256_sub_ps(_mm256_fmadd_ps(p[0], p[0], _mm256_fmadd_ps(p[1], p[1], _mm256_mul_ps(p[2], p[2]))), one);
     const __m256 discriminant = _mm256_fnmadd_ps(a, c, _mm256_mul_ps(b, b));
     Crossing crossing;
     crossing.hit = _mm256_movemask_ps(_mm256_cmp_ps(discriminant, _mm256_setzero_ps(), _CMP_GT_OQ));
@@ -82,8 +83,8 @@ Crossing cross(const SurfelBlock& block, const Ray& ray) {
 
 }  // namespace
 
-void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const Interior& interior, std::span<const Index> object,
-            Candidates& found) {
+void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const Interior& interior,
+            std::span<const Index> object, Candidates& found) {
     const Crossing crossing = cross(block, ray);
     if (crossing.hit == 0) return;
     alignas(32) float enter[kLanes], leave[kLanes], plane[kLanes], facing[kLanes];
@@ -100,7 +101,8 @@ void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const I
         if (away > kLimitSine) continue;
         insert(found, {block_index * kLanes + Index(lane), enter[lane], leave[lane]}, ray.tmin);
         found.faced |= away < 0;
-        if ((crossing.disc >> lane & 1) && away < 0 && plane[lane] >= ray.tmin) found.end = std::min(found.end, leave[lane]);
+        if ((crossing.disc >> lane & 1) && away < 0 && plane[lane] >= ray.tmin)
+            found.end = std::min(found.end, leave[lane]);
     }
 }
 

@@ -1,4 +1,5 @@
-// Which surfels a ray may meet: the ones whose supports it crosses up to the end of a window behind the first disc it hits.
+// Which surfels a ray may meet: the ones whose supports it crosses up to the end of a window behind the first disc it
+// hits.
 #pragma once
 
 #include <span>
@@ -10,29 +11,30 @@ namespace thixo::render {
 
 /// A surfel whose support the ray crosses in [enter, leave].
 struct Candidate {
-    Index surfel;   // block * kLanes + lane
+    Index surfel;  // block * kLanes + lane
     float enter, leave;
 };
 
-/// Candidates of one window [ray.tmin, end]. Every surfel whose support begins before `end` is here; `end` is where the ray leaves the
-/// support of the first disc it hits from the side it is on, so that the surface is met before it or not in this window.
+/// Candidates of one window [ray.tmin, end]. Every surfel whose support begins before `end` is here; `end` is where the
+/// ray leaves the support of the first disc it hits from the side it is on, so that the surface is met before it or not
+/// in this window.
 struct Candidates {
     static constexpr int kCapacity = 64;
     Candidate list[kCapacity];
     int count = 0;
     float end = kInfinity;
-    bool faced = false;    // one at least faces the ray; none: it cannot cross the surface in this window
+    bool faced = false;  // one at least faces the ray; none: it cannot cross the surface in this window
 };
 
 /// Normals that take part in one surface are within this of their mean (weights fade from kFullCosine on).
-inline constexpr float kLimitCosine = 0.57357644f;   // 55 degrees
-inline constexpr float kFullCosine = 0.81915204f;    // 35 degrees
+inline constexpr float kLimitCosine = 0.57357644f;  // 55 degrees
+inline constexpr float kFullCosine = 0.81915204f;   // 35 degrees
 /// n.d beyond which a surfel's normal is too far from any normal that faces the other way: sin of the above.
 inline constexpr float kLimitSine = 0.81915204f;
 
-/// Adds the surfels of one block to the candidates and draws the window's end in. `object` is indexed by layer; the ray is inside the
-/// objects of `interior`. The result does not depend on the order of calls.
-void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const Interior& interior, std::span<const Index> object,
-            Candidates& found);
+/// Adds the surfels of one block to the candidates and draws the window's end in. `object` is indexed by layer; the ray
+/// is inside the objects of `interior`. The result does not depend on the order of calls.
+void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const Interior& interior,
+            std::span<const Index> object, Candidates& found);
 
 }  // namespace thixo::render

@@ -8,7 +8,8 @@ namespace thixo::render {
 
 /// 2^exposure x, then the curve, then the sRGB transfer function; result in [0, 1]. Curves, monotone in x:
 ///   srgb    min(x, 1)
-///   filmic  x below a = 0.5, above it a shoulder a + (1 - a)(1 - exp(-(x - a)/(1 - a))): middle tones stay as they are, and highlights
+///   filmic  x below a = 0.5, above it a shoulder a + (1 - a)(1 - exp(-(x - a)/(1 - a))): middle tones stay as they
+///   are, and highlights
 ///           run into white without an edge
 float view_transform(float x, scene::ViewTransform view, double exposure);
 

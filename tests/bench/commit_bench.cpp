@@ -1,4 +1,5 @@
-// Making 500 000 surfels ready for rays, as every frame does: blended surfels (sort, pack, build) beside Embree's oriented discs (copy, build).
+// Making 500 000 surfels ready for rays, as every frame does: blended surfels (sort, pack, build) beside Embree's
+// oriented discs (copy, build).
 #include <benchmark/benchmark.h>
 
 #include "render/ray_scene.h"
@@ -10,10 +11,7 @@ namespace {
 using namespace thixo;
 using namespace thixo::render;
 
-
-SurfelCloud moved_sphere() {
-    return shapes::sphere(500000, 1.03f, {0.06f, 0, 0}, 0.2f);
-}
+SurfelCloud moved_sphere() { return shapes::sphere(500000, 1.03f, {0.06f, 0, 0}, 0.2f); }
 
 void native(benchmark::State& state) {
     const SurfelCloud cloud = moved_sphere();

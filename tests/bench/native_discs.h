@@ -9,12 +9,13 @@ namespace thixo::bench {
 
 class NativeDiscs {
   public:
-    explicit NativeDiscs(const SurfelCloud& cloud) : device_(rtcNewDevice("max_isa=avx2,start_threads=0")), scene_(rtcNewScene(device_)) {
+    explicit NativeDiscs(const SurfelCloud& cloud)
+        : device_(rtcNewDevice("max_isa=avx2,start_threads=0")), scene_(rtcNewScene(device_)) {
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT);
-        auto* points = static_cast<float*>(
-            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 4 * sizeof(float), cloud.size()));
-        auto* normals = static_cast<float*>(
-            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), cloud.size()));
+        auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                                   RTC_FORMAT_FLOAT4, 4 * sizeof(float), cloud.size()));
+        auto* normals = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_NORMAL, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), cloud.size()));
         for (std::size_t i = 0; i < cloud.size(); ++i) {
             for (int k = 0; k < 3; ++k) {
                 points[4 * i + std::size_t(k)] = cloud.position[i][k];
@@ -38,7 +39,8 @@ class NativeDiscs {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         RTCRayHit ray;
-        ray.ray = {origin.x(), origin.y(), origin.z(), 0, direction.x(), direction.y(), direction.z(), 0, 1e30f, 0xffffffffu, 0, 0};
+        ray.ray = {origin.x(), origin.y(),  origin.z(), 0, direction.x(), direction.y(), direction.z(), 0,
+                   1e30f,      0xffffffffu, 0,          0};
         ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(scene_, &context, &ray);

@@ -1,4 +1,5 @@
-// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one thread.
+// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one
+// thread.
 #include <benchmark/benchmark.h>
 #include <immintrin.h>
 
@@ -23,7 +24,8 @@ std::vector<Ray> primary() {  // 8 x 8 pixel tiles of a picture that the sphere 
     std::vector<Ray> rays;
     for (int tile = 0; tile < kRays / 64; ++tile)
         for (int pixel = 0; pixel < 64; ++pixel) {
-            const float x = float(tile % 64 * 8 + pixel % 8) / 512 - 0.5f, y = float(tile / 64 * 8 + pixel / 8) / 512 - 0.5f;
+            const float x = float(tile % 64 * 8 + pixel % 8) / 512 - 0.5f,
+                        y = float(tile / 64 * 8 + pixel / 8) / 512 - 0.5f;
             rays.push_back({{0, -4, 0}, Vec3f(0.55f * x, 1, 0.55f * y).normalized()});
         }
     return rays;
@@ -32,7 +34,8 @@ std::vector<Ray> primary() {  // 8 x 8 pixel tiles of a picture that the sphere 
 std::vector<Ray> incoherent() {  // from a sphere of radius 2 to points within the surfels' sphere
     std::vector<Ray> rays;
     for (std::uint64_t i = 0; i < kRays; ++i) {
-        const Vec3f from = 2 * shapes::on_sphere(i, 0), to = shapes::on_sphere(i, 1) * float(std::cbrt(random_unit(1, i, 2, 0)));
+        const Vec3f from = 2 * shapes::on_sphere(i, 0),
+                    to = shapes::on_sphere(i, 1) * float(std::cbrt(random_unit(1, i, 2, 0)));
         rays.push_back({from, (to - from).normalized()});
     }
     return rays;

@@ -29,7 +29,8 @@ World glass_and_ground() {
 
 void expect_same(const Image& a, const Image& b) {
     ASSERT_EQ(a.channels.size(), b.channels.size());
-    for (std::size_t c = 0; c < a.channels.size(); ++c) EXPECT_TRUE(a.channels[c].values == b.channels[c].values) << a.channels[c].name;
+    for (std::size_t c = 0; c < a.channels.size(); ++c)
+        EXPECT_TRUE(a.channels[c].values == b.channels[c].values) << a.channels[c].name;
 }
 
 TEST(Film, IsTheSameAtAnyNumberOfThreads) {
@@ -75,8 +76,9 @@ TEST(Film, FramesHaveNoiseOfTheirOwn) {
 }
 
 TEST(Film, VarianceIsThatOfTheMean) {
-    // The spread of 48 pictures about their mean against the variance each of them states. Independent samples would agree; samples spread evenly
-    // in a pixel do better than what is stated, never worse (10 % for the estimate itself).
+    // The spread of 48 pictures about their mean against the variance each of them states. Independent samples would
+    // agree; samples spread evenly in a pixel do better than what is stated, never worse (10 % for the estimate
+    // itself).
     const World world = glass_and_ground();
     FilmSettings film;
     film.samples = 8;

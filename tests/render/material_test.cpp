@@ -23,8 +23,9 @@ struct Case {
     AppearanceType type;
     double roughness;
 };
-const Case kCases[] = {{AppearanceType::diffuse, 0},     {AppearanceType::plastic, 0},     {AppearanceType::plastic, 0.15},
-                       {AppearanceType::plastic, 0.6},   {AppearanceType::conductor, 0},   {AppearanceType::conductor, 0.1},
+const Case kCases[] = {{AppearanceType::diffuse, 0},     {AppearanceType::plastic, 0},
+                       {AppearanceType::plastic, 0.15},  {AppearanceType::plastic, 0.6},
+                       {AppearanceType::conductor, 0},   {AppearanceType::conductor, 0.1},
                        {AppearanceType::conductor, 0.4}, {AppearanceType::conductor, 1.0}};
 
 Vec3f toward(float cosine) { return {std::sqrt(1 - cosine * cosine), 0, cosine}; }
@@ -38,7 +39,9 @@ TEST(Material, AWhiteSurfaceInAWhiteFurnaceIsWhite) {
             const Material m = white(c.type, c.roughness);
             double sum = 0;
             constexpr int n = 40000;
-            for (std::uint64_t i = 0; i < n; ++i) sum += double(scatter(m, m.colour, toward(cosine), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.x());
+            for (std::uint64_t i = 0; i < n; ++i)
+                sum += double(
+                    scatter(m, m.colour, toward(cosine), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.x());
             EXPECT_NEAR(sum / n, 1, 0.01) << int(c.type) << " roughness " << c.roughness << " cosine " << cosine;
         }
 }
@@ -52,7 +55,9 @@ TEST(Material, NoColourReflectsMoreThanItGets) {
         const Material m = make_material(a);
         Vec3d sum = Vec3d::Zero();
         constexpr int n = 20000;
-        for (std::uint64_t i = 0; i < n; ++i) sum += scatter(m, m.colour, toward(0.5f), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.cast<double>();
+        for (std::uint64_t i = 0; i < n; ++i)
+            sum +=
+                scatter(m, m.colour, toward(0.5f), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.cast<double>();
         EXPECT_LT(sum.maxCoeff() / n, 1.005);
         EXPECT_GT(sum.x(), sum.y());
     }
@@ -63,18 +68,21 @@ TEST(Material, LightMayRunEitherWay) {
     for (const Case& c : kCases) {
         const Material m = white(c.type, c.roughness);
         for (std::uint64_t i = 0; i < 200; ++i) {
-            const Vec3f a = sample_cosine({uniform(i, 0), uniform(i, 1)}), b = sample_cosine({uniform(i, 2), uniform(i, 3)});
+            const Vec3f a = sample_cosine({uniform(i, 0), uniform(i, 1)}),
+                        b = sample_cosine({uniform(i, 2), uniform(i, 3)});
             if (a.z() < 0.02f || b.z() < 0.02f) continue;
             float unused;
-            const float there = evaluate(m, m.colour, a, b, unused).x() / b.z(), back = evaluate(m, m.colour, b, a, unused).x() / a.z();
+            const float there = evaluate(m, m.colour, a, b, unused).x() / b.z(),
+                        back = evaluate(m, m.colour, b, a, unused).x() / a.z();
             EXPECT_NEAR(there, back, 1e-3f * std::max(1.0f, there));
         }
     }
 }
 
 TEST(Material, TheDensityIsThatOfTheSamples) {
-    // The mean of 1/pdf over sampled directions is the solid angle of the hemisphere that is reached; for cosine-like lobes that is 2 pi up to the
-    // variance at the horizon. Instead of that, the share of samples within 30 degrees of the normal against the integral of pdf there: 1 %.
+    // The mean of 1/pdf over sampled directions is the solid angle of the hemisphere that is reached; for cosine-like
+    // lobes that is 2 pi up to the variance at the horizon. Instead of that, the share of samples within 30 degrees of
+    // the normal against the integral of pdf there: 1 %.
     for (const Case& c : kCases) {
         const Material m = white(c.type, c.roughness);
         if (m.smooth() && c.type != AppearanceType::diffuse) continue;

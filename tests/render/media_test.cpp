@@ -71,7 +71,8 @@ TEST(Media, EveryRefractedWayIntoTheGlassLeadsOut) {
     add_sky(world);
     int lost = 0;
     for (std::uint64_t i = 0; i < 20000; ++i) {
-        const Vec3f from = 3 * shapes::on_sphere(i, 1), to = 0.71f * shapes::on_sphere(i, 2) * float(std::cbrt(random_unit(1, i, 3, 0)));
+        const Vec3f from = 3 * shapes::on_sphere(i, 1),
+                    to = 0.71f * shapes::on_sphere(i, 2) * float(std::cbrt(random_unit(1, i, 3, 0)));
         Ray ray{from, (to - from).normalized()};
         Interior interior;
         Hit hit;
@@ -102,7 +103,8 @@ TEST(Media, EveryRefractedWayIntoTheGlassLeadsOut) {
 
 TEST(Media, TheHigherPriorityWinsAndAmongEqualsTheFirst) {
     World world;
-    const Index a = add_object(world, dielectric(1.1, 0)), b = add_object(world, dielectric(1.2, 5)), c = add_object(world, dielectric(1.3, 5));
+    const Index a = add_object(world, dielectric(1.1, 0)), b = add_object(world, dielectric(1.2, 5)),
+                c = add_object(world, dielectric(1.3, 5));
     Interior interior;
     EXPECT_EQ(medium_of(world, interior), kNone);
     interior.add(a);
@@ -116,9 +118,9 @@ TEST(Media, TheHigherPriorityWinsAndAmongEqualsTheFirst) {
 
 TEST(Media, APointKnowsWhatItIsInside) {
     const World world = water_in_glass();
-    EXPECT_EQ(interior_at(world, {0.1f, 0.05f, 0}).count(), 1);    // water
-    EXPECT_EQ(interior_at(world, {0.6f, 0.05f, 0}).count(), 1);    // glass
-    EXPECT_EQ(interior_at(world, {0.52f, 0.05f, 0}).count(), 2);   // water in the wall
+    EXPECT_EQ(interior_at(world, {0.1f, 0.05f, 0}).count(), 1);   // water
+    EXPECT_EQ(interior_at(world, {0.6f, 0.05f, 0}).count(), 1);   // glass
+    EXPECT_EQ(interior_at(world, {0.52f, 0.05f, 0}).count(), 2);  // water in the wall
     EXPECT_EQ(interior_at(world, {0.9f, 0.05f, 0}).count(), 0);
 }
 
@@ -138,7 +140,8 @@ TEST(Media, AGlassThatStandsOnATableTouchesIt) {
     Interior inside;
     inside.add(glass);
     for (std::uint64_t i = 0; i < 5000; ++i) {
-        const Vec3f from(0.6f * float(random_unit(1, i, 0, 0)) - 0.3f, 0.6f * float(random_unit(1, i, 0, 1)) - 0.3f, 0.2f);
+        const Vec3f from(0.6f * float(random_unit(1, i, 0, 0)) - 0.3f, 0.6f * float(random_unit(1, i, 0, 1)) - 0.3f,
+                         0.2f);
         const Vec3f to(0.6f * float(random_unit(1, i, 0, 2)) - 0.3f, 0.6f * float(random_unit(1, i, 0, 3)) - 0.3f, 0);
         Hit hit;
         ASSERT_TRUE(nearest_hit(world, {from, (to - from).normalized()}, inside, hit));

@@ -59,14 +59,16 @@ TEST(Path, ARectangleGivesTheFormFactorOfItsPlace) {
     lamp.size = {2, 2};
     lamp.strength = 5;
     world.lights = {make_light(lamp)};
-    // Point under the centre of a parallel rectangle: four quarters of 1/(2 pi) [a/sqrt(1+a^2) atan(b/sqrt(1+a^2)) + the same swapped], a = b = 1/2.
+    // Point under the centre of a parallel rectangle: four quarters of 1/(2 pi) [a/sqrt(1+a^2) atan(b/sqrt(1+a^2)) +
+    // the same swapped], a = b = 1/2.
     const double s = std::sqrt(1.25), quarter = 2 * (0.5 / s * std::atan(0.5 / s)) / (2 * kPi);
     const Image image = picture(world, 256);
     EXPECT_NEAR(mean_colour(image).y(), 0.5 * 5 * 4 * quarter, 4 * standard_error(image) + 1e-3);
 }
 
 TEST(Path, WaysToSampleLightAgree) {
-    // A plastic floor with a lamp so near that neither way alone is good: the three means within five of their joint standard errors.
+    // A plastic floor with a lamp so near that neither way alone is good: the three means within five of their joint
+    // standard errors.
     World world;
     scene::Appearance plastic;
     plastic.type = AppearanceType::plastic;
@@ -74,7 +76,8 @@ TEST(Path, WaysToSampleLightAgree) {
     const Index object = add_object(world, plastic);
     std::vector<MeshObject> meshes;
     meshes.push_back(ground(object));
-    world.rays = std::make_unique<RayScene>(shapes::one_object(shapes::sphere(500, 0.3f, {0.3f, 0, 0.3f})), std::move(meshes));
+    world.rays =
+        std::make_unique<RayScene>(shapes::one_object(shapes::sphere(500, 0.3f, {0.3f, 0, 0.3f})), std::move(meshes));
     scene::Light lamp;
     lamp.type = scene::LightType::area;
     lamp.position = {0, 0.5, 0.8};
@@ -84,10 +87,14 @@ TEST(Path, WaysToSampleLightAgree) {
     add_sky(world, 0.2);
     world.settings.clamp = 0;
     look(world, {0, -1, 1}, {0, 0, 0.1}, 40, 32, 18);
-    const Image both = picture(world, 64), lights = picture(world, 256, Strategy::lights), surfaces = picture(world, 256, Strategy::surfaces);
-    EXPECT_NEAR(mean_colour(both).y(), mean_colour(lights).y(), 5 * std::hypot(standard_error(both), standard_error(lights)));
-    EXPECT_NEAR(mean_colour(both).y(), mean_colour(surfaces).y(), 5 * std::hypot(standard_error(both), standard_error(surfaces)));
-    EXPECT_LT(standard_error(both), 2 * standard_error(surfaces)) << "joining them must not add noise: a quarter of the samples, twice the error";
+    const Image both = picture(world, 64), lights = picture(world, 256, Strategy::lights),
+                surfaces = picture(world, 256, Strategy::surfaces);
+    EXPECT_NEAR(mean_colour(both).y(), mean_colour(lights).y(),
+                5 * std::hypot(standard_error(both), standard_error(lights)));
+    EXPECT_NEAR(mean_colour(both).y(), mean_colour(surfaces).y(),
+                5 * std::hypot(standard_error(both), standard_error(surfaces)));
+    EXPECT_LT(standard_error(both), 2 * standard_error(surfaces))
+        << "joining them must not add noise: a quarter of the samples, twice the error";
 }
 
 World furnace(const scene::Appearance& appearance, bool straight) {
@@ -106,7 +113,8 @@ TEST(Path, EveryWhiteThingVanishesInAWhiteFurnace) {
     // The picture is one everywhere, to 1 % in the mean of each; long paths are let run.
     scene::Appearance a;
     a.colour = {1, 1, 1};
-    for (const AppearanceType type : {AppearanceType::diffuse, AppearanceType::plastic, AppearanceType::conductor, AppearanceType::dielectric})
+    for (const AppearanceType type :
+         {AppearanceType::diffuse, AppearanceType::plastic, AppearanceType::conductor, AppearanceType::dielectric})
         for (const double roughness : {0.0, 0.4}) {
             if (type == AppearanceType::dielectric && roughness > 0) continue;
             a.type = type;
@@ -129,8 +137,9 @@ MeshObject slab(Index object, float depth) {
 }
 
 TEST(Path, AMattFloorUnderGlassVanishesInAWhiteFurnaceWithStraightShadowsOrWithout) {
-    // Straight shadows move light from refracted paths to shadow rays; under a plane face they neither make nor lose any: each direction outside
-    // brings (1 - F) of its flux either way, and what is reflected inside is followed in both. 1 %.
+    // Straight shadows move light from refracted paths to shadow rays; under a plane face they neither make nor lose
+    // any: each direction outside brings (1 - F) of its flux either way, and what is reflected inside is followed in
+    // both. 1 %.
     for (const bool straight : {true, false}) {
         World world;
         scene::Appearance glass, matt;
@@ -162,8 +171,9 @@ TEST(Path, TheClampLimitsOnlyIndirectLight) {
 }
 
 TEST(Path, AbsorptionFollowsBeerAndLambert) {
-    // Straight down through a slab of water: what is seen of a white furnace behind it. Fresnel at normal incidence twice, with all reflections
-    // between the faces: T (1-R)^2/(1 - R^2 T^2), and R (1 + T^2 (1-R)^2/(1 - R^2 T^2)) of the furnace on the near side.
+    // Straight down through a slab of water: what is seen of a white furnace behind it. Fresnel at normal incidence
+    // twice, with all reflections between the faces: T (1-R)^2/(1 - R^2 T^2), and R (1 + T^2 (1-R)^2/(1 - R^2 T^2)) of
+    // the furnace on the near side.
     World world;
     scene::Appearance water;
     water.type = AppearanceType::dielectric;

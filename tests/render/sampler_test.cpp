@@ -10,7 +10,8 @@ namespace thixo::render {
 namespace {
 
 TEST(Sampler, EveryPairOfDimensionsIsStratified) {
-    // A (0,2)-sequence: the first 16 points have one point in each of 16 boxes of any shape 2^-a x 2^-(4-a), in every pair and pixel.
+    // A (0,2)-sequence: the first 16 points have one point in each of 16 boxes of any shape 2^-a x 2^-(4-a), in every
+    // pair and pixel.
     for (std::uint32_t pixel = 0; pixel < 20; ++pixel)
         for (int pair = 0; pair < 6; ++pair)
             for (int a = 0; a <= 4; ++a) {
@@ -50,9 +51,11 @@ TEST(PixelFilter, IsEvenAndStaysWithinItsRadius) {
         spread += double(x * x) / n;
     }
     EXPECT_NEAR(mean, 0, 1e-4);
-    // Variance of the window on [-1.5, 1.5], by its cosine series: L^2 (1/12 + sum a_k (-1)^k... / (2 pi^2 k^2)) with L = 3.
+    // Variance of the window on [-1.5, 1.5], by its cosine series: L^2 (1/12 + sum a_k (-1)^k... / (2 pi^2 k^2)) with L
+    // = 3.
     const double l2 = 9, a0 = 0.35875;
-    const double variance = l2 * (1.0 / 12 - (0.48829 - 0.14128 / 4 + 0.01168 / 9) / (2 * kPi * kPi * a0) + 2 * 0.0 / a0);
+    const double variance =
+        l2 * (1.0 / 12 - (0.48829 - 0.14128 / 4 + 0.01168 / 9) / (2 * kPi * kPi * a0) + 2 * 0.0 / a0);
     EXPECT_NEAR(spread, variance, 0.01);
 }
 

@@ -103,7 +103,8 @@ TEST_F(RenderStage, TwoHalvesRenderedApartEqualTheWhole) {
     EXPECT_EQ(run_stage(args(out("halves"), "3-4")), kDone);
     EXPECT_EQ(run_stage(args(out("halves"), "1-2")), kDone);
     for (int k = 1; k <= 4; ++k)
-        for (const char* ending : {"exr", "png"}) EXPECT_EQ(bytes(out("whole"), k, ending), bytes(out("halves"), k, ending)) << k << ending;
+        for (const char* ending : {"exr", "png"})
+            EXPECT_EQ(bytes(out("whole"), k, ending), bytes(out("halves"), k, ending)) << k << ending;
     EXPECT_NE(bytes(out("whole"), 1), bytes(out("whole"), 2));
 }
 

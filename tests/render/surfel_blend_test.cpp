@@ -51,7 +51,8 @@ float sphere_distance(const Vec3f& x, Vec3f& normal) {
 }
 
 TEST(SurfelBlend, ASphereOfSurfelsIsTheSphere) {
-    // The fit reproduces spheres: what is left is the root's tolerance of 1e-5 radii and float rounding (1e-6), at any number of surfels.
+    // The fit reproduces spheres: what is left is the root's tolerance of 1e-5 radii and float rounding (1e-6), at any
+    // number of surfels.
     for (const std::size_t n : {200u, 1000u, 5000u}) {
         const double r = shapes::even_spacing(4 * kPi, n);
         const Errors e = errors(shapes::sphere(n, 1, Vec3f::Zero(), 0.2f), sphere_distance, 20000);
@@ -62,8 +63,9 @@ TEST(SurfelBlend, ASphereOfSurfelsIsTheSphere) {
 }
 
 TEST(SurfelBlend, ErrorsOnATorusFallWithTheSurfels) {
-    // Smooth, but no sphere anywhere. Position errors of a fit that is exact on spheres are at least of second order in the spacing, those of
-    // normals of first order: four times the surfels halve the spacing, so factors of 4 and 2; 3 and 1.7 leave room for the lattice.
+    // Smooth, but no sphere anywhere. Position errors of a fit that is exact on spheres are at least of second order in
+    // the spacing, those of normals of first order: four times the surfels halve the spacing, so factors of 4 and 2; 3
+    // and 1.7 leave room for the lattice.
     constexpr float R = 0.7f, a = 0.3f;
     const auto distance = [&](const Vec3f& x, Vec3f& normal) {
         const float q = std::hypot(x.x(), x.y());
@@ -81,8 +83,8 @@ TEST(SurfelBlend, ErrorsOnATorusFallWithTheSurfels) {
 }
 
 TEST(SurfelBlend, HasNoHolesAndARayThatEntersLeaves) {
-    // Uneven surfels (positions shifted by up to 30 % of their distance). Every ray that passes the sphere by less than its rim meets it; inside
-    // it is refracted as water would, and must find the way out.
+    // Uneven surfels (positions shifted by up to 30 % of their distance). Every ray that passes the sphere by less than
+    // its rim meets it; inside it is refracted as water would, and must find the way out.
     const RayScene scene(shapes::one_object(shapes::sphere(5000, 1, Vec3f::Zero(), 0.3f)), {});
     constexpr int rays = 400000;
     int holes = 0, lost = 0, phantoms = 0;
@@ -97,7 +99,8 @@ TEST(SurfelBlend, HasNoHolesAndARayThatEntersLeaves) {
         EXPECT_LT(hit.normal.dot(ray.direction), 0);
         const float cosine = -hit.normal.dot(ray.direction), eta = 1 / 1.33f;
         const Vec3f refracted =
-            (eta * ray.direction + (eta * cosine - std::sqrt(1 - eta * eta * (1 - cosine * cosine))) * hit.normal).normalized();
+            (eta * ray.direction + (eta * cosine - std::sqrt(1 - eta * eta * (1 - cosine * cosine))) * hit.normal)
+                .normalized();
         Interior inside;
         inside.add(0);
         Hit out;
@@ -109,8 +112,8 @@ TEST(SurfelBlend, HasNoHolesAndARayThatEntersLeaves) {
 }
 
 TEST(SurfelBlend, NoisySurfelsStillCloseTheSurface) {
-    // 5 % of a radius in place, 5 degrees in normal, as a moving fluid's surfels have. No hole; parity may fail for a few rays in a million
-    // that only touch the rim.
+    // 5 % of a radius in place, 5 degrees in normal, as a moving fluid's surfels have. No hole; parity may fail for a
+    // few rays in a million that only touch the rim.
     SurfelCloud cloud = shapes::sphere(2000, 1, Vec3f::Zero(), 0.3f);
     const float r = cloud.axis1[0].norm();
     for (std::size_t i = 0; i < cloud.size(); ++i) {
@@ -143,7 +146,8 @@ TEST(SurfelBlend, NoisySurfelsStillCloseTheSurface) {
 }
 
 TEST(SurfelBlend, AThinSheetNeverBlendsFrontWithBack) {
-    // Two layers of opposite normals, a tenth of a radius apart: rays from above meet the upper one, from below the lower one, to rounding.
+    // Two layers of opposite normals, a tenth of a radius apart: rays from above meet the upper one, from below the
+    // lower one, to rounding.
     SurfelCloud cloud;
     constexpr float gap = 0.01f, r = 0.1f;
     for (int j = -15; j <= 15; ++j)
@@ -153,12 +157,37 @@ TEST(SurfelBlend, AThinSheetNeverBlendsFrontWithBack) {
     const RayScene scene(shapes::one_object(cloud), {});
     for (int i = 0; i < 2000; ++i) {
         const float side = i % 2 ? 1.0f : -1.0f;
-        const Vec3f target(float(random_unit(1, std::uint64_t(i), 0, 0)) - 0.5f, float(random_unit(1, std::uint64_t(i), 0, 1)) - 0.5f, 0);
+        const Vec3f target(float(random_unit(1, std::uint64_t(i), 0, 0)) - 0.5f,
+                           float(random_unit(1, std::uint64_t(i), 0, 1)) - 0.5f, 0);
         const Vec3f from = target + Vec3f(0.7f, -0.4f, side);
         Hit hit;
         ASSERT_TRUE(scene.intersect({from, (target - from).normalized()}, {}, hit));
         EXPECT_NEAR(hit.position.z(), side * gap / 2, 2e-6f);
         EXPECT_NEAR(hit.normal.z(), side, 1e-5f);
+    }
+}
+
+TEST(SurfelBlend, AnEdgeIsSharp) {
+    // Two planes of one layer that make a convex edge of 90 degrees: z = 0 for x < 0 and x = 0 for z < 0. Discs reach
+    // over the edge, the surface does not, but for the overlap of 0.05 radii; up to there it is whole.
+    SurfelCloud cloud;
+    constexpr float r = 0.1f;
+    for (int j = -15; j <= 15; ++j)
+        for (int i = 0; i < 15; ++i) {
+            shapes::add_disc(cloud, {-r * (float(i) + 0.5f), r * float(j), 0}, {0, 0, 1}, r);
+            shapes::add_disc(cloud, {0, r * float(j), -r * (float(i) + 0.5f)}, {1, 0, 0}, r);
+        }
+    const RayScene scene(shapes::one_object(cloud), {});
+    for (std::uint64_t i = 0; i < 4000; ++i) {
+        const float x = r * (3 * float(random_unit(1, i, 0, 0)) - 1.5f), y = float(random_unit(1, i, 0, 1)) - 0.5f;
+        const Vec3f d =
+            Vec3f(0.2f * float(random_unit(1, i, 0, 2)) - 0.1f, 0.2f * float(random_unit(1, i, 0, 3)) - 0.1f, -1)
+                .normalized();
+        Hit hit;
+        const bool found = scene.intersect({Vec3f(x, y, 0) - d, d}, {}, hit) && hit.normal.z() > 0.9f;
+        if (x < 0 || x > 0.1f * r) {
+            EXPECT_EQ(found, x < 0) << x / r;
+        }
     }
 }
 
@@ -175,7 +204,8 @@ TEST(SurfelBlend, LayersDoNotBlend) {
     set.object = {0, 0};
     const RayScene scene(std::move(set), {});
     for (int i = 0; i < 1000; ++i) {
-        const float x = float(random_unit(1, std::uint64_t(i), 0, 0)) - 0.5f, y = float(random_unit(1, std::uint64_t(i), 0, 1)) - 0.5f;
+        const float x = float(random_unit(1, std::uint64_t(i), 0, 0)) - 0.5f,
+                    y = float(random_unit(1, std::uint64_t(i), 0, 1)) - 0.5f;
         Hit hit;
         ASSERT_TRUE(scene.intersect({{x, y, 2}, {0, 0, -1}}, {}, hit));
         EXPECT_NEAR(hit.position.z(), 0.3f * std::abs(x), 1e-5f);
@@ -183,7 +213,8 @@ TEST(SurfelBlend, LayersDoNotBlend) {
 }
 
 TEST(SurfelBlend, AttributesTakeTheWeightsOfTheHit) {
-    // A linear field in space is met to second order in the spacing (the weights are even about a hit only on average): 2 % of a radius.
+    // A linear field in space is met to second order in the spacing (the weights are even about a hit only on average):
+    // 2 % of a radius.
     SurfelSet set = shapes::one_object(shapes::sphere(5000));
     for (const Vec3f& p : set.cloud.position) {
         set.temperature.push_back(20 + 10 * p.x());
@@ -228,7 +259,8 @@ TEST(SurfelBlend, DamagedSurfelsAreLeftOutAndCounted) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     shapes::add_disc(cloud, {nan, 0, 0}, {0, 0, 1}, 1);
     shapes::add_disc(cloud, {0, 0, 0}, {0, 0, 1}, 0);
-    for (int i = 0; i < 500; ++i) shapes::add_disc(cloud, {0, 0, 1}, {0, 0, 1}, 0.1f);  // many in one place are no error
+    for (int i = 0; i < 500; ++i)
+        shapes::add_disc(cloud, {0, 0, 1}, {0, 0, 1}, 0.1f);  // many in one place are no error
     const RayScene scene(shapes::one_object(cloud), {});
     EXPECT_EQ(scene.dropped_surfels(), 2u);
     Hit hit;

@@ -27,7 +27,8 @@ inline Vec3f fibonacci(std::size_t i, std::size_t n) {
 
 /// Random direction i of stream `use`, even on the sphere.
 inline Vec3f on_sphere(std::uint64_t i, std::uint64_t use) {
-    const double z = 2 * random_unit(1, i, use, 0) - 1, phi = 2 * kPi * random_unit(1, i, use, 1), r = std::sqrt(1 - z * z);
+    const double z = 2 * random_unit(1, i, use, 0) - 1, phi = 2 * kPi * random_unit(1, i, use, 1),
+                 r = std::sqrt(1 - z * z);
     return Vec3d(r * std::cos(phi), r * std::sin(phi), z).cast<float>();
 }
 
@@ -40,7 +41,9 @@ inline SurfelCloud sphere(std::size_t n, float radius = 1, const Vec3f& centre =
     const float r = even_spacing(4 * kPi, n) * radius;
     for (std::size_t i = 0; i < n; ++i) {
         Vec3f p = fibonacci(i, n);
-        const auto random = [&](int use) { return jitter * r / radius * float(2 * random_unit(7, i, 0, std::uint64_t(use)) - 1); };
+        const auto random = [&](int use) {
+            return jitter * r / radius * float(2 * random_unit(7, i, 0, std::uint64_t(use)) - 1);
+        };
         if (jitter > 0) p = (p + Vec3f(random(0), random(1), random(2))).normalized();
         add_disc(cloud, centre + radius * p, p, r);
     }

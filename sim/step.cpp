@@ -80,9 +80,11 @@ double largest(const Simulation& s, Term&& term) {
 }
 
 /// Surfels are carried by the displacement of the particles about them, which is exact where that is affine: a jet in free flight needs no
-/// update. So what counts as having moved (a quarter of the surfel support, dissertation 6.6) is the displacement against the neighbours' mean;
-/// what moves all together may go two supports.
+/// update. So what counts as having moved (a quarter of the surfel support, dissertation 6.6) is the displacement against the neighbours' mean,
+/// and of one particle in twenty: in a splash some drop always has, and its few surfels are made anew at the next update in any case. What
+/// moves all together may go two supports.
 bool surface_due(const Simulation& s) {
+    constexpr double kShare = 0.05;
     const scene::Surface& params = s.problem.scene.surface;
     if (!params.enabled) return false;
     const double support = params.support * params.radius * static_cast<double>(s.problem.smoothing.spacing);
@@ -91,13 +93,15 @@ bool surface_due(const Simulation& s) {
     const double moved = largest(s, [&](std::size_t i) { return (x[i] - x0[i]).squaredNorm(); });
     if (moved < support / 4) return false;
     if (moved > 2 * support) return true;
-    return largest(s, [&](std::size_t i) {
-               const auto near = s.neighbours[i];
-               if (near.empty()) return Real(0);
-               Vec3 sum(0, 0, 0);
-               for (const Index j : near) sum += x[j] - x0[j];
-               return (x[i] - x0[i] - sum / static_cast<Real>(near.size())).squaredNorm();
-           }) > support / 4;
+    const double stirred = parallel_sum(s.particles.size(), [&](std::size_t i) {
+        const auto near = s.neighbours[i];
+        if (near.empty()) return 0.0;
+        Vec3 sum(0, 0, 0);
+        for (const Index j : near) sum += x[j] - x0[j];
+        const Real against = (x[i] - x0[i] - sum / static_cast<Real>(near.size())).squaredNorm();
+        return against > square(static_cast<Real>(support / 4)) ? 1.0 : 0.0;
+    });
+    return stirred > kShare * static_cast<double>(s.particles.size());
 }
 
 void update_surface_when_due(Simulation& s) {

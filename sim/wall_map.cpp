@@ -1,6 +1,7 @@
 #include "sim/wall_map.h"
 
 #include <cmath>
+#include <limits>
 
 #include "pipeline/base/error.h"
 
@@ -148,7 +149,7 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
         return b;
     }
     b.nodes.resize(kNodes * kNodes * kNodes);
-    Real centre_distance = 0;
+    Real centre_distance = 0, nearest = std::numeric_limits<Real>::max();
     Vec3 normal;
     const bool half_space = flat(centre, centre_distance, normal);
     const std::vector<Real> filled = half_space ? std::vector<Real>{} : occupancy(origin);
@@ -159,9 +160,11 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
                 const Real distance = solid_.distance(x);
                 WallIntegrals w = half_space ? half_space_integrals(distance, support_) : sum(filled, i, j, k);
                 if (half_space) w.gradient = w.gradient.z() * normal;
-                w.distance = distance;
-                b.nodes[static_cast<std::size_t>((k * kNodes + j) * kNodes + i)] = w;
+                b.nodes[static_cast<std::size_t>((k * kNodes + j) * kNodes + i)] = {
+                    {distance, w.share, w.laplacian, w.gradient.x(), w.gradient.y(), w.gradient.z(), 0, 0}};
+                nearest = std::min(nearest, distance);
             }
+    if (nearest >= support_) return {std::max(support_, nearest - cell_ / 8), {}};
     return b;
 }
 
@@ -194,17 +197,15 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
         out.distance = p.block->far;
         return out;
     }
+    const Node* corner = p.block->nodes.data() + (p.cell[2] * kNodes + p.cell[1]) * kNodes + p.cell[0];
+    Node sum{};
     for (int c = 0; c < 8; ++c) {
         const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
         const Real weight = (i ? p.part.x() : 1 - p.part.x()) * (j ? p.part.y() : 1 - p.part.y()) * (k ? p.part.z() : 1 - p.part.z());
-        const WallIntegrals& n =
-            p.block->nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)];
-        out.distance += weight * n.distance;
-        out.share += weight * n.share;
-        out.gradient += weight * n.gradient;
-        out.laplacian += weight * n.laplacian;
+        const Node& n = corner[(k * kNodes + j) * kNodes + i];
+        for (int a = 0; a < 8; ++a) sum.value[a] += weight * n.value[a];
     }
-    return out;
+    return {sum.value[0], sum.value[1], Vec3(sum.value[3], sum.value[4], sum.value[5]), sum.value[2]};
 }
 
 Real WallMap::distance(const Vec3& x, Vec3& normal) const {
@@ -217,13 +218,17 @@ Real WallMap::distance(const Vec3& x, Vec3& normal) const {
         const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
         const Real wx = i ? p.part.x() : 1 - p.part.x(), wy = j ? p.part.y() : 1 - p.part.y(), wz = k ? p.part.z() : 1 - p.part.z();
         const Real d =
-            p.block->nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)].distance;
+            p.block->nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)].value[0];
         distance += wx * wy * wz * d;
         normal += d * Vec3(i ? wy * wz : -wy * wz, j ? wx * wz : -wx * wz, k ? wx * wy : -wx * wy);
     }
     const Real length = normal.norm();
     if (length > 0) normal /= length;
-    return distance;
+    if (distance > support_ / 4) return distance;
+    // Close to the surface the shape itself answers: between nodes on the two sides of a thin wall the table has no surface at all.
+    const Vec3 exact_normal = solid_.gradient(x, support_ / 64);
+    if (!exact_normal.isZero()) normal = exact_normal;
+    return solid_.distance(x);
 }
 
 }  // namespace thixo

@@ -9,6 +9,7 @@
 #include <memory>
 #include <vector>
 
+#include "pipeline/base/random.h"
 #include "pipeline/geometry/shape.h"
 #include "sim/smoothing.h"
 
@@ -50,7 +51,7 @@ class WallMap {
         Cursor cursor;
         return at(x, cursor);
     }
-    /// Distance as above and the unit normal from the wall (the gradient of the distance; zero beyond one support).
+    /// Distance, exact nearer than a quarter of the support, and the unit normal from the wall (the gradient of the distance; zero beyond one support).
     Real distance(const Vec3& x, Vec3& normal) const;
     Real support() const { return support_; }
     const Shape& solid() const { return solid_; }
@@ -61,9 +62,13 @@ class WallMap {
     static constexpr int kFine = 2;                // samples per cell and axis
     static constexpr int kReach = 8;               // samples per support
     static constexpr int kSide = kCells * kFine + 2 * kReach;  // samples per axis that a block sees
+    /// distance, share, laplacian, gradient x y z, and two to fill a register.
+    struct alignas(8 * sizeof(Real)) Node {
+        Real value[8];
+    };
     struct Block {
         Real far = 0;                        // > 0: nothing within reach; a lower bound of the distance
-        std::vector<WallIntegrals> nodes;    // kNodes^3, x fastest
+        std::vector<Node> nodes;             // kNodes^3, x fastest
     };
     struct StencilRow {                      // one row of samples along x in the kernel's ball
         int y, z, x0, x1;                    // offsets, x in [x0, x1)
@@ -90,7 +95,10 @@ class WallMap {
     Real support_, cell_, sample_;
     std::vector<StencilRow> rows_;
     std::vector<Weight> weights_;
-    using Table = oneapi::tbb::concurrent_unordered_map<std::uint64_t, std::unique_ptr<const Block>>;
+    struct Hash {  // keys are three coordinates side by side: unmixed, a table of 2^n buckets would see x alone
+        std::size_t operator()(std::uint64_t key) const { return mix64(key); }
+    };
+    using Table = oneapi::tbb::concurrent_unordered_map<std::uint64_t, std::unique_ptr<const Block>, Hash>;
     std::unique_ptr<Table> blocks_;
 };
 

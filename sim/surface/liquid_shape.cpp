@@ -15,7 +15,11 @@ ColourSample sum_colour(const LiquidShape& shape, const Vec3& x, std::int32_t co
     ColourSample sample;
     for_each([&](Index j, Real r2) {
         if (points.component[j] != component || !points.counts_at(j, x, image_depth)) return;
-        sample.near_wall = sample.near_wall || points.is_image(j);
+        if (points.is_image(j)) {
+            sample.near_wall = true;
+            for (const Index plane : points.mirrors[j])
+                if (plane != kNone) sample.out += points.planes[plane].normal;
+        }
         const Real volume = points.volume[j] * points.colour[j];
         const Vec3 offset = points.position[j] - x;
         sample.value += volume * w.value(r2);
@@ -23,6 +27,7 @@ ColourSample sum_colour(const LiquidShape& shape, const Vec3& x, std::int32_t co
         sample.centre += volume * w.value(r2) * offset;
     });
     if (sample.value > 0) sample.centre /= sample.value;
+    if (sample.near_wall) sample.out.normalize();
     return sample;
 }
 
@@ -45,18 +50,24 @@ DepthSample LiquidShape::depth_of(const ColourSample& c, const Vec3& x, Real iso
     const Real per_phi = support * Real(256.0 / 315.0);
     DepthSample sample{(c.value - iso_value) * per_phi, c.gradient * per_phi, c.centre, c.value, false, c.value > 0};
     if (c.near_wall) {
-        const WallContact contact = wall_contact(walls, x);
-        const Real below_wall = contact.distance + wall_depth();
+        const WallPlane wall = wall_plane(x, c.out);
+        const Real below_wall = wall.distance(x) + wall_depth();
         if (below_wall < sample.depth) {
             sample.depth = below_wall;
-            sample.gradient = contact.normal;
+            sample.gradient = wall.normal;
             sample.wall = true;
         }
     }
     return sample;
 }
 
-SheetSample LiquidShape::sheet(const ColourSample& c, const Vec3& x, const Vec3& n) const {
+WallPlane LiquidShape::wall_plane(const Vec3& x, const Vec3& out) const {
+    const Vec3 beside = x + Real(0.5) * spacing * out;
+    const WallContact contact = wall_contact(walls, beside);
+    return {contact.normal, contact.normal.dot(beside) - contact.distance};
+}
+
+SheetSample LiquidShape::sheet(const ColourSample& c, const WallPlane& wall, const Vec3& x, const Vec3& n) const {
     constexpr Real kLeastSlope = Real(0.05);
     SheetSample sample;
     sample.phi = c.value;
@@ -68,10 +79,9 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const Vec3& x, const Vec3&
     Real below_wall = std::numeric_limits<Real>::max();
     Vec3 wall_normal(0, 0, 0);
     if (c.near_wall) {
-        const WallContact contact = wall_contact(walls, x);
-        below_wall = contact.distance + wall_depth();
-        wall_normal = contact.normal;
-        sample.coat = on_coat(contact, n);
+        below_wall = wall.distance(x) + wall_depth();
+        wall_normal = wall.normal;
+        sample.coat = on_coat(wall, x, n);
     }
     if (c.near_wall && !sample.coat && below_wall < 0 && field > Real(0.35) * spacing &&
         std::abs(n.dot(wall_normal)) < Real(0.8)) {
@@ -87,7 +97,9 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const Vec3& x, const Vec3&
     const Real depth = sample.coat ? below_wall : field, other = sample.coat ? field : below_wall;
     const Vec3 slope = sample.coat ? wall_normal : field_slope;
     const Real slope2 = slope.squaredNorm();
-    sample.defined = c.value > 0 && slope2 > square(kLeastSlope);
+    // A coat lines liquid. What passes for the coat of a dry wall, such as the far side of a thin one, is none.
+    const bool dry = sample.coat && field < -Real(0.25) * spacing;
+    sample.defined = c.value > 0 && !dry && slope2 > square(kLeastSlope);
     if (!sample.defined) return sample;
     sample.outward = -slope / std::sqrt(slope2);
     sample.guide = -depth / slope2 * slope;
@@ -106,14 +118,13 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const Vec3& x, const Vec3&
 }
 
 Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component) const {
-    const WallContact contact = wall_contact(walls, x);
-    if (contact.distance < 0 || on_coat(contact, n)) return 0;
     const Poly6 w(support);
     Vec3 a, b;
     orthonormal_basis(n, a, b);
     // grad grad w = gradient_factor 1 + 24 scale/h^4 q r r^T, q = 1 - r^2/h^2; only its part across n is summed.
     const Real factor = 24 * w.scale * square(w.h2_inv);
     Real aa = 0, ab = 0, bb = 0, slope = 0;
+    Vec3 out(0, 0, 0);
     points.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
         if (points.component[j] != component || !points.counts_at(j, x, image_depth())) return;
         const Real volume = points.volume[j] * points.colour[j];
@@ -124,7 +135,12 @@ Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component
         bb += even + along * rb * rb;
         ab += along * ra * rb;
         slope += even * n.dot(r);
+        if (points.is_image(j)) out += points.planes[points.mirrors[j][0]].normal;
     });
+    if (out != Vec3(0, 0, 0)) {
+        const WallPlane wall = wall_plane(x, out.normalized());
+        if (wall.distance(x) < 0 || on_coat(wall, x, n)) return 0;
+    }
     if (!(slope != 0)) return 0;
     const Real mean = (aa + bb) / 2, spread = std::hypot((aa - bb) / 2, ab);
     return (std::abs(mean) + spread) / std::abs(slope);

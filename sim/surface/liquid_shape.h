@@ -13,6 +13,7 @@ struct ColourSample {
     Vec3 gradient{0, 0, 0};  // grad phi [1/m]
     Vec3 centre{0, 0, 0};    // weighted mean of the points, relative to x [m]; zero where phi = 0
     bool near_wall = false;  // an image is in reach
+    Vec3 out{0, 0, 0};       // unit, from the walls of the images in reach into the room
 };
 
 /// Depth below the surface of the body, > 0 inside.
@@ -52,8 +53,7 @@ struct LiquidShape {
     Real wall_depth() const { return Real(0.15) * spacing; }
 
     /// How far behind a wall its images still count [m]: enough for surfels that strayed beyond the crease to find
-    /// back. What lies deeper is dry, and must be: it may be the far side of the wall. Walls thinner than the sum of
-    /// both depths, 0.65 spacings, show liquid through.
+    /// back. What lies deeper is dry, and must be: it may be the far side of the wall.
     Real image_depth() const { return Real(0.5) * spacing; }
 
     ColourSample colour(const Vec3& x, std::int32_t component) const;
@@ -68,15 +68,21 @@ struct LiquidShape {
     }
     DepthSample depth_of(const ColourSample& colour, const Vec3& x, Real iso_value) const;
 
-    /// The sheet that a surfel at x with unit normal n belongs to. `colour` is the field at x.
-    SheetSample sheet(const ColourSample& colour, const Vec3& x, const Vec3& n) const;
+    /// The wall that x is at or in, as a plane; `out` leads into the room (ColourSample::out). It is looked up half a
+    /// spacing out in the room: inside a thin wall the distance is that of either side.
+    WallPlane wall_plane(const Vec3& x, const Vec3& out) const;
+
+    /// The sheet that a surfel at x with unit normal n belongs to. `colour` is the field at x; `wall` the plane there,
+    /// which is read where colour.near_wall.
+    SheetSample sheet(const ColourSample& colour, const WallPlane& wall, const Vec3& x, const Vec3& n) const;
     SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component) const {
-        return sheet(colour(x, component), x, n);
+        const ColourSample c = colour(x, component);
+        return sheet(c, c.near_wall ? wall_plane(x, c.out) : WallPlane{}, x, n);
     }
 
     /// Whether a surfel at x with unit normal n lines a wall.
-    bool on_coat(const WallContact& contact, const Vec3& n) const {
-        return std::abs(contact.distance + wall_depth()) < Real(0.5) * spacing && n.dot(contact.normal) < -Real(0.7071);
+    bool on_coat(const WallPlane& wall, const Vec3& x, const Vec3& n) const {
+        return std::abs(wall.distance(x) + wall_depth()) < Real(0.5) * spacing && n.dot(wall.normal) < -Real(0.7071);
     }
 
     /// Largest principal curvature of the level set of phi at x, convex or hollow, from the second derivatives of phi:

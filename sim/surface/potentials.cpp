@@ -23,6 +23,7 @@ struct Surroundings {
     NeighbourLists particles;                          // points of the liquid within h
     NeighbourLists surfels;                            // within h_s
     std::vector<std::array<Index, kNearest>> nearest;  // the ten nearest of its side; kNone where there are fewer
+    std::vector<WallPlane> walls;                      // beside each
     PointGrid wide, surfel_grid;
     Real travelled = std::numeric_limits<Real>::max();  // at most, by any surfel, since the lists were made [m]
 };
@@ -43,8 +44,8 @@ struct Pull {
 
 /// Guiding and attracting: the particles' forces. False where the surfel is lost.
 bool pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape,
-                       std::span<const Index> near, Real radius) {
-    const SheetSample at = shape.sheet(shape.colour(s, component, near), s, n);
+                       std::span<const Index> near, const WallPlane& wall, Real radius) {
+    const SheetSample at = shape.sheet(shape.colour(s, component, near), wall, s, n);
     if (!at.defined || at.outward.dot(n) < 0) return false;       // the side it belonged to is gone
     if (!at.coat && at.phi > kDeepest) return false;              // inside the body
     if (at.to_crease < -Real(0.7) * shape.spacing) return false;  // far beyond the edge of its sheet
@@ -91,6 +92,11 @@ void look_around(Surroundings& around, const WorkingSurfels& all, const LiquidSh
     around.particles.build(around.wide, all.position, shape.support + margin / 2);
     around.surfel_grid.build(all.position, surfel_support + margin);
     around.surfels.build(around.surfel_grid, surfel_support + margin);
+    around.walls.resize(all.size());
+    parallel_for(all.size(), [&](std::size_t i) {
+        const ColourSample c = shape.colour(all.position[i], all.component[i], around.particles[i]);
+        if (c.near_wall) around.walls[i] = shape.wall_plane(all.position[i], c.out);
+    });
     around.nearest.resize(all.size());
     parallel_for(all.size(), [&](std::size_t i) {
         around.nearest[i] = find_nearest(all, static_cast<Index>(i), around.surfels[i]);
@@ -207,7 +213,7 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             pulls[i] = Pull{};
             pull_of_surfels(pulls[i], static_cast<Index>(i), all, around, per_radius);
             if (!pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape,
-                                   around.particles[i], all.radius[i]))
+                                   around.particles[i], around.walls[i], all.radius[i]))
                 all.lost[i] = 1;
         });
         parallel_for(all.size(), [&](std::size_t i) {

@@ -122,7 +122,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     Simulation s{.problem = {.scene = scene,
                              .scene_path = {},
                              .smoothing = smoothing,
-                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing.support),
+                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing),
                              .gravity = scene.world.gravity.cast<Real>(),
                              .expected_speed = speed,
                              .emitters = {}},

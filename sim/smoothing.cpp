@@ -8,19 +8,58 @@ namespace thixo {
 
 Real packing_distance(Real spacing) { return std::pow(Real(2), Real(1.0 / 6.0)) * spacing; }
 
-Real packed_sum(const Poly6& kernel, Real spacing) {
-    const Real support = 1 / std::sqrt(kernel.h2_inv);
+namespace {
+
+/// Sum of term(|x|) over all sites of the packing but the origin, as far as `support`.
+template <class Term>
+double sum_over_sites(Real support, Real spacing, Term&& term) {
     const int reach = static_cast<int>(support / packing_distance(spacing)) + 2;
     double sum = 0;
-    for (int k = -reach; k <= reach; ++k)
+    for (int k = -2 * reach; k <= 2 * reach; ++k)
         for (int j = -2 * reach; j <= 2 * reach; ++j)
-            for (int i = -2 * reach; i <= 2 * reach; ++i) sum += kernel.value(packing_site(i, j, k, spacing).squaredNorm());
-    return static_cast<Real>(sum * cube(spacing));
+            for (int i = -2 * reach; i <= 2 * reach; ++i) {
+                if (i == 0 && j == 0 && k == 0) continue;
+                const Vec3 x = packing_site(i, j, k, spacing);
+                sum += static_cast<double>(term(x.norm(), x.z()));
+            }
+    return sum;
+}
+
+}  // namespace
+
+Real packed_sum(const Poly6& kernel, Real spacing) {
+    const Real support = 1 / std::sqrt(kernel.h2_inv);
+    const double sum = sum_over_sites(support, spacing, [&](Real r, Real) { return kernel.value(r * r); });
+    return static_cast<Real>((sum + static_cast<double>(kernel.value(0))) * cube(spacing));
+}
+
+Real packed_gradient(const Spiky& kernel, Real spacing) {
+    const double sum = sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real) { return -r * kernel.derivative(r); });
+    return static_cast<Real>(sum * cube(spacing) / 3);
+}
+
+Real packed_laplacian(const ViscosityKernel& kernel, Real spacing) {
+    const double sum = sum_over_sites(kernel.h, spacing, [&](Real r, Real) { return r * r * kernel.laplacian(r); });
+    return static_cast<Real>(sum * cube(spacing) / 6);
+}
+
+Real packed_tension(const Spiky& kernel, Real spacing) {
+    // A pair whose distance along the normal is n layers is cut by n of the planes between layers: summed over the pairs of one site this is
+    // the energy of one site's area, counted from both ends.
+    const double layer = packing_layer(spacing);
+    const double sum = sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real z) {
+        return static_cast<double>(kernel.value(r)) * std::round(std::abs(static_cast<double>(z)) / layer);
+    });
+    const double volume = cube(static_cast<double>(spacing));
+    const double per_area = 0.5 * sum * volume * volume / (volume / layer);  // work of parting, over k rho0^2
+    return static_cast<Real>(0.5 * per_area / (3.0 / 56.0 / static_cast<double>(kernel.h_inv)));
 }
 
 Smoothing::Smoothing(Real spacing_, Real support_)
     : spacing(spacing_), support(support_ * spacing_), density(support), pressure(support), viscosity(support) {
     density.scale /= packed_sum(density, spacing);
+    pressure.scale /= packed_gradient(pressure, spacing);
+    viscosity.laplacian_scale /= packed_laplacian(viscosity, spacing);
 }
 
 }  // namespace thixo

@@ -115,7 +115,8 @@ std::string print_checkpoint(const Simulation& s, const std::string& simulation_
     return std::move(w.bytes());
 }
 
-void parse_checkpoint(std::string_view bytes, const std::string& file, const std::string& simulation_hash, Simulation& s) {
+void parse_checkpoint(std::string_view bytes, const std::string& file, const std::string& simulation_hash,
+                      Simulation& s) {
     if (bytes.size() < kMagic.size() + kHashLength || bytes.substr(0, kMagic.size()) != kMagic)
         throw CacheError("{}: is not a checkpoint", file);
     const std::string_view body = bytes.substr(0, bytes.size() - kHashLength);
@@ -125,13 +126,15 @@ void parse_checkpoint(std::string_view bytes, const std::string& file, const std
     std::uint64_t emitters = 0;
     std::string hash;
     r.value("format", format);
-    if (format != kCheckpointFormat) throw CacheError("{}: has format {}, this program reads {}", file, format, kCheckpointFormat);
+    if (format != kCheckpointFormat)
+        throw CacheError("{}: has format {}, this program reads {}", file, format, kCheckpointFormat);
     r.value("precision", precision);
     if (precision != sizeof(Real)) throw CacheError("{}: was written in another precision", file);
     r.text("hash", hash);
     if (hash != simulation_hash) throw CacheError("{}: belongs to another scene", file);
     r.value("emitters", emitters);
-    if (emitters != s.emitters.size()) throw CacheError("{}: has {} emitters, the scene has {}", file, emitters, s.emitters.size());
+    if (emitters != s.emitters.size())
+        throw CacheError("{}: has {} emitters, the scene has {}", file, emitters, s.emitters.size());
     visit_state(r, s);
     if (!r.at_end()) throw CacheError("{}: is longer than its content", file);
     move_walls(s.walls, s.clock.time);
@@ -146,7 +149,8 @@ std::vector<int> list_checkpoints(const fs::path& out) {
         if (!name.starts_with(head) || !name.ends_with(tail) || name.size() <= head.size() + tail.size()) continue;
         const char *first = name.data() + head.size(), *last = name.data() + name.size() - tail.size();
         int frame = 0;
-        if (const auto [end, error] = std::from_chars(first, last, frame); error == std::errc() && end == last) frames.push_back(frame);
+        if (const auto [end, error] = std::from_chars(first, last, frame); error == std::errc() && end == last)
+            frames.push_back(frame);
     }
     std::sort(frames.begin(), frames.end(), std::greater<>());
     return frames;

@@ -6,47 +6,54 @@
 
 namespace thixo {
 
-void compute_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing, Sweep& sweep) {
+void compute_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
+                     const Smoothing& smoothing, Sweep& sweep) {
     const Poly6 kernel = smoothing.density;
     const Quad* place = sweep.place.data();
     const auto nobody = static_cast<Index>(particles.size());
     sweep.walls.resize(particles.size());
-    parallel_chunks(particles.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        WallCursor cursor(walls);
-        for (std::size_t i = begin; i < end; ++i) {
-            const Quad p = place[i];
-            Lanes sums{};  // sum_j V0_j (1 - r^2/h^2)^3
-            for_each_run(neighbours[i], nobody, [&](const Index* j) {
-                Lanes x, y, z, volume;
-                gather(place, j, x, y, z, volume);
-                x -= p.x;
-                y -= p.y;
-                z -= p.z;
-                const Lanes q = positive(1 - (x * x + y * y + z * z) * kernel.h2_inv);
-                sums += volume * q * q * q;
-            });
-            sweep.walls[i] = wall_effect(walls, particles.position[i], cursor);
-            const Real share = kernel.scale * (p.w + sum_of(sums)) + sweep.walls[i].share;
-            particles.density[i] = particles.mass[i] / particles.rest_volume[i] * share;
-        }
-    }, 256);
+    parallel_chunks(
+        particles.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallCursor cursor(walls);
+            for (std::size_t i = begin; i < end; ++i) {
+                const Quad p = place[i];
+                Lanes sums{};  // sum_j V0_j (1 - r^2/h^2)^3
+                for_each_run(neighbours[i], nobody, [&](const Index* j) {
+                    Lanes x, y, z, volume;
+                    gather(place, j, x, y, z, volume);
+                    x -= p.x;
+                    y -= p.y;
+                    z -= p.z;
+                    const Lanes q = positive(1 - (x * x + y * y + z * z) * kernel.h2_inv);
+                    sums += volume * q * q * q;
+                });
+                sweep.walls[i] = wall_effect(walls, particles.position[i], cursor);
+                const Real share = kernel.scale * (p.w + sum_of(sums)) + sweep.walls[i].share;
+                particles.density[i] = particles.mass[i] / particles.rest_volume[i] * share;
+            }
+        },
+        256);
 }
 
 void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
     sweep.matter.resize(particles.size() + 1);
     sweep.matter[particles.size()] = {0, 0, 0, 0};
     sweep.one_material = materials.size() == 1;
-    parallel_for(particles.size(), [&](std::size_t i) {
-        const MaterialParams& m = materials[static_cast<std::size_t>(particles.material[i])];
-        const Real rest = m.density;
-        const Real rho = std::max(particles.density[i], rest);
-        const Real compressed = m.gamma == 1 ? rho / rest : std::pow(rho / rest, m.gamma);
-        const Real pressure = m.stiffness * (compressed - 1) - Real(0.5) * m.cohesion * square(rho);
-        particles.pressure[i] = pressure;
-        sweep.place[i].w = pressure;
-        sweep.matter[i] = {m.viscosity, rest * m.sound_speed, 0, 0};
-        sweep.motion[i].w = particles.mass[i] / rho;
-    }, 2048);
+    parallel_for(
+        particles.size(),
+        [&](std::size_t i) {
+            const MaterialParams& m = materials[static_cast<std::size_t>(particles.material[i])];
+            const Real rest = m.density;
+            const Real rho = std::max(particles.density[i], rest);
+            const Real compressed = m.gamma == 1 ? rho / rest : std::pow(rho / rest, m.gamma);
+            const Real pressure = m.stiffness * (compressed - 1) - Real(0.5) * m.cohesion * square(rho);
+            particles.pressure[i] = pressure;
+            sweep.place[i].w = pressure;
+            sweep.matter[i] = {m.viscosity, rest * m.sound_speed, 0, 0};
+            sweep.motion[i].w = particles.mass[i] / rho;
+        },
+        2048);
 }
 
 }  // namespace thixo

@@ -12,21 +12,23 @@
 
 namespace thixo {
 
-/// Summation density with the walls' share (dissertation 2.3; number density of Solenthaler & Pajarola 2008, so that neighbours of another
-/// rest density do not blur an interface; walls as volume maps, Bender et al. 2019):
+/// Summation density with the walls' share (dissertation 2.3; number density of Solenthaler & Pajarola 2008, so that
+/// neighbours of another rest density do not blur an interface; walls as volume maps, Bender et al. 2019):
 ///   rho_i = rho0_i (sum_j V0_j w_poly6(r_ij) + integral over walls of w_poly6)
 /// In: sweep.place [m, m^3]. Out: particles.density [kg/m^3], sweep.walls. The sum over j includes i.
-void compute_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing, Sweep& sweep);
+void compute_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
+                     const Smoothing& smoothing, Sweep& sweep);
 
 /// Pressure by the equation of state with cohesion (dissertation 4.8, 4.15):
 ///   P_i = k_gas max((rho_i/rho0)^gamma - 1, 0) - k_cohesion max(rho_i, rho0)^2 / 2
-/// The half of the cohesion is the other side of the half missing in (4.6), see forces.h: the force of cohesion is unchanged, and -k rho^2/2 is
-/// the pressure of the energy density -k rho^2/2 of that force.
-/// Two more deviations, of one reason: at a free surface the summation density falls below rho0 because the sum has no neighbours beyond it, not
-/// because the liquid is stretched. Taken at its word, a stiff equation of state would answer with tensions of up to half of k_gas: particles
-/// clump (tensile instability) and the surface contracts. So the first term is never negative, and surface tension, which the original got
-/// partly from there, comes from the cohesion the scene asks for alone. For the same reason volumes are V_i = m_i / max(rho_i, rho0).
-/// Out: particles.pressure [Pa]; sweep.place.w, sweep.motion.w, sweep.matter.
+/// The half of the cohesion is the other side of the half missing in (4.6), see forces.h: the force of cohesion is
+/// unchanged, and -k rho^2/2 is the pressure of the energy density -k rho^2/2 of that force. Two more deviations, of
+/// one reason: at a free surface the summation density falls below rho0 because the sum has no neighbours beyond it,
+/// not because the liquid is stretched. Taken at its word, a stiff equation of state would answer with tensions of up
+/// to half of k_gas: particles clump (tensile instability) and the surface contracts. So the first term is never
+/// negative, and surface tension, which the original got partly from there, comes from the cohesion the scene asks for
+/// alone. For the same reason volumes are V_i = m_i / max(rho_i, rho0). Out: particles.pressure [Pa]; sweep.place.w,
+/// sweep.motion.w, sweep.matter.
 void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep);
 
 }  // namespace thixo

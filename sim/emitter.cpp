@@ -11,9 +11,9 @@
 namespace thixo {
 namespace {
 
-constexpr Real kFreeRoom = Real(0.7);   // spacings to the next particle; two sites of the packing are 1.12 apart
-constexpr Real kWallRoom = Real(0.3);   // spacings to a wall
-constexpr int kTries = 12;              // positions of the packing along each axis of its cell
+constexpr Real kFreeRoom = Real(0.7);  // spacings to the next particle; two sites of the packing are 1.12 apart
+constexpr Real kWallRoom = Real(0.3);  // spacings to a wall
+constexpr int kTries = 12;             // positions of the packing along each axis of its cell
 enum RandomUse : std::uint64_t { kJitterRadius = 0x656d6974, kJitterAngle };
 
 // Sites of packing layer k (0 or 1) within the disc, the packing shifted by (dx, dy).
@@ -75,21 +75,25 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
             for (const auto* layer : {&first, &second})
                 for (const Vec3& s : *layer) lean += s;
             const auto count = static_cast<double>(first.size() + second.size());
-            const double cost = std::abs(count - wanted) + 0.1 * static_cast<double>(lean.norm() / spacing) / std::max(1.0, count);
+            const double cost =
+                std::abs(count - wanted) + 0.1 * static_cast<double>(lean.norm() / spacing) / std::max(1.0, count);
             if (first.empty() || second.empty() || cost >= best) continue;
             best = cost;
             layout.layers[0] = std::move(first);
             layout.layers[1] = std::move(second);
         }
     if (best == 1e300)
-        throw InputError("emitter '{}' has a radius of {} m, too thin for particles {} m apart; raise its radius or lower solver.spacing",
-                         emitter.name, emitter.radius, spacing);
+        throw InputError(
+            "emitter '{}' has a radius of {} m, too thin for particles {} m apart; raise its radius or lower "
+            "solver.spacing",
+            emitter.name, emitter.radius, spacing);
     return layout;
 }
 
-void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts, const Smoothing& smoothing,
-                    const Walls& walls, const Vec3& gravity, std::uint64_t seed, double time, double last_dt,
-                    std::vector<EmitterState>& states, Particles& particles, std::int64_t& next_id) {
+void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts,
+                    const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, std::uint64_t seed,
+                    double time, double last_dt, std::vector<EmitterState>& states, Particles& particles,
+                    std::int64_t& next_id) {
     const double d = smoothing.spacing;
     for (std::size_t e = 0; e < emitters.size(); ++e) {
         const scene::Emitter& emitter = emitters[e];
@@ -105,16 +109,19 @@ void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vect
             const Vec3d centre = pose.apply(layout.centre);
             const Vec3d drift = jet + moving.linear + moving.angular.cross(centre - pose.translation);
             const Vec3d now = centre + age * drift + 0.5 * square(age) * fall;
-            FreeRoom room(particles, now.cast<Real>(), static_cast<Real>(emitter.radius + 2 * d), kFreeRoom * smoothing.spacing);
+            FreeRoom room(particles, now.cast<Real>(), static_cast<Real>(emitter.radius + 2 * d),
+                          kFreeRoom * smoothing.spacing);
             for (const Vec3& site : layer) {
                 const std::int64_t id = next_id;
-                const double radius = emitter.jitter * d * std::sqrt(random_unit(seed, static_cast<std::uint64_t>(id), 0, kJitterRadius));
+                const double radius =
+                    emitter.jitter * d * std::sqrt(random_unit(seed, static_cast<std::uint64_t>(id), 0, kJitterRadius));
                 const double angle = 2 * kPi * random_unit(seed, static_cast<std::uint64_t>(id), 0, kJitterAngle);
                 const Vec3d shaken = site.cast<double>() + radius * Vec3d(std::cos(angle), std::sin(angle), 0);
                 const Vec3d at = centre + pose.rotation * (layout.turn * shaken);
                 const Vec3d flow = jet + moving.linear + moving.angular.cross(at - pose.translation);
                 const Vec3d x = at + age * flow + 0.5 * square(age) * fall;
-                if (wall_distance(walls, x.cast<Real>()) < kWallRoom * smoothing.spacing || !room.take(x.cast<Real>())) {
+                if (wall_distance(walls, x.cast<Real>()) < kWallRoom * smoothing.spacing ||
+                    !room.take(x.cast<Real>())) {
                     ++state.blocked;
                     continue;
                 }

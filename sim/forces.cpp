@@ -10,11 +10,12 @@ namespace {
 
 Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
 
-/// Force per volume on particle i from its neighbours [N/m^3], several at a time. The kernels' constant factors are taken out of the sums:
+/// Force per volume on particle i from its neighbours [N/m^3], several at a time. The kernels' constant factors are
+/// taken out of the sums:
 ///   -45/(pi h^4) (1 - r/h)^2 /r  and  45/(pi h^5) (1 - r/h)
 template <bool one_material>
-Vec3 force_of_neighbours(std::size_t i, std::span<const Index> neighbours, Index nobody, const Sweep& sweep, const Smoothing& smoothing,
-                         Real artificial, Real softening) {
+Vec3 force_of_neighbours(std::size_t i, std::span<const Index> neighbours, Index nobody, const Sweep& sweep,
+                         const Smoothing& smoothing, Real artificial, Real softening) {
     const Real h_inv = smoothing.pressure.h_inv;
     const Real gradient = 3 * smoothing.pressure.scale * h_inv, laplacian = smoothing.viscosity.laplacian_scale;
     const Quad p = sweep.place[i], v = sweep.motion[i], m = sweep.matter[i];
@@ -52,15 +53,16 @@ Vec3 force_of_neighbours(std::size_t i, std::span<const Index> neighbours, Index
 
 }  // namespace
 
-void compute_accelerations(Particles& particles, const NeighbourLists& neighbours, const Smoothing& smoothing, const ForceParams& params,
-                           const Sweep& sweep) {
+void compute_accelerations(Particles& particles, const NeighbourLists& neighbours, const Smoothing& smoothing,
+                           const ForceParams& params, const Sweep& sweep) {
     const Real s = smoothing.support / 2;
     const Real softening = Real(0.01) * square(s);
     const Real artificial = params.artificial_viscosity * s;
     const auto nobody = static_cast<Index>(particles.size());
     parallel_for(particles.size(), [&](std::size_t i) {
-        Vec3 f = sweep.one_material ? force_of_neighbours<true>(i, neighbours[i], nobody, sweep, smoothing, artificial, softening)
-                                    : force_of_neighbours<false>(i, neighbours[i], nobody, sweep, smoothing, artificial, softening);
+        Vec3 f = sweep.one_material
+                     ? force_of_neighbours<true>(i, neighbours[i], nobody, sweep, smoothing, artificial, softening)
+                     : force_of_neighbours<false>(i, neighbours[i], nobody, sweep, smoothing, artificial, softening);
         const Quad v = sweep.motion[i];
         const WallEffect& w = sweep.walls[i];
         f -= std::max(sweep.place[i].w, Real(0)) * w.gradient;

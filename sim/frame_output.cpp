@@ -36,7 +36,9 @@ std::optional<TriangleMesh> drawn_mesh(const scene::Scene& scene, const scene::B
     }
     const Shape shape = make_shape(scene, b.shape);
     if (!shape.bounds()) {
-        log_warning("boundary '{}' has no bounds and is not drawn; intersect its shape with a box, or set visible: false", b.name);
+        log_warning(
+            "boundary '{}' has no bounds and is not drawn; intersect its shape with a box, or set visible: false",
+            b.name);
         return std::nullopt;
     }
     TriangleMesh mesh = tessellate(shape, scene.solver.spacing / 2);
@@ -114,23 +116,31 @@ struct Sums {
     double mass = 0, kinetic = 0, potential = 0, volume = 0, error = 0;
     Vec3d momentum{0, 0, 0}, angular{0, 0, 0};
     Sums operator+(const Sums& b) const {
-        return {mass + b.mass,     kinetic + b.kinetic, potential + b.potential, volume + b.volume, error + b.error,
-                momentum + b.momentum, angular + b.angular};
+        return {mass + b.mass,   kinetic + b.kinetic,   potential + b.potential, volume + b.volume,
+                error + b.error, momentum + b.momentum, angular + b.angular};
     }
 };
 
 FrameTotals totals(const Simulation& s) {
     const Particles& p = s.particles;
     const Vec3d gravity = s.problem.scene.world.gravity;
-    const Sums sum = parallel_sum<Sums>(p.size(), [&](std::size_t i) {
-        const double m = p.mass[i];
-        const Vec3d x = p.position[i].cast<double>();
-        const Quad& q = s.sweep.motion[i];
-        const Vec3d v(q.x, q.y, q.z);
-        const double rest = p.mass[i] / p.rest_volume[i];
-        return Sums{m, 0.5 * m * v.squaredNorm(), -m * gravity.dot(x), p.rest_volume[i], std::max(p.density[i] / rest - 1, 0.0), m * v,
-                    m * x.cross(v)};
-    }, Sums{});
+    const Sums sum = parallel_sum<Sums>(
+        p.size(),
+        [&](std::size_t i) {
+            const double m = p.mass[i];
+            const Vec3d x = p.position[i].cast<double>();
+            const Quad& q = s.sweep.motion[i];
+            const Vec3d v(q.x, q.y, q.z);
+            const double rest = p.mass[i] / p.rest_volume[i];
+            return Sums{m,
+                        0.5 * m * v.squaredNorm(),
+                        -m * gravity.dot(x),
+                        p.rest_volume[i],
+                        std::max(p.density[i] / rest - 1, 0.0),
+                        m * v,
+                        m * x.cross(v)};
+        },
+        Sums{});
     FrameTotals t;
     t.mass = sum.mass;
     t.kinetic_energy = sum.kinetic;
@@ -144,7 +154,8 @@ FrameTotals totals(const Simulation& s) {
     if (s.surface.size() > 0) {
         const scene::Surface& params = s.problem.scene.surface;
         const Real support = static_cast<Real>(params.support * params.radius) * s.problem.smoothing.spacing;
-        t.surface_volume = enclosed_volume(s.surface.surfels.position, s.surface.surfels.normal, support, s.surface.body);
+        t.surface_volume =
+            enclosed_volume(s.surface.surfels.position, s.surface.surfels.normal, support, s.surface.body);
     }
     return t;
 }
@@ -156,7 +167,9 @@ std::vector<DrawnBoundary> store_boundaries(const scene::Scene& scene, CacheWrit
     for (const scene::Boundary& b : scene.world.boundaries) {
         if (!b.visible) continue;
         const auto mesh = drawn_mesh(scene, b);
-        if (mesh) drawn.push_back({b.name, b.look.empty() ? b.name : b.look, cache.add_asset(write_ply(*mesh)), motion_of(b.motion)});
+        if (mesh)
+            drawn.push_back(
+                {b.name, b.look.empty() ? b.name : b.look, cache.add_asset(write_ply(*mesh)), motion_of(b.motion)});
     }
     return drawn;
 }

@@ -5,8 +5,9 @@
 
 namespace thixo {
 
-/// Throws DivergedError where a particle's position, velocity, density or acceleration is not finite, or its speed exceeds ten times the speed of
-/// sound. The message names particle, frame, sub-step and term, the likely cause, and the command that runs the frame again.
+/// Throws DivergedError where a particle's position, velocity, density or acceleration is not finite, or its speed
+/// exceeds ten times the speed of sound. The message names particle, frame, sub-step and term, the likely cause, and
+/// the command that runs the frame again.
 void check_health(const Simulation& s, const StepLimits& limits);
 
 }  // namespace thixo

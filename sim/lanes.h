@@ -1,4 +1,5 @@
-// Eight neighbours at a time (four in double): gathering packed particles into lanes, and sums over lanes in a fixed order.
+// Eight neighbours at a time (four in double): gathering packed particles into lanes, and sums over lanes in a fixed
+// order.
 #pragma once
 
 #include <immintrin.h>
@@ -47,7 +48,8 @@ inline Lanes root(Lanes a) { return _mm256_sqrt_ps(a); }
 /// Lane l gets quads[j[l]]: eight loads of 16 bytes and a transposition.
 inline void gather(const Quad* quads, const Index* j, Lanes& x, Lanes& y, Lanes& z, Lanes& w) {
     const auto pair = [&](int l) {
-        return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(&quads[j[l]].x)), _mm_load_ps(&quads[j[l + 4]].x), 1);
+        return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(&quads[j[l]].x)),
+                                    _mm_load_ps(&quads[j[l + 4]].x), 1);
     };
     const __m256 a = pair(0), b = pair(1), c = pair(2), d = pair(3);
     const __m256 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d);  // x x y y
@@ -60,7 +62,8 @@ inline void gather(const Quad* quads, const Index* j, Lanes& x, Lanes& y, Lanes&
 
 #endif
 
-/// Calls f(indices) for runs of kLanes neighbours; the last run is filled up with `filler`, of which f must make nothing.
+/// Calls f(indices) for runs of kLanes neighbours; the last run is filled up with `filler`, of which f must make
+/// nothing.
 template <class List, class F>
 void for_each_run(const List& list, Index filler, F&& f) {
     const std::size_t n = list.size(), whole = n / kLanes * kLanes;

@@ -23,7 +23,8 @@ void reorder(Particles& p, const std::vector<Index>& order, ReorderScratch& scra
     for_each_array(p, [&]<class T>(const char*, std::vector<T>& array) {
         auto& sorted = std::get<std::vector<T>>(scratch);
         sorted.resize(order.size(), zero<T>());
-        parallel_for(order.size(), [&](std::size_t k) { sorted[k] = array[order[k]]; }, 4096);
+        parallel_for(
+            order.size(), [&](std::size_t k) { sorted[k] = array[order[k]]; }, 4096);
         array.swap(sorted);
     });
 }

@@ -1,5 +1,5 @@
-// All particles of a simulation as a structure of arrays; element k of every array is particle k. In-memory order is a function of
-// (cell key, id) only.
+// All particles of a simulation as a structure of arrays; element k of every array is particle k. In-memory order is a
+// function of (cell key, id) only.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,25 @@ namespace thixo {
 enum class Kind : std::uint8_t { liquid };
 
 struct Particles {
-    std::vector<std::int64_t> id;       // unique for ever, given in order of creation
-    std::vector<Vec3> position;         // x [m]
-    std::vector<Vec3> velocity;         // v [m/s] at t - dt/2 between steps (leapfrog)
-    std::vector<Vec3> acceleration;     // f/m [m/s^2] of the last step
-    std::vector<Real> mass;             // m [kg]
-    std::vector<Real> rest_volume;      // V0 = m/rho0 [m^3]
-    std::vector<Real> density;          // rho [kg/m^3], summation density with the walls' share
-    std::vector<Real> pressure;         // P [Pa]
-    std::vector<Real> temperature;      // T [degC]
-    std::vector<Vec3> surface_position; // x at the last surface update [m]; written by sim/surface
-    std::vector<std::int32_t> material; // index into Scene::materials
-    std::vector<std::int32_t> body;     // id of the body (emitters and scene bodies give the first ones)
+    std::vector<std::int64_t> id;        // unique for ever, given in order of creation
+    std::vector<Vec3> position;          // x [m]
+    std::vector<Vec3> velocity;          // v [m/s] at t - dt/2 between steps (leapfrog)
+    std::vector<Vec3> acceleration;      // f/m [m/s^2] of the last step
+    std::vector<Real> mass;              // m [kg]
+    std::vector<Real> rest_volume;       // V0 = m/rho0 [m^3]
+    std::vector<Real> density;           // rho [kg/m^3], summation density with the walls' share
+    std::vector<Real> pressure;          // P [Pa]
+    std::vector<Real> temperature;       // T [degC]
+    std::vector<Vec3> surface_position;  // x at the last surface update [m]; written by sim/surface
+    std::vector<std::int32_t> material;  // index into Scene::materials
+    std::vector<std::int32_t> body;      // id of the body (emitters and scene bodies give the first ones)
     std::vector<Kind> kind;
 
     std::size_t size() const { return id.size(); }
 };
 
-/// f(name, array) for every array, so that resize, reorder and checkpoint cannot forget one. P is Particles or const Particles.
+/// f(name, array) for every array, so that resize, reorder and checkpoint cannot forget one. P is Particles or const
+/// Particles.
 template <class P, class F>
 void for_each_array(P& p, F&& f) {
     f("id", p.id);
@@ -52,7 +53,8 @@ void for_each_array(P& p, F&& f) {
 void resize(Particles& p, std::size_t count);
 
 /// Room for one array of each type, kept so that reordering allocates nothing.
-using ReorderScratch = std::tuple<std::vector<Vec3>, std::vector<Real>, std::vector<std::int64_t>, std::vector<std::int32_t>, std::vector<Kind>>;
+using ReorderScratch = std::tuple<std::vector<Vec3>, std::vector<Real>, std::vector<std::int64_t>,
+                                  std::vector<std::int32_t>, std::vector<Kind>>;
 
 /// New element k is old element order[k]; order is a permutation.
 void reorder(Particles& p, const std::vector<Index>& order, ReorderScratch& scratch);

@@ -35,16 +35,19 @@ int last_frame(const scene::Scene& scene, const SimArgs& args) {
     if (args.frames.empty()) return scene.frames.last;
     const int last = parse_frame_range(args.frames).back();
     if (last < scene.frames.first || last > scene.frames.last)
-        throw InputError("--frames {} ends outside the scene's frames {} to {}", args.frames, scene.frames.first, scene.frames.last);
+        throw InputError("--frames {} ends outside the scene's frames {} to {}", args.frames, scene.frames.first,
+                         scene.frames.last);
     return last;
 }
 
 void refuse_other_simulation(const Manifest& there, const scene::Scene& scene, const fs::path& out) {
     std::string keys;
-    const scene::Scene old = scene::parse_scene(there.scene_text, (out / "cache" / "manifest.json").string(), {}, scene::Files::ignore);
+    const scene::Scene old =
+        scene::parse_scene(there.scene_text, (out / "cache" / "manifest.json").string(), {}, scene::Files::ignore);
     for (const std::string& key : scene::differing_keys(old, scene)) keys += (keys.empty() ? "" : ", ") + key;
-    throw InputError("{}: holds another simulation, which differs in {}; give --out for another folder, or --restart to discard it",
-                     (out / "cache").string(), keys.empty() ? "what this program computes" : keys);
+    throw InputError(
+        "{}: holds another simulation, which differs in {}; give --out for another folder, or --restart to discard it",
+        (out / "cache").string(), keys.empty() ? "what this program computes" : keys);
 }
 
 /// Frames first, first + 1, ... that are there without a gap: the last of them, or first - 1.
@@ -55,23 +58,27 @@ int last_cached(const Manifest& manifest, int first) {
 }
 
 int estimate(const scene::Scene& scene, int last) {
-    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory (150); a surfel in five
-    // particles of the surface. On disk a particle takes about 60 bytes a frame, a surfel 100.
+    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
+    // (150); a surfel in five particles of the surface. On disk a particle takes about 60 bytes a frame, a surfel 100.
     constexpr double kMemory = 730, kDisk = 80;
     const std::size_t particles = estimate_particles(scene);
     const double frames = last - scene.frames.first + 1;
     const double disk_per_frame = kDisk * static_cast<double>(particles);
-    const nlohmann::ordered_json answer = {{"particles", particles},
-                                           {"memory", static_cast<std::int64_t>(6e7 + kMemory * static_cast<double>(particles))},
-                                           {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
-                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
+    const nlohmann::ordered_json answer = {
+        {"particles", particles},
+        {"memory", static_cast<std::int64_t>(6e7 + kMemory * static_cast<double>(particles))},
+        {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
+        {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
     fmt::print("{}\n", answer.dump());
     return kDone;
 }
 
-std::string note(const Simulation& s) { return fmt::format("{} particles, {} steps", s.particles.size(), s.stats.steps); }
+std::string note(const Simulation& s) {
+    return fmt::format("{} particles, {} steps", s.particles.size(), s.stats.steps);
+}
 
-void write_frame(Simulation& s, CacheWriter& cache, const std::vector<DrawnBoundary>& boundaries, const fs::path& out, double started) {
+void write_frame(Simulation& s, CacheWriter& cache, const std::vector<DrawnBoundary>& boundaries, const fs::path& out,
+                 double started) {
     const Frame frame = make_frame(s, boundaries);
     cache.write_frame(frame);
     append_stats(out, s, frame.totals, wall_seconds() - started);
@@ -112,7 +119,8 @@ int run_simulation(const SimArgs& args) {
     Progress progress("sim", last - first + 1, args.machine_progress);
     if (CacheReader::exists(out) && !args.restart) {
         const CacheReader there(out);
-        if (there.manifest().simulation_hash != identity.simulation_hash) refuse_other_simulation(there.manifest(), scene, out);
+        if (there.manifest().simulation_hash != identity.simulation_hash)
+            refuse_other_simulation(there.manifest(), scene, out);
         if (last_cached(there.manifest(), first) >= last && (last < scene.frames.last || there.complete())) {
             progress.update(last - first + 1, "already there");
             progress.finish();
@@ -125,7 +133,8 @@ int run_simulation(const SimArgs& args) {
     Simulation& s = begin.simulation;
     CacheWriter& cache = begin.cache;
     const std::vector<DrawnBoundary> boundaries = store_boundaries(scene, cache);
-    progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0, begin.from_checkpoint ? "continued" : "from the start");
+    progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0,
+                    begin.from_checkpoint ? "continued" : "from the start");
     if (!begin.from_checkpoint) {
         refresh_surface(s);
         evaluate(s);
@@ -145,7 +154,8 @@ int run_simulation(const SimArgs& args) {
         }
         write_frame(s, cache, boundaries, out, started);
         state = print_checkpoint(s, identity.simulation_hash);
-        if ((s.clock.frame - first) % scene.solver.checkpoint_every == 0 || s.clock.frame == last) write_checkpoint(out, s.clock.frame, state);
+        if ((s.clock.frame - first) % scene.solver.checkpoint_every == 0 || s.clock.frame == last)
+            write_checkpoint(out, s.clock.frame, state);
         progress.update(s.clock.frame - first + 1, note(s));
     }
     if (last == scene.frames.last) cache.finish();

@@ -5,10 +5,11 @@
 
 namespace thixo {
 
-/// Runs what the arguments ask for and returns the exit code. Frames first..last are cached (--frames limits the last), each frame's files before
-/// the manifest, the manifest before a checkpoint. A cache of the same simulation is continued, with the bytes of an uninterrupted run; one of
-/// another is an InputError that names the keys that differ. On SIGINT or SIGTERM the state of the last frame is saved and InterruptedError
-/// thrown. Throws the types of pipeline/base/error.h.
+/// Runs what the arguments ask for and returns the exit code. Frames first..last are cached (--frames limits the last),
+/// each frame's files before the manifest, the manifest before a checkpoint. A cache of the same simulation is
+/// continued, with the bytes of an uninterrupted run; one of another is an InputError that names the keys that differ.
+/// On SIGINT or SIGTERM the state of the last frame is saved and InterruptedError thrown. Throws the types of
+/// pipeline/base/error.h.
 int run_simulation(const SimArgs& args);
 
 }  // namespace thixo

@@ -14,9 +14,9 @@ Vec3 packing_site(int i, int j, int k, Real spacing);
 /// Distance between two layers of the packing [m].
 Real packing_layer(Real spacing);
 
-/// The sites of a packing that lie inside `shape` (distance < 0) and where `allowed` holds, in ascending order of (k, j, i). The packing is
-/// centred in the shape's box, so that in a box the outermost layers stand half a layer inside the faces.
-/// Throws InputError where the shape is unbounded, or has room for more than 2^31 sites.
+/// The sites of a packing that lie inside `shape` (distance < 0) and where `allowed` holds, in ascending order of (k,
+/// j, i). The packing is centred in the shape's box, so that in a box the outermost layers stand half a layer inside
+/// the faces. Throws InputError where the shape is unbounded, or has room for more than 2^31 sites.
 std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed);
 
 }  // namespace thixo

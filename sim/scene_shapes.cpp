@@ -15,7 +15,9 @@ class ShapeBuilder {
     explicit ShapeBuilder(const scene::Scene& scene) : scene_(scene) {}
 
     Shape build(const scene::Shape& s, int depth) const {
-        if (depth > kDeepest) throw InputError("{}: shapes are nested more than {} deep, or a named shape contains itself", s.where, kDeepest);
+        if (depth > kDeepest)
+            throw InputError("{}: shapes are nested more than {} deep, or a named shape contains itself", s.where,
+                             kDeepest);
         Shape shape = std::visit([&](const auto& kind) { return make(kind, s, depth); }, s.kind);
         const bool moved = s.scale != 1 || !s.rotate.isZero() || !s.translate.isZero();
         if (moved) shape = transformed(shape, s.scale, rotation_from_degrees(s.rotate), s.translate);
@@ -25,12 +27,18 @@ class ShapeBuilder {
     }
 
   private:
-    static Shape make(const std::monostate&, const scene::Shape& s, int) { throw InputError("{}: a shape of no kind", s.where); }
+    static Shape make(const std::monostate&, const scene::Shape& s, int) {
+        throw InputError("{}: a shape of no kind", s.where);
+    }
     static Shape make(const scene::Sphere& k, const scene::Shape&, int) { return sphere(k.radius); }
     static Shape make(const scene::Ellipsoid& k, const scene::Shape&, int) { return ellipsoid(k.radii); }
     static Shape make(const scene::BoxShape& k, const scene::Shape&, int) { return box(k.size, k.rounding); }
-    static Shape make(const scene::Cylinder& k, const scene::Shape&, int) { return cylinder(k.radius, k.height, k.rounding); }
-    static Shape make(const scene::RoundedCone& k, const scene::Shape&, int) { return rounded_cone(k.radius1, k.radius2, k.height); }
+    static Shape make(const scene::Cylinder& k, const scene::Shape&, int) {
+        return cylinder(k.radius, k.height, k.rounding);
+    }
+    static Shape make(const scene::RoundedCone& k, const scene::Shape&, int) {
+        return rounded_cone(k.radius1, k.radius2, k.height);
+    }
     static Shape make(const scene::Capsule& k, const scene::Shape&, int) { return capsule(k.from, k.to, k.radius); }
     static Shape make(const scene::Torus& k, const scene::Shape&, int) { return torus(k.radius, k.tube); }
     static Shape make(const scene::Plane& k, const scene::Shape&, int) { return plane(k.normal, k.offset); }
@@ -40,13 +48,20 @@ class ShapeBuilder {
         const MeshReport report = inspect_mesh(mesh);
         if (report.triangles == 0) throw InputError("{}: mesh {} has no triangles", s.where, k.file);
         const double extent = static_cast<double>(report.bounds.upper.z() - report.bounds.lower.z());
-        if (k.scale <= 0 && !(extent > 0)) throw InputError("{}: mesh {} is flat along z; give scale instead of height", s.where, k.file);
+        if (k.scale <= 0 && !(extent > 0))
+            throw InputError("{}: mesh {} is flat along z; give scale instead of height", s.where, k.file);
         transform_mesh(mesh, k.scale > 0 ? k.scale : k.height / extent, Quatd::Identity(), Vec3d::Zero());
         return mesh_shape(std::move(mesh));
     }
-    Shape make(const scene::Union& k, const scene::Shape&, int depth) const { return union_of(children(k, depth), k.smooth); }
-    Shape make(const scene::Intersection& k, const scene::Shape&, int depth) const { return intersection_of(children(k, depth), k.smooth); }
-    Shape make(const scene::Difference& k, const scene::Shape&, int depth) const { return difference_of(children(k, depth), k.smooth); }
+    Shape make(const scene::Union& k, const scene::Shape&, int depth) const {
+        return union_of(children(k, depth), k.smooth);
+    }
+    Shape make(const scene::Intersection& k, const scene::Shape&, int depth) const {
+        return intersection_of(children(k, depth), k.smooth);
+    }
+    Shape make(const scene::Difference& k, const scene::Shape&, int depth) const {
+        return difference_of(children(k, depth), k.smooth);
+    }
     Shape make(const scene::NamedShape& k, const scene::Shape& s, int depth) const {
         for (const auto& [name, shape] : scene_.shapes)
             if (name == k.name) return build(shape, depth + 1);

@@ -7,8 +7,9 @@
 
 namespace thixo {
 
-/// Builds the distance function of a scene's shape: its kind, then scale, rotate, translate, offset and shell. Names are looked up in
-/// scene.shapes. Throws InputError, led by the shape's file:line:column, where a size or a mesh is bad or a name leads back to itself.
+/// Builds the distance function of a scene's shape: its kind, then scale, rotate, translate, offset and shell. Names
+/// are looked up in scene.shapes. Throws InputError, led by the shape's file:line:column, where a size or a mesh is bad
+/// or a name leads back to itself.
 Shape make_shape(const scene::Scene& scene, const scene::Shape& shape);
 
 /// The solid of a boundary in its own frame: its shape, or what lies outside of it where the boundary is a room.

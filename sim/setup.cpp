@@ -11,9 +11,9 @@
 namespace thixo {
 namespace {
 
-constexpr Real kWallRoom = Real(0.1);   // spacings between a wall and the first particles
-constexpr Real kBodyRoom = Real(0.7);   // spacings between the particles of two bodies
-constexpr double kSlowest = 0.1;        // m/s
+constexpr Real kWallRoom = Real(0.1);  // spacings between a wall and the first particles
+constexpr Real kBodyRoom = Real(0.7);  // spacings between the particles of two bodies
+constexpr double kSlowest = 0.1;       // m/s
 
 template <class T>
 int index_of(const std::vector<T>& list, const std::string& name, const char* what) {
@@ -33,7 +33,8 @@ double fastest_of(const scene::Scene& scene) {
     // A wall's speed between two keys, twice the mean: smooth motions are at most that much faster in the middle.
     for (const scene::Boundary& b : scene.world.boundaries)
         for (std::size_t k = 1; k < b.motion.size(); ++k)
-            fastest = std::max(fastest, 2 * (b.motion[k].position - b.motion[k - 1].position).norm() / (b.motion[k].time - b.motion[k - 1].time));
+            fastest = std::max(fastest, 2 * (b.motion[k].position - b.motion[k - 1].position).norm() /
+                                            (b.motion[k].time - b.motion[k - 1].time));
     return fastest;
 }
 
@@ -58,7 +59,8 @@ double drop_height(const scene::Scene& scene) {
     for (const scene::Body& b : scene.bodies) extent(make_shape(scene, b.shape), body_bottom, top);
     for (const scene::Emitter& e : scene.emitters) top = std::max(top, up.dot(e.position));
     for (const scene::Boundary& b : scene.world.boundaries) {
-        if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind); p && !b.inside && up.dot(p->normal.normalized()) > 0.5)
+        if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind);
+            p && !b.inside && up.dot(p->normal.normalized()) > 0.5)
             bottom = std::min(bottom, p->offset + up.dot(b.shape.translate));
         else
             extent(make_shape(scene, b.shape), bottom, own);
@@ -82,8 +84,9 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
     };
     const std::vector<Vec3> sites = pack_shape(make_shape(scene, body.shape), d, free);
     if (sites.empty())
-        throw InputError("{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
-                         body.shape.where, body.name, d);
+        throw InputError(
+            "{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
+            body.shape.where, body.name, d);
     Vec3d centre(0, 0, 0);
     for (const Vec3& x : sites) centre += x.cast<double>() / static_cast<double>(sites.size());
     const std::size_t first = s.particles.size();
@@ -112,7 +115,8 @@ double expected_speed(const scene::Scene& scene) {
     const double fall2 = 2 * scene.world.gravity.norm() * drop_height(scene);
     double speed2 = square(fastest_of(scene)) + fall2;
     const double support = scene.solver.support * scene.solver.spacing;
-    for (const scene::Material& m : scene.materials) speed2 = std::max(speed2, 56.0 / 3.0 * m.surface_tension / (m.density * support));
+    for (const scene::Material& m : scene.materials)
+        speed2 = std::max(speed2, 56.0 / 3.0 * m.surface_tension / (m.density * support));
     return std::max(kSlowest, std::sqrt(speed2));
 }
 
@@ -131,7 +135,8 @@ Simulation make_simulation(const scene::Scene& scene) {
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
-        EmitterLayout layout = lay_out_emitter(scene.emitters[e], s.problem.materials[static_cast<std::size_t>(material)], smoothing.spacing);
+        EmitterLayout layout = lay_out_emitter(
+            scene.emitters[e], s.problem.materials[static_cast<std::size_t>(material)], smoothing.spacing);
         layout.material = material;
         layout.body = static_cast<int>(scene.bodies.size() + e);
         s.problem.emitters.push_back(std::move(layout));

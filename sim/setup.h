@@ -5,17 +5,20 @@
 
 namespace thixo {
 
-/// Builds walls, materials, emitters and the particles of all bodies. A body's particles are packed in its shape, away from walls (0.3 spacings)
-/// and from earlier bodies (0.7 spacings). Ids count up in order of bodies and sites. Throws InputError.
+/// Builds walls, materials, emitters and the particles of all bodies. A body's particles are packed in its shape, away
+/// from walls (0.3 spacings) and from earlier bodies (0.7 spacings). Ids count up in order of bodies and sites. Throws
+/// InputError.
 Simulation make_simulation(const scene::Scene& scene);
 
-/// The speed the flow is expected to reach [m/s], for the automatic stiffness: solver.expected_speed, or else the largest of
+/// The speed the flow is expected to reach [m/s], for the automatic stiffness: solver.expected_speed, or else the
+/// largest of
 ///   sqrt(v^2 + 2 g H)     v the fastest body, emitter or moving wall, H from the highest matter to the lowest wall
 ///   sqrt(56/3 gamma/(rho0 h))      so that the pressure of cohesion compresses by at most 1 %
 ///   0.1 m/s
 double expected_speed(const scene::Scene& scene);
 
-/// Particles the scene will have at its end, for `--estimate`: those of bodies, counted, and what the emitters release by the last frame.
+/// Particles the scene will have at its end, for `--estimate`: those of bodies, counted, and what the emitters release
+/// by the last frame.
 std::size_t estimate_particles(const scene::Scene& scene);
 
 }  // namespace thixo

@@ -34,7 +34,8 @@ Real packed_sum(const Poly6& kernel, Real spacing) {
 }
 
 Real packed_gradient(const Spiky& kernel, Real spacing) {
-    const double sum = sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real) { return -r * kernel.derivative(r); });
+    const double sum =
+        sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real) { return -r * kernel.derivative(r); });
     return static_cast<Real>(sum * cube(spacing) / 3);
 }
 
@@ -44,8 +45,8 @@ Real packed_laplacian(const ViscosityKernel& kernel, Real spacing) {
 }
 
 Real packed_tension(const Spiky& kernel, Real spacing) {
-    // A pair whose distance along the normal is n layers is cut by n of the planes between layers: summed over the pairs of one site this is
-    // the energy of one site's area, counted from both ends.
+    // A pair whose distance along the normal is n layers is cut by n of the planes between layers: summed over the
+    // pairs of one site this is the energy of one site's area, counted from both ends.
     const double layer = packing_layer(spacing);
     const double sum = sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real z) {
         return static_cast<double>(kernel.value(r)) * std::round(std::abs(static_cast<double>(z)) / layer);

@@ -8,7 +8,8 @@ namespace thixo {
 /// Distance of nearest neighbours in a hexagonal close packing with one particle per spacing^3: 2^(1/6) spacing [m].
 Real packing_distance(Real spacing);
 
-/// What SPH sums over that packing give of a constant, a linear and a quadratic field [1]; all tend to 1 for a wide kernel:
+/// What SPH sums over that packing give of a constant, a linear and a quadratic field [1]; all tend to 1 for a wide
+/// kernel:
 ///   packed_sum        sum_j spacing^3 w(|x_j|), the site at the origin included
 ///   packed_gradient   - sum_j spacing^3 |x_j| dw/dr / 3
 ///   packed_laplacian  sum_j spacing^3 |x_j|^2 lap w / 6
@@ -16,16 +17,18 @@ Real packed_sum(const Poly6& kernel, Real spacing);
 Real packed_gradient(const Spiky& kernel, Real spacing);
 Real packed_laplacian(const ViscosityKernel& kernel, Real spacing);
 
-/// Surface tension that the pair energy -k rho0^2 V_i V_j w_spiky gives a packing cut at a layer, over 3/56 k rho0^2 h, what it gives a continuum [1].
+/// Surface tension that the pair energy -k rho0^2 V_i V_j w_spiky gives a packing cut at a layer, over 3/56 k rho0^2 h,
+/// what it gives a continuum [1].
 Real packed_tension(const Spiky& kernel, Real spacing);
 
-/// Kernels of support h = support * spacing, each scaled so that its sum over the packing is exact. Particles of mass rho0 spacing^3 then have
-/// both the right mass per volume and, packed, a mean summation density of rho0; a linear pressure has its gradient and water its
-/// hydrostatic pressure; viscosity is what the scene says. (At h = 2 spacings the bare kernels give 1.013, 0.911 and 0.912.)
+/// Kernels of support h = support * spacing, each scaled so that its sum over the packing is exact. Particles of mass
+/// rho0 spacing^3 then have both the right mass per volume and, packed, a mean summation density of rho0; a linear
+/// pressure has its gradient and water its hydrostatic pressure; viscosity is what the scene says. (At h = 2 spacings
+/// the bare kernels give 1.013, 0.911 and 0.912.)
 struct Smoothing {
     Smoothing(Real spacing, Real support);
-    Real spacing;            // particle spacing at rest [m]
-    Real support;            // h [m]
+    Real spacing;  // particle spacing at rest [m]
+    Real support;  // h [m]
     Poly6 density;
     Spiky pressure;
     ViscosityKernel viscosity;

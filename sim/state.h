@@ -22,7 +22,7 @@ namespace thixo {
 /// What does not change during a run.
 struct Problem {
     scene::Scene scene;
-    std::string scene_path;               // as the user wrote it, for messages; may be empty
+    std::string scene_path;  // as the user wrote it, for messages; may be empty
     Smoothing smoothing;
     std::vector<MaterialParams> materials;
     Vec3 gravity{0, 0, 0};                // [m/s^2]
@@ -30,25 +30,27 @@ struct Problem {
     std::vector<EmitterLayout> emitters;  // one per scene emitter
 };
 
-/// Where a run stands. Together with the particles, the emitters' and the surface's state this is what a checkpoint holds.
+/// Where a run stands. Together with the particles, the emitters' and the surface's state this is what a checkpoint
+/// holds.
 struct Clock {
-    int frame = 0;             // the last frame reached
-    std::int64_t step = 0;     // steps made since the start
-    double time = 0;           // t [s]
-    double last_dt = 0;        // the step that led to t; 0: none yet [s]
-    double next_frame = 0;     // time of frame + 1 [s]
+    int frame = 0;          // the last frame reached
+    std::int64_t step = 0;  // steps made since the start
+    double time = 0;        // t [s]
+    double last_dt = 0;     // the step that led to t; 0: none yet [s]
+    double next_frame = 0;  // time of frame + 1 [s]
 };
 
 /// Sums since they were last taken, for stats.jsonl; never part of the state.
 struct StepStats {
     int steps = 0;
-    double smallest_dt = 1e30, largest_dt = 0;       // [s]
-    const char* limit = "";                          // what set the smallest step
-    double fastest = 0;                              // largest particle speed [m/s]
-    double neighbours_seconds = 0, density_seconds = 0, forces_seconds = 0, integration_seconds = 0, surface_seconds = 0;
+    double smallest_dt = 1e30, largest_dt = 0;  // [s]
+    const char* limit = "";                     // what set the smallest step
+    double fastest = 0;                         // largest particle speed [m/s]
+    double neighbours_seconds = 0, density_seconds = 0, forces_seconds = 0, integration_seconds = 0,
+           surface_seconds = 0;
     std::int64_t pairs = 0, particle_steps = 0;
     int surface_updates = 0;
-    SurfaceReport surface;                           // counts summed, the rest of the last update
+    SurfaceReport surface;  // counts summed, the rest of the last update
 };
 
 struct Simulation {

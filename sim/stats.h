@@ -8,8 +8,8 @@
 
 namespace thixo {
 
-/// Appends one JSON object to out/stats.jsonl: frame, counts, steps, dt, the limit that set it, seconds by part, density error, surface report.
-/// A line that cannot be written is a warning: the run does not depend on it.
+/// Appends one JSON object to out/stats.jsonl: frame, counts, steps, dt, the limit that set it, seconds by part,
+/// density error, surface report. A line that cannot be written is a warning: the run does not depend on it.
 void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds);
 
 }  // namespace thixo

@@ -13,12 +13,13 @@
 namespace thixo {
 namespace {
 
-// Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches what no pressure holds: single
-// drops, and what an impact presses on.
+// Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches
+// what no pressure holds: single drops, and what an impact presses on.
 constexpr Real kLeastWallDistance = Real(0.45);
 
 void sort_particles(Simulation& s) {
-    const std::vector<Index> order = PointGrid::sort_order(s.particles.position, s.particles.id, s.problem.smoothing.support);
+    const std::vector<Index> order =
+        PointGrid::sort_order(s.particles.position, s.particles.id, s.problem.smoothing.support);
     reorder(s.particles, order, s.reorder_scratch);
 }
 
@@ -49,9 +50,11 @@ void emit(Simulation& s) {
 
 double choose_step(Simulation& s, double wall_speed) {
     const scene::TimeStep& params = s.problem.scene.solver.time_step;
-    const StepLimits limits = step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
+    const StepLimits limits =
+        step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
     check_health(s, limits);
-    const double dt = divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
+    const double dt =
+        divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
     s.stats.fastest = std::max(s.stats.fastest, limits.fastest);
     if (dt < s.stats.smallest_dt) s.stats.limit = params.fixed > 0 ? "fixed" : limits.cause();
     s.stats.smallest_dt = std::min(s.stats.smallest_dt, dt);
@@ -76,13 +79,14 @@ void move_on(Simulation& s, double dt, double wall_speed) {
 template <class Term>
 double largest(const Simulation& s, Term&& term) {
     return std::sqrt(parallel_reduce(
-        s.particles.size(), 0.0, [&](std::size_t i) { return static_cast<double>(term(i)); }, [](double a, double b) { return std::max(a, b); }));
+        s.particles.size(), 0.0, [&](std::size_t i) { return static_cast<double>(term(i)); },
+        [](double a, double b) { return std::max(a, b); }));
 }
 
-/// Surfels are carried by the displacement of the particles about them, which is exact where that is affine: a jet in free flight needs no
-/// update. So what counts as having moved (a quarter of the surfel support, dissertation 6.6) is the displacement against the neighbours' mean,
-/// and of one particle in twenty: in a splash some drop always has, and its few surfels are made anew at the next update in any case. What
-/// moves all together may go two supports.
+/// Surfels are carried by the displacement of the particles about them, which is exact where that is affine: a jet in
+/// free flight needs no update. So what counts as having moved (a quarter of the surfel support, dissertation 6.6) is
+/// the displacement against the neighbours' mean, and of one particle in twenty: in a splash some drop always has, and
+/// its few surfels are made anew at the next update in any case. What moves all together may go two supports.
 bool surface_due(const Simulation& s) {
     constexpr double kShare = 0.05;
     const scene::Surface& params = s.problem.scene.surface;
@@ -124,14 +128,14 @@ void evaluate(Simulation& s) {
 }
 
 void step(Simulation& s) {
-    emit(s);                              // emitter    4.2
-    find_neighbours(s);                   // geometry   7.1
-    find_density(s);                      // density    2.3, 4.3.1
-    find_forces(s);                       // forces     4.3, 4.4.2
+    emit(s);             // emitter    4.2
+    find_neighbours(s);  // geometry   7.1
+    find_density(s);     // density    2.3, 4.3.1
+    find_forces(s);      // forces     4.3, 4.4.2
     const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
     const double dt = choose_step(s, wall_speed);  // time_step, health
-    move_on(s, dt, wall_speed);           // leapfrog   7.2, walls
-    update_surface_when_due(s);           // surface    6.6
+    move_on(s, dt, wall_speed);                    // leapfrog   7.2, walls
+    update_surface_when_due(s);                    // surface    6.6
     count_step(s);
 }
 

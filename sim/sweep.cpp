@@ -11,12 +11,15 @@ void pack_motion(const Particles& particles, double last_dt, Sweep& sweep) {
     sweep.motion.resize(n + 1);
     sweep.place[n] = {Real(1e9), Real(1e9), Real(1e9), 0};
     sweep.motion[n] = {0, 0, 0, 0};
-    parallel_for(n, [&](std::size_t i) {
-        const Vec3& x = particles.position[i];
-        const Vec3 v = particles.velocity[i] + half * particles.acceleration[i];
-        sweep.place[i] = {x.x(), x.y(), x.z(), particles.rest_volume[i]};
-        sweep.motion[i] = {v.x(), v.y(), v.z(), 0};
-    }, 2048);
+    parallel_for(
+        n,
+        [&](std::size_t i) {
+            const Vec3& x = particles.position[i];
+            const Vec3 v = particles.velocity[i] + half * particles.acceleration[i];
+            sweep.place[i] = {x.x(), x.y(), x.z(), particles.rest_volume[i]};
+            sweep.motion[i] = {v.x(), v.y(), v.z(), 0};
+        },
+        2048);
 }
 
 }  // namespace thixo

@@ -19,7 +19,11 @@ struct Extremes {
 };
 
 std::array<std::pair<double, const char*>, 5> named(const StepLimits& l) {
-    return {{{l.signal, "signal"}, {l.motion, "motion"}, {l.viscosity, "viscosity"}, {l.force, "force"}, {l.maximum, "maximum"}}};
+    return {{{l.signal, "signal"},
+             {l.motion, "motion"},
+             {l.viscosity, "viscosity"},
+             {l.force, "force"},
+             {l.maximum, "maximum"}}};
 }
 
 }  // namespace
@@ -32,8 +36,8 @@ const char* StepLimits::cause() const {
     return "none";
 }
 
-StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std::vector<MaterialParams>& materials, const Smoothing& smoothing,
-                       const scene::TimeStep& params, double wall_speed) {
+StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std::vector<MaterialParams>& materials,
+                       const Smoothing& smoothing, const scene::TimeStep& params, double wall_speed) {
     const Extremes e = parallel_reduce(
         particles.size(), Extremes{},
         [&](std::size_t i) {

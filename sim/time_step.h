@@ -23,11 +23,12 @@ struct StepLimits {
     const char* cause() const;
 };
 
-/// Limits for the state at time t (Monaghan 1992 for signal and force). The rate at which (4.7) levels a particle's velocity is
-/// mu/rho sum_j V_j lap w_visc = 15 mu/(rho h^2); the worst mode of the neighbourhood decays at most twice as fast, and an explicit step is
-/// stable to 2 over that rate, h^2 rho/(15 mu): 3/8 of it is taken, for v(t) is predicted and not exact.
-StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std::vector<MaterialParams>& materials, const Smoothing& smoothing,
-                       const scene::TimeStep& params, double wall_speed);
+/// Limits for the state at time t (Monaghan 1992 for signal and force). The rate at which (4.7) levels a particle's
+/// velocity is mu/rho sum_j V_j lap w_visc = 15 mu/(rho h^2); the worst mode of the neighbourhood decays at most twice
+/// as fast, and an explicit step is stable to 2 over that rate, h^2 rho/(15 mu): 3/8 of it is taken, for v(t) is
+/// predicted and not exact.
+StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std::vector<MaterialParams>& materials,
+                       const Smoothing& smoothing, const scene::TimeStep& params, double wall_speed);
 
 /// Divides what is left to the next frame evenly: n = ceil(rest/limit), dt = rest/n. No sliver steps. [s]
 double divide_evenly(double rest, double limit);

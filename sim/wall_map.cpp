@@ -8,7 +8,8 @@
 namespace thixo {
 namespace {
 
-// Blocks are numbered by 21 bits an axis; beyond, places are folded onto the outermost block. No scene of metres comes near.
+// Blocks are numbered by 21 bits an axis; beyond, places are folded onto the outermost block. No scene of metres comes
+// near.
 constexpr std::int32_t kLimit = (1 << 20) - 1;
 std::int32_t block_coordinate(Real v) {
     const Real f = std::floor(v);
@@ -19,7 +20,8 @@ std::uint64_t block_key(std::int32_t i, std::int32_t j, std::int32_t k) {
     return part(k) << 42 | part(j) << 21 | part(i);
 }
 
-// A solid counts as flat where its distance is linear to this part of the support: the integrals then err by less than the tables do.
+// A solid counts as flat where its distance is linear to this part of the support: the integrals then err by less than
+// the tables do.
 constexpr Real kFlatness = Real(1e-3);
 
 }  // namespace
@@ -51,7 +53,11 @@ WallIntegrals half_space_integrals(Real distance, Real support) {
 }
 
 WallMap::WallMap(Shape solid, Real support)
-    : solid_(std::move(solid)), support_(support), cell_(support / kCells), sample_(support / kReach), blocks_(std::make_unique<Table>()) {
+    : solid_(std::move(solid)),
+      support_(support),
+      cell_(support / kCells),
+      sample_(support / kReach),
+      blocks_(std::make_unique<Table>()) {
     static_assert(kFine * kCells == kReach, "a block is one support wide");
     make_stencil();
 }
@@ -66,14 +72,15 @@ void WallMap::make_stencil() {
         for (int y = -kReach; y < kReach; ++y) {
             StencilRow row{y, z, 0, 0, weights_.size()};
             for (int x = -kReach; x < kReach; ++x) {
-                const Vec3 r = -sample_ * Vec3(Real(x) + Real(0.5), Real(y) + Real(0.5), Real(z) + Real(0.5));  // from sample to node
+                const Vec3 r = -sample_ * Vec3(Real(x) + Real(0.5), Real(y) + Real(0.5),
+                                               Real(z) + Real(0.5));  // from sample to node
                 const Real length = r.norm();
                 if (length >= support_) continue;
                 if (row.x1 == row.x0) row.x0 = x;
                 row.x1 = x + 1;
                 const Vec3 g = spiky.derivative(length) / length * r;
-                weights_.push_back({poly6.value(length * length) * volume, g.x() * volume, g.y() * volume, g.z() * volume,
-                                    viscosity.laplacian(length) * volume});
+                weights_.push_back({poly6.value(length * length) * volume, g.x() * volume, g.y() * volume,
+                                    g.z() * volume, viscosity.laplacian(length) * volume});
                 total += weights_.back().share;
                 laplacian_total += weights_.back().laplacian;
             }
@@ -94,13 +101,15 @@ bool WallMap::flat(const Vec3& centre, Real& distance, Vec3& normal) const {
         for (int y = -1; y <= 1; ++y)
             for (int x = -1; x <= 1; ++x) {
                 const Vec3 offset = reach * Vec3(Real(x), Real(y), Real(z));
-                if (std::abs(solid_.distance(centre + offset) - distance - normal.dot(offset)) > kFlatness * support_) return false;
+                if (std::abs(solid_.distance(centre + offset) - distance - normal.dot(offset)) > kFlatness * support_)
+                    return false;
             }
     return true;
 }
 
 std::vector<Real> WallMap::occupancy(const Vec3& origin) const {
-    // Samples are taken in cubes of 4^3: a cube whose centre is farther from the surface than its corners is full or empty.
+    // Samples are taken in cubes of 4^3: a cube whose centre is farther from the surface than its corners is full or
+    // empty.
     constexpr int kCube = 4;
     static_assert(kSide % kCube == 0);
     std::vector<Real> filled(static_cast<std::size_t>(kSide) * kSide * kSide);
@@ -109,13 +118,15 @@ std::vector<Real> WallMap::occupancy(const Vec3& origin) const {
     for (int z = 0; z < kSide; z += kCube)
         for (int y = 0; y < kSide; y += kCube)
             for (int x = 0; x < kSide; x += kCube) {
-                const Real d = solid_.distance(first + sample_ * (Vec3(Real(x), Real(y), Real(z)) + Vec3::Constant(Real(kCube) / 2)));
+                const Real d = solid_.distance(
+                    first + sample_ * (Vec3(Real(x), Real(y), Real(z)) + Vec3::Constant(Real(kCube) / 2)));
                 for (int c = z; c < z + kCube; ++c)
                     for (int b = y; b < y + kCube; ++b)
                         for (int a = x; a < x + kCube; ++a) {
                             Real part = d < 0 ? Real(1) : Real(0);
                             if (std::abs(d) <= reach) {
-                                const Vec3 s = first + sample_ * (Vec3(Real(a), Real(b), Real(c)) + Vec3::Constant(Real(0.5)));
+                                const Vec3 s =
+                                    first + sample_ * (Vec3(Real(a), Real(b), Real(c)) + Vec3::Constant(Real(0.5)));
                                 part = clamp01(Real(0.5) - solid_.distance(s) / sample_);
                             }
                             filled[static_cast<std::size_t>((c * kSide + b) * kSide + a)] = part;
@@ -183,7 +194,8 @@ WallMap::Place WallMap::locate(const Vec3& x, Cursor& cursor) const {
     if (p.block->far > 0) return p;
     const Vec3 inside = (s - Vec3(Real(i), Real(j), Real(k))) * Real(kCells);
     for (int a = 0; a < 3; ++a) {
-        const Real clamped = inside[a] > 0 ? std::min(inside[a], Real(kCells)) : Real(0);  // NaN too: the health check names it
+        const Real clamped =
+            inside[a] > 0 ? std::min(inside[a], Real(kCells)) : Real(0);  // NaN too: the health check names it
         p.cell[static_cast<std::size_t>(a)] = std::min(static_cast<int>(clamped), kCells - 1);
         p.part[a] = clamped - static_cast<Real>(p.cell[static_cast<std::size_t>(a)]);
     }
@@ -201,7 +213,8 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
     Node sum{};
     for (int c = 0; c < 8; ++c) {
         const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
-        const Real weight = (i ? p.part.x() : 1 - p.part.x()) * (j ? p.part.y() : 1 - p.part.y()) * (k ? p.part.z() : 1 - p.part.z());
+        const Real weight =
+            (i ? p.part.x() : 1 - p.part.x()) * (j ? p.part.y() : 1 - p.part.y()) * (k ? p.part.z() : 1 - p.part.z());
         const Node& n = corner[(k * kNodes + j) * kNodes + i];
         for (int a = 0; a < 8; ++a) sum.value[a] += weight * n.value[a];
     }
@@ -216,16 +229,20 @@ Real WallMap::distance(const Vec3& x, Vec3& normal) const {
     Real distance = 0;
     for (int c = 0; c < 8; ++c) {
         const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
-        const Real wx = i ? p.part.x() : 1 - p.part.x(), wy = j ? p.part.y() : 1 - p.part.y(), wz = k ? p.part.z() : 1 - p.part.z();
+        const Real wx = i ? p.part.x() : 1 - p.part.x(), wy = j ? p.part.y() : 1 - p.part.y(),
+                   wz = k ? p.part.z() : 1 - p.part.z();
         const Real d =
-            p.block->nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)].value[0];
+            p.block
+                ->nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)]
+                .value[0];
         distance += wx * wy * wz * d;
         normal += d * Vec3(i ? wy * wz : -wy * wz, j ? wx * wz : -wx * wz, k ? wx * wy : -wx * wy);
     }
     const Real length = normal.norm();
     if (length > 0) normal /= length;
     if (distance > support_ / 4) return distance;
-    // Close to the surface the shape itself answers: between nodes on the two sides of a thin wall the table has no surface at all.
+    // Close to the surface the shape itself answers: between nodes on the two sides of a thin wall the table has no
+    // surface at all.
     const Vec3 exact_normal = solid_.gradient(x, support_ / 64);
     if (!exact_normal.isZero()) normal = exact_normal;
     return solid_.distance(x);

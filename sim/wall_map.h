@@ -1,5 +1,5 @@
-// What a wall adds to the SPH sums of a particle beside it: integrals of the kernels over the wall's volume, tabulated in the wall's own
-// frame (density maps: Koschier & Bender 2017; volume maps: Bender et al. 2019).
+// What a wall adds to the SPH sums of a particle beside it: integrals of the kernels over the wall's volume, tabulated
+// in the wall's own frame (density maps: Koschier & Bender 2017; volume maps: Bender et al. 2019).
 #pragma once
 
 #include <oneapi/tbb/concurrent_unordered_map.h>
@@ -17,19 +17,19 @@ namespace thixo {
 
 /// Integrals over the wall's volume at a place x.
 struct WallIntegrals {
-    Real distance = 0;        // signed, > 0 outside of the wall [m]
-    Real share = 0;           // integral of w_poly6(x - y) dy [1]: the wall's share of the relative density
-    Vec3 gradient{0, 0, 0};   // integral of grad_x w_spiky(x - y) dy [1/m]
-    Real laplacian = 0;       // integral of lap w_visc(x - y) dy [1/m^2]
+    Real distance = 0;       // signed, > 0 outside of the wall [m]
+    Real share = 0;          // integral of w_poly6(x - y) dy [1]: the wall's share of the relative density
+    Vec3 gradient{0, 0, 0};  // integral of grad_x w_spiky(x - y) dy [1/m]
+    Real laplacian = 0;      // integral of lap w_visc(x - y) dy [1/m^2]
 };
 
 /// The integrals of a half-space whose surface is at `distance` (in closed form), normal (0, 0, 1) towards x.
 WallIntegrals half_space_integrals(Real distance, Real support);
 
-/// Tables of one solid, made block by block where they are first asked for: memory and time go where matter comes, unbounded walls need no box,
-/// and every value is a pure function of the place, whichever thread asked first.
-/// In a block where the solid is a half-space as far as the kernel reaches, values are those of the closed form; elsewhere the solid is
-/// sampled at h/8 and summed at h/4, trilinear in between.
+/// Tables of one solid, made block by block where they are first asked for: memory and time go where matter comes,
+/// unbounded walls need no box, and every value is a pure function of the place, whichever thread asked first. In a
+/// block where the solid is a half-space as far as the kernel reaches, values are those of the closed form; elsewhere
+/// the solid is sampled at h/8 and summed at h/4, trilinear in between.
 class WallMap {
   public:
     WallMap(Shape solid, Real support);
@@ -45,42 +45,44 @@ class WallMap {
         const Block* block = nullptr;
     };
 
-    /// Integrals at x; beyond one support from the wall they are zero, and distance is a lower bound not below the support.
+    /// Integrals at x; beyond one support from the wall they are zero, and distance is a lower bound not below the
+    /// support.
     WallIntegrals at(const Vec3& x, Cursor& cursor) const;
     WallIntegrals at(const Vec3& x) const {
         Cursor cursor;
         return at(x, cursor);
     }
-    /// Distance, exact nearer than a quarter of the support, and the unit normal from the wall (the gradient of the distance; zero beyond one support).
+    /// Distance, exact nearer than a quarter of the support, and the unit normal from the wall (the gradient of the
+    /// distance; zero beyond one support).
     Real distance(const Vec3& x, Vec3& normal) const;
     Real support() const { return support_; }
     const Shape& solid() const { return solid_; }
 
   private:
-    static constexpr int kCells = 4;               // per axis of a block, each h/4
+    static constexpr int kCells = 4;  // per axis of a block, each h/4
     static constexpr int kNodes = kCells + 1;
-    static constexpr int kFine = 2;                // samples per cell and axis
-    static constexpr int kReach = 8;               // samples per support
+    static constexpr int kFine = 2;                            // samples per cell and axis
+    static constexpr int kReach = 8;                           // samples per support
     static constexpr int kSide = kCells * kFine + 2 * kReach;  // samples per axis that a block sees
     /// distance, share, laplacian, gradient x y z, and two to fill a register.
     struct alignas(8 * sizeof(Real)) Node {
         Real value[8];
     };
     struct Block {
-        Real far = 0;                        // > 0: nothing within reach; a lower bound of the distance
-        std::vector<Node> nodes;             // kNodes^3, x fastest
+        Real far = 0;             // > 0: nothing within reach; a lower bound of the distance
+        std::vector<Node> nodes;  // kNodes^3, x fastest
     };
-    struct StencilRow {                      // one row of samples along x in the kernel's ball
-        int y, z, x0, x1;                    // offsets, x in [x0, x1)
-        std::size_t first;                   // into the weights
+    struct StencilRow {     // one row of samples along x in the kernel's ball
+        int y, z, x0, x1;   // offsets, x in [x0, x1)
+        std::size_t first;  // into the weights
     };
     struct Weight {
         Real share, x, y, z, laplacian;
     };
-    struct Place {                           // in a block
+    struct Place {  // in a block
         const Block* block;
         std::array<int, 3> cell;
-        Vec3 part;                           // in [0, 1]
+        Vec3 part;  // in [0, 1]
     };
 
     Place locate(const Vec3& x, Cursor& cursor) const;

@@ -15,10 +15,12 @@ Walls make_walls(const scene::Scene& scene, Real support) {
         for (const scene::Boundary& b : scene.world.boundaries)
             if (b.motion.size() < 2 && b.no_slip == no_slip) at_rest.push_back(wall_solid_at_rest(scene, b));
         if (!at_rest.empty())
-            walls.list.emplace_back(WallMap(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest), support), RigidMotion(), no_slip);
+            walls.list.emplace_back(WallMap(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest), support),
+                                    RigidMotion(), no_slip);
     }
     for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.motion.size() >= 2) walls.list.emplace_back(WallMap(wall_solid(scene, b), support), motion_of(b.motion), b.no_slip);
+        if (b.motion.size() >= 2)
+            walls.list.emplace_back(WallMap(wall_solid(scene, b), support), motion_of(b.motion), b.no_slip);
     move_walls(walls, 0);
     return walls;
 }
@@ -69,7 +71,8 @@ WallEffect wall_effect(const Walls& walls, const Vec3& x, WallCursor& cursor) {
     return effect;
 }
 
-void hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before, double dt, double wall_speed) {
+void hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before,
+                    double dt, double wall_speed) {
     auto& x = particles.position;
     auto& v = particles.velocity;
     parallel_for(particles.size(), [&](std::size_t i) {

@@ -21,16 +21,18 @@ struct WallContact {
     Vec3 velocity;  // of the wall at the point [m/s]
 };
 
-/// One rigid solid: a moving boundary, or all boundaries at rest with the same surface together (what overlaps then counts once).
+/// One rigid solid: a moving boundary, or all boundaries at rest with the same surface together (what overlaps then
+/// counts once).
 struct Wall {
-    Wall(WallMap map_, RigidMotion motion_, bool no_slip_) : map(std::move(map_)), motion(std::move(motion_)), no_slip(no_slip_) {}
-    WallMap map;                 // in the wall's own frame
-    RigidMotion motion;          // own frame -> world
+    Wall(WallMap map_, RigidMotion motion_, bool no_slip_)
+        : map(std::move(map_)), motion(std::move(motion_)), no_slip(no_slip_) {}
+    WallMap map;         // in the wall's own frame
+    RigidMotion motion;  // own frame -> world
     bool no_slip;
-    Mat3 turn = Mat3::Identity();      // pose at the walls' present time
-    Vec3 shift{0, 0, 0};               // [m]
-    Vec3 velocity{0, 0, 0};            // of the frame's origin [m/s]
-    Vec3 spin{0, 0, 0};                // [rad/s]
+    Mat3 turn = Mat3::Identity();  // pose at the walls' present time
+    Vec3 shift{0, 0, 0};           // [m]
+    Vec3 velocity{0, 0, 0};        // of the frame's origin [m/s]
+    Vec3 spin{0, 0, 0};            // [rad/s]
     Vec3 to_wall(const Vec3& x) const { return turn.transpose() * (x - shift); }
     Vec3 velocity_at(const Vec3& x) const { return velocity + spin.cross(x - shift); }
 };
@@ -42,9 +44,9 @@ struct Walls {
 /// What all walls together add to the sums of one particle.
 struct WallEffect {
     Real distance = std::numeric_limits<Real>::max();  // to the nearest wall, or a lower bound beyond one support [m]
-    Real share = 0;           // of the relative density [1]
-    Vec3 gradient{0, 0, 0};   // integral of grad w_spiky over the walls' volume [1/m]
-    Real drag = 0;            // integral of lap w_visc over the volume of no-slip walls [1/m^2]
+    Real share = 0;                                    // of the relative density [1]
+    Vec3 gradient{0, 0, 0};                            // integral of grad w_spiky over the walls' volume [1/m]
+    Real drag = 0;                // integral of lap w_visc over the volume of no-slip walls [1/m^2]
     Vec3 drag_velocity{0, 0, 0};  // the same times the wall's velocity [1/(m s)]
 };
 
@@ -54,24 +56,27 @@ Walls make_walls(const scene::Scene& scene, Real support);
 /// Brings all walls to where they stand at `time` [s].
 void move_walls(Walls& walls, double time);
 
-/// The signed distance from x to the nearest wall at the walls' present time, +max where there is none. Within one support of the wall it is
-/// that of the shape to the interpolation in cells of h/4; beyond, a lower bound not below the support.
+/// The signed distance from x to the nearest wall at the walls' present time, +max where there is none. Within one
+/// support of the wall it is that of the shape to the interpolation in cells of h/4; beyond, a lower bound not below
+/// the support.
 Real wall_distance(const Walls& walls, const Vec3& x);
 /// Distance, normal and velocity of the nearest wall.
 WallContact wall_contact(const Walls& walls, const Vec3& x);
 
-
-/// Remembers the block each wall was last asked in: particles in cell order ask the same one many times running. For one thread.
+/// Remembers the block each wall was last asked in: particles in cell order ask the same one many times running. For
+/// one thread.
 struct WallCursor {
     explicit WallCursor(const Walls& walls) : at(walls.list.size()) {}
     std::vector<WallMap::Cursor> at;
 };
 WallEffect wall_effect(const Walls& walls, const Vec3& x, WallCursor& cursor);
 
-/// Keeps what the wall's pressure let through at `least` [m] from the wall: moves the particle there along the normal and takes away the velocity
-/// towards the wall. A particle that leaves the wall is never held. `before` says how near the walls were a step earlier, and `dt` and
-/// `wall_speed` how near they can have come since: most particles need no look.
-void hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before, double dt, double wall_speed);
+/// Keeps what the wall's pressure let through at `least` [m] from the wall: moves the particle there along the normal
+/// and takes away the velocity towards the wall. A particle that leaves the wall is never held. `before` says how near
+/// the walls were a step earlier, and `dt` and `wall_speed` how near they can have come since: most particles need no
+/// look.
+void hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before,
+                    double dt, double wall_speed);
 
 /// The largest speed of any wall at any of the points [m/s].
 double largest_wall_speed(const Walls& walls, const std::vector<Vec3>& points);

@@ -1,5 +1,6 @@
-// The density sweep against a bare reference in the same run: the same sum over the same lists, written plainly. Read particles/s, and the ratio of
-// the two times. The walls' share, which the reference leaves out, is timed by the difference to a run without walls.
+// The density sweep against a bare reference in the same run: the same sum over the same lists, written plainly. Read
+// particles/s, and the ratio of the two times. The walls' share, which the reference leaves out, is timed by the
+// difference to a run without walls.
 #include <benchmark/benchmark.h>
 
 #include "sim/density.h"
@@ -47,7 +48,8 @@ void bare_reference(benchmark::State& state) {
     for (auto _ : state) {
         for (std::size_t i = 0; i < x.size(); ++i) {
             Real sum = s.particles.mass[i] * kernel.value(0);
-            for (const Index j : s.neighbours[i]) sum += s.particles.mass[j] * kernel.value((x[i] - x[j]).squaredNorm());
+            for (const Index j : s.neighbours[i])
+                sum += s.particles.mass[j] * kernel.value((x[i] - x[j]).squaredNorm());
             s.particles.density[i] = sum;
         }
     }

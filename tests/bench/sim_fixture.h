@@ -1,4 +1,5 @@
-// The liquid the simulation benchmarks run on: a block in mid splash, so that neighbour counts and memory order are those of a real run.
+// The liquid the simulation benchmarks run on: a block in mid splash, so that neighbour counts and memory order are
+// those of a real run.
 #pragma once
 
 #include "pipeline/base/parallel.h"

@@ -1,5 +1,6 @@
-// A whole step of the `eos` solver, on one thread. The reference of the same run is one bare sweep over the same neighbour lists: read a step's time
-// in such sweeps, which does not depend on the machine's mood, and items/s (particle-steps a second).
+// A whole step of the `eos` solver, on one thread. The reference of the same run is one bare sweep over the same
+// neighbour lists: read a step's time in such sweeps, which does not depend on the machine's mood, and items/s
+// (particle-steps a second).
 #include <benchmark/benchmark.h>
 
 #include "tests/bench/sim_fixture.h"

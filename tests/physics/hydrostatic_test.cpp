@@ -37,8 +37,8 @@ class RestingWater : public testing::Test {
 };
 
 TEST_F(RestingWater, PressureIsLinearInDepth) {
-    // Mean of ten frames in layers of one spacing: pressure of single particles scatters with the packing about them (weak compressibility). The
-    // slope is rho g to 5 %.
+    // Mean of ten frames in layers of one spacing: pressure of single particles scatters with the packing about them
+    // (weak compressibility). The slope is rho g to 5 %.
     Simulation& s = *simulation_;
     constexpr int kLayers = 16;
     std::vector<double> sum(kLayers, 0), count(kLayers, 0);
@@ -64,7 +64,8 @@ TEST_F(RestingWater, PressureIsLinearInDepth) {
 }
 
 TEST_F(RestingWater, KeepsItsVolume) {
-    // The mean height of the water's mass is half its depth; depth = mass/(rho area). 3 %, of which one half layer at the surface is 2.5 %.
+    // The mean height of the water's mass is half its depth; depth = mass/(rho area). 3 %, of which one half layer at
+    // the surface is 2.5 %.
     const Particles& p = simulation_->particles;
     double mass = 0, moment = 0;
     for (std::size_t i = 0; i < p.size(); ++i) {
@@ -86,7 +87,8 @@ TEST_F(RestingWater, IsAtRest) {
 TEST_F(RestingWater, StandsOffTheWallsByAboutHalfASpacing) {
     const Simulation& s = *simulation_;
     double nearest = 1;
-    for (const Vec3& x : s.particles.position) nearest = std::min(nearest, static_cast<double>(wall_distance(s.walls, x)));
+    for (const Vec3& x : s.particles.position)
+        nearest = std::min(nearest, static_cast<double>(wall_distance(s.walls, x)));
     EXPECT_GT(nearest, 0.35 * 0.005);
     EXPECT_LT(nearest, 0.6 * 0.005);
 }

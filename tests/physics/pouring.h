@@ -10,7 +10,8 @@
 
 namespace thixo::fixture {
 
-// A funnel of 8 mm wall whose spout reaches into a tumbler of 6 mm wall: at 6 mm spacing about as thin as the particles are apart.
+// A funnel of 8 mm wall whose spout reaches into a tumbler of 6 mm wall: at 6 mm spacing about as thin as the particles
+// are apart.
 inline scene::Scene funnel_scene(double spacing, double fill_radius) {
     scene::Scene s = empty_space();
     s.world.gravity = {0, 0, -9.81};
@@ -20,7 +21,8 @@ inline scene::Scene funnel_scene(double spacing, double fill_radius) {
     glass.shape.kind = scene::Revolve{{{0, 0}, {0.056, 0}, {0.056, 0.155}, {0.05, 0.155}, {0.05, 0.006}, {0, 0.006}}};
     scene::Boundary funnel;
     funnel.name = "funnel";
-    funnel.shape.kind = scene::Revolve{{{0.02, 0.12}, {0.028, 0.12}, {0.098, 0.22}, {0.098, 0.5}, {0.09, 0.5}, {0.09, 0.222}, {0.02, 0.125}}};
+    funnel.shape.kind = scene::Revolve{
+        {{0.02, 0.12}, {0.028, 0.12}, {0.098, 0.22}, {0.098, 0.5}, {0.09, 0.5}, {0.09, 0.222}, {0.02, 0.125}}};
     s.world.boundaries = {glass, funnel};
     s.bodies = {body("charge", shape_at({0, 0, 0.285}, scene::Cylinder{fill_radius, 0.09, 0}))};
     return s;
@@ -41,7 +43,8 @@ inline Outcome pour(const scene::Scene& scene, int frames) {
         for (std::size_t i = 0; i < s.particles.size(); ++i) {
             const Vec3& x = s.particles.position[i];
             o.finite = o.finite && x.allFinite();
-            const double r = std::hypot(static_cast<double>(x.x()), static_cast<double>(x.y())), z = static_cast<double>(x.z());
+            const double r = std::hypot(static_cast<double>(x.x()), static_cast<double>(x.y())),
+                         z = static_cast<double>(x.z());
             const double cone = z < 0.222 ? 0.02 + 0.07 * (z - 0.125) / 0.097 : 0.09;  // inner radius of the funnel
             if (z >= 0.125 && r < cone)
                 ++o.in_funnel;

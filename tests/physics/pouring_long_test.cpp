@@ -1,7 +1,7 @@
 // Walls hold: the pouring test at 50 000 particles.
-#include "tests/physics/pouring.h"
-
 #include <gtest/gtest.h>
+
+#include "tests/physics/pouring.h"
 
 namespace thixo {
 namespace {

@@ -24,8 +24,10 @@ Particles free_jet(const scene::Scene& scene, double seconds, double dt) {
     Simulation s = make_simulation(scene);
     std::int64_t id = 0;
     for (double t = 0; t < seconds; t += dt) {
-        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity, 1, t, dt, s.emitters, s.particles, id);
-        for (std::size_t i = 0; i < s.particles.size(); ++i) s.particles.position[i] += static_cast<Real>(dt) * s.particles.velocity[i];
+        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity, 1, t, dt,
+                       s.emitters, s.particles, id);
+        for (std::size_t i = 0; i < s.particles.size(); ++i)
+            s.particles.position[i] += static_cast<Real>(dt) * s.particles.velocity[i];
     }
     EXPECT_EQ(s.emitters[0].blocked, 0);
     return s.particles;
@@ -49,7 +51,8 @@ TEST(Emitter, NeverPutsParticlesNearerThanPointSevenSpacings) {
     Simulation s = make_simulation(scene);
     std::int64_t id = 0;
     for (double t = 0; t < 0.2; t += 0.0005) {
-        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity, 1, t, 0.0005, s.emitters, s.particles, id);
+        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity, 1, t,
+                       0.0005, s.emitters, s.particles, id);
         for (Vec3& x : s.particles.position) x.z() -= Real(0.0005 * 0.8);
     }
     const auto& x = s.particles.position;
@@ -64,13 +67,15 @@ TEST(Emitter, FullPlaceMakesNoParticles) {
     std::int64_t id = 0;
     // Nothing moves on: after the first two layers every site is taken.
     for (double t = 0; t < 0.5; t += 0.01)
-        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity, 1, t, 0.01, s.emitters, s.particles, id);
+        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity, 1, t, 0.01,
+                       s.emitters, s.particles, id);
     EXPECT_GT(s.emitters[0].blocked, static_cast<std::int64_t>(s.particles.size()));
     EXPECT_EQ(static_cast<std::size_t>(id), s.particles.size());
 }
 
 TEST(Emitter, JetHasTheRestDensityInside) {
-    // 2 %: layers are spaced for the exact rate, which differs from the packing's spacing by the rounding of sites per layer.
+    // 2 %: layers are spaced for the exact rate, which differs from the packing's spacing by the rounding of sites per
+    // layer.
     const scene::Scene scene = jet_scene(0.05, 1);
     Simulation s = make_simulation(scene);
     s.particles = free_jet(scene, 0.15, 0.0005);
@@ -87,9 +92,7 @@ TEST(Emitter, JetHasTheRestDensityInside) {
     EXPECT_NEAR(sum / count, 1000, 20);
 }
 
-TEST(Emitter, RefusesADiscThinnerThanAParticle) {
-    EXPECT_THROW(make_simulation(jet_scene(0.001, 1)), InputError);
-}
+TEST(Emitter, RefusesADiscThinnerThanAParticle) { EXPECT_THROW(make_simulation(jet_scene(0.001, 1)), InputError); }
 
 }  // namespace
 }  // namespace thixo

@@ -14,8 +14,10 @@ Simulation stirred_ball(const scene::Scene& scene, double speed) {
     Simulation s = make_simulation(scene);
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         for (int a = 0; a < 3; ++a)
-            s.particles.velocity[i][a] = static_cast<Real>(
-                speed * (2 * random_unit(7, static_cast<std::uint64_t>(s.particles.id[i]), 0, static_cast<std::uint64_t>(a)) - 1));
+            s.particles.velocity[i][a] =
+                static_cast<Real>(speed * (2 * random_unit(7, static_cast<std::uint64_t>(s.particles.id[i]), 0,
+                                                           static_cast<std::uint64_t>(a)) -
+                                           1));
     return s;
 }
 
@@ -30,7 +32,8 @@ TEST(Forces, LinearMomentumIsConservedOverAThousandSteps) {
     scene.materials[0].viscosity = 0.5;
     scene.materials[0].surface_tension = 0.07;
     Simulation s = stirred_ball(scene, 0.5);
-    // Per step each of n particles rounds its velocity by 6e-8 of it, to either side: over 1000 steps sqrt(1000 n)/n 6e-8 of sum m|v|.
+    // Per step each of n particles rounds its velocity by 6e-8 of it, to either side: over 1000 steps sqrt(1000 n)/n
+    // 6e-8 of sum m|v|.
     const Vec3d before = fixture::momentum(s.particles);
     const double scale = fixture::motion(s.particles);
     fixture::steps(s, 1000, 1e-4);
@@ -45,7 +48,8 @@ TEST(Forces, ViscosityConservesMomentumAndTakesEnergy) {
     Simulation s = stirred_ball(scene, 0.1);
     const auto energy = [](const Particles& p) {
         double sum = 0;
-        for (std::size_t i = 0; i < p.size(); ++i) sum += 0.5 * static_cast<double>(p.mass[i] * p.velocity[i].squaredNorm());
+        for (std::size_t i = 0; i < p.size(); ++i)
+            sum += 0.5 * static_cast<double>(p.mass[i] * p.velocity[i].squaredNorm());
         return sum;
     };
     const Vec3d before = fixture::momentum(s.particles);
@@ -72,7 +76,8 @@ TEST(Forces, PressureKeepsAngularMomentum) {
     };
     const Vec3d before = angular(s.particles);
     fixture::steps(s, 200, 1e-4);
-    // Central forces keep x cross v exactly at each kick, and each drift adds v cross v = 0: rounding alone, against radius sum m|v|.
+    // Central forces keep x cross v exactly at each kick, and each drift adds v cross v = 0: rounding alone, against
+    // radius sum m|v|.
     EXPECT_LT((angular(s.particles) - before).norm(), 1e-5 * 0.05 * fixture::motion(s.particles));
 }
 
@@ -81,13 +86,16 @@ TEST(Forces, AgreeWithTheFormulaWrittenPlainly) {
     scene.materials[0].viscosity = 0.3;
     scene.materials[0].surface_tension = 0.07;
     Simulation s = stirred_ball(scene, 1);
-    for (std::size_t i = 0; i < s.particles.size(); ++i) s.particles.position[i] += Real(0.002) * s.particles.velocity[i];
+    for (std::size_t i = 0; i < s.particles.size(); ++i)
+        s.particles.position[i] += Real(0.002) * s.particles.velocity[i];
     evaluate(s);
     compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, {Vec3(0, 0, -1), Real(0.05)}, s.sweep);
     const Particles& p = s.particles;
-    const double h = s.problem.smoothing.support, soft = 0.01 * 0.25 * h * h, sound = s.problem.materials[0].sound_speed;
+    const double h = s.problem.smoothing.support, soft = 0.01 * 0.25 * h * h,
+                 sound = s.problem.materials[0].sound_speed;
     const double calibrated_gradient = 1 / packed_gradient(Spiky(static_cast<Real>(h)), s.problem.smoothing.spacing);
-    const double calibrated_laplacian = 1 / packed_laplacian(ViscosityKernel(static_cast<Real>(h)), s.problem.smoothing.spacing);
+    const double calibrated_laplacian =
+        1 / packed_laplacian(ViscosityKernel(static_cast<Real>(h)), s.problem.smoothing.spacing);
     double largest = 0, worst = 0;
     for (std::size_t i = 0; i < p.size(); ++i) {
         Vec3d f(0, 0, 0);
@@ -111,8 +119,8 @@ TEST(Forces, AgreeWithTheFormulaWrittenPlainly) {
     EXPECT_LT(worst, 1e-5 * largest);
 }
 
-// Work of parting a packing at a plane, by the pair energy of the cohesive force, -k_cohesion rho0^2 V_i V_j w_spiky, summed plainly pair by pair:
-// twice the surface tension times the area.
+// Work of parting a packing at a plane, by the pair energy of the cohesive force, -k_cohesion rho0^2 V_i V_j w_spiky,
+// summed plainly pair by pair: twice the surface tension times the area.
 double tension_of_packing(Real cohesion, const Spiky& spiky, Real d, Real rho) {
     double work = 0;  // of one column of sites: layers k < 0 against layers k >= 0
     for (int below = 1; below <= 10; ++below)
@@ -120,13 +128,14 @@ double tension_of_packing(Real cohesion, const Spiky& spiky, Real d, Real rho) {
             for (int j = -12; j <= 12; ++j)
                 for (int i = -12; i <= 12; ++i)
                     work += static_cast<double>(cohesion * square(rho * cube(d))) *
-                            static_cast<double>(spiky.value((packing_site(i, j, above, d) - packing_site(0, 0, -below, d)).norm()));
+                            static_cast<double>(
+                                spiky.value((packing_site(i, j, above, d) - packing_site(0, 0, -below, d)).norm()));
     return work / static_cast<double>(cube(d) / packing_layer(d)) / 2;
 }
 
 TEST(Forces, CohesionTendsToTheSurfaceTensionOfTheContinuum) {
-    // A packing has no pairs nearer than its spacing, where the spiky kernel is largest. What that costs falls with the square of spacing over
-    // support: a tenth at 4, a twentieth at 6, a fortieth at 8 spacings.
+    // A packing has no pairs nearer than its spacing, where the spiky kernel is largest. What that costs falls with the
+    // square of spacing over support: a tenth at 4, a twentieth at 6, a fortieth at 8 spacings.
     for (const auto& [spacings, tolerance] : {std::pair(4, 0.1), std::pair(6, 0.05), std::pair(8, 0.025)}) {
         const Real d = Real(0.01), support = Real(spacings) * d, tension = Real(0.07), rho = 1000;
         const Real cohesion = cohesion_for(tension, rho, support);

@@ -8,7 +8,8 @@ namespace thixo {
 namespace {
 
 TEST(Leapfrog, FreeFallIsExact) {
-    // A lone particle under gravity, with steps that change: x = v0 t + g t^2/2 to rounding, for leapfrog is exact for a constant force.
+    // A lone particle under gravity, with steps that change: x = v0 t + g t^2/2 to rounding, for leapfrog is exact for
+    // a constant force.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
     scene.bodies = {fixture::body("drop", fixture::shape_at({0, 0, 0}, scene::Sphere{0.004}), {0.3, 0, 1})};
@@ -59,7 +60,8 @@ TEST(Leapfrog, RunsBackToWhereItBegan) {
     fixture::steps(s, 201, dt);
     const std::vector<Vec3> middle = by_id(s.particles);
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
-        s.particles.position[i] -= dt * s.particles.velocity[i];  // the state between: x(t), and v(t + dt/2) turned round
+        s.particles.position[i] -=
+            dt * s.particles.velocity[i];  // the state between: x(t), and v(t + dt/2) turned round
         s.particles.velocity[i] = -s.particles.velocity[i];
     }
     fixture::steps(s, 200, dt);
@@ -69,8 +71,8 @@ TEST(Leapfrog, RunsBackToWhereItBegan) {
         moved = std::max(moved, (middle[i] - start[i]).norm());
         off = std::max(off, (end[i] - start[i]).norm());
     }
-    EXPECT_GT(moved, 1e-4);         // it was a motion
-    EXPECT_LT(off, 1e-3 * 0.01);    // 1e-3 spacings: rounding in double, grown by the flow
+    EXPECT_GT(moved, 1e-4);       // it was a motion
+    EXPECT_LT(off, 1e-3 * 0.01);  // 1e-3 spacings: rounding in double, grown by the flow
 }
 #endif
 

@@ -109,7 +109,8 @@ TEST_F(Run, FrameCarriesWhatTheCacheFormatPromises) {
     ASSERT_EQ(frame.obstacles.size(), 1u);
     EXPECT_EQ(frame.obstacles[0].name, "tank");
     EXPECT_FALSE(CacheReader(folder_ / "out").load_asset(frame.obstacles[0].asset).empty());
-    for (const char* name : {"P", "v", "id", "pscale", "density", "pressure", "temperature", "body", "material", "kind"})
+    for (const char* name :
+         {"P", "v", "id", "pscale", "density", "pressure", "temperature", "body", "material", "kind"})
         EXPECT_NE(frame.particles.find(name), nullptr) << name;
     for (const char* name : {"P", "N", "t1", "t2", "id", "pscale", "body", "rest", "v", "temperature"})
         EXPECT_NE(frame.surfels.find(name), nullptr) << name;

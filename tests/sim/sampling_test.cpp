@@ -12,15 +12,16 @@ namespace {
 const auto anywhere = [](const Vec3&) { return true; };
 
 TEST(Sampling, PackingHoldsOneParticlePerSpacingCubed) {
-    // Sites of a packing counted in a ball of 20 spacings: the surface layer of width one spacing bounds the error, 3/20 of the volume in the worst
-    // case; its sign varies along the surface, so that 1 % is generous.
+    // Sites of a packing counted in a ball of 20 spacings: the surface layer of width one spacing bounds the error,
+    // 3/20 of the volume in the worst case; its sign varies along the surface, so that 1 % is generous.
     const double count = static_cast<double>(pack_shape(sphere(20), 1, anywhere).size());
     EXPECT_NEAR(count, 4.0 / 3.0 * kPi * 8000, 0.01 * 4.0 / 3.0 * kPi * 8000);
 }
 
 TEST(Sampling, NearestNeighboursStandTwelveAtOneDistance) {
     const std::vector<Vec3> sites = pack_shape(sphere(4), 1, anywhere);
-    const Vec3 centre = *std::min_element(sites.begin(), sites.end(), [](const Vec3& a, const Vec3& b) { return a.norm() < b.norm(); });
+    const Vec3 centre =
+        *std::min_element(sites.begin(), sites.end(), [](const Vec3& a, const Vec3& b) { return a.norm() < b.norm(); });
     int touching = 0;
     for (const Vec3& x : sites) {
         const Real r = (x - centre).norm();
@@ -50,7 +51,8 @@ TEST(Sampling, PackedInteriorHasTheRestDensity) {
 }
 
 TEST(Sampling, KernelsGiveAPackingItsGradientAndLaplacian) {
-    // A field linear in x, and one quadratic, summed as forces sum them over all neighbours of a site within the packing; 1e-5: rounding of float.
+    // A field linear in x, and one quadratic, summed as forces sum them over all neighbours of a site within the
+    // packing; 1e-5: rounding of float.
     const Smoothing smoothing(1, 2);
     Vec3d gradient(0, 0, 0);
     double laplacian = 0;
@@ -58,21 +60,25 @@ TEST(Sampling, KernelsGiveAPackingItsGradientAndLaplacian) {
         // Sites of pack_shape are centred about a box, not a site: shift to the one nearest the centre.
         static const Vec3 centre = [] {
             const auto sites = pack_shape(sphere(4), 1, anywhere);
-            return *std::min_element(sites.begin(), sites.end(), [](const Vec3& a, const Vec3& b) { return a.norm() < b.norm(); });
+            return *std::min_element(sites.begin(), sites.end(),
+                                     [](const Vec3& a, const Vec3& b) { return a.norm() < b.norm(); });
         }();
         const Vec3 r = centre - x;  // x_i - x_j
         const Real length = r.norm();
         if (length == 0) continue;
-        gradient += (3 * r.z() * -1 * smoothing.pressure.derivative(length) / length * r).cast<double>();  // A_j = 3 (z_j - z_i)
-        laplacian += static_cast<double>(square(r.x()) * smoothing.viscosity.laplacian(length));           // A_j = (x_j - x_i)^2
+        gradient += (3 * r.z() * -1 * smoothing.pressure.derivative(length) / length * r)
+                        .cast<double>();                                                          // A_j = 3 (z_j - z_i)
+        laplacian += static_cast<double>(square(r.x()) * smoothing.viscosity.laplacian(length));  // A_j = (x_j - x_i)^2
     }
-    // The mean over directions is exact. Along z alone the packing differs by the pair of sites two layers off, a hundredth of the sum.
+    // The mean over directions is exact. Along z alone the packing differs by the pair of sites two layers off, a
+    // hundredth of the sum.
     EXPECT_LT((gradient - Vec3d(0, 0, 3)).norm(), 0.02 * 3);
     EXPECT_NEAR(laplacian, 2, 0.02 * 2);
 }
 
 TEST(Sampling, BodyHasTheMassOfItsVolume) {
-    // A ball of 10 spacings radius: counting error of a lattice, well under one layer of the surface; 1 % measured by the law of the count above.
+    // A ball of 10 spacings radius: counting error of a lattice, well under one layer of the surface; 1 % measured by
+    // the law of the count above.
     scene::Scene scene = fixture::empty_space();
     scene.bodies = {fixture::body("ball", fixture::shape_at({0.3, 0, 0}, scene::Sphere{0.1}))};
     const Simulation s = make_simulation(scene);

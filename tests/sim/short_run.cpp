@@ -1,4 +1,5 @@
-// Runs a small splash for six frames and prints figures that float and double runs must agree on. Not a test itself: precision_test compares.
+// Runs a small splash for six frames and prints figures that float and double runs must agree on. Not a test itself:
+// precision_test compares.
 #include <fmt/core.h>
 
 #include "tests/sim/fixture.h"
@@ -18,5 +19,6 @@ int main() {
         kinetic += 0.5 * m * static_cast<double>(s.particles.velocity[i].squaredNorm());
     }
     centre /= mass;
-    fmt::print("{} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", s.particles.size(), mass, centre.x(), centre.y(), centre.z(), kinetic);
+    fmt::print("{} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n", s.particles.size(), mass, centre.x(), centre.y(), centre.z(),
+               kinetic);
 }

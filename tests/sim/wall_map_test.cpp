@@ -36,7 +36,8 @@ WallIntegrals by_quadrature(const Shape& solid, const Vec3& x, int per_support =
 
 void expect_near(const WallIntegrals& a, const WallIntegrals& b, double tolerance) {
     EXPECT_NEAR(a.share, b.share, tolerance);
-    EXPECT_LT((a.gradient - b.gradient).norm() * h, 1.5 * tolerance);  // the gradient of a half-space at its surface is 1.5/h
+    EXPECT_LT((a.gradient - b.gradient).norm() * h,
+              1.5 * tolerance);  // the gradient of a half-space at its surface is 1.5/h
     EXPECT_NEAR(a.laplacian * h * h / 15, b.laplacian * h * h / 15, tolerance);
 }
 
@@ -44,7 +45,8 @@ TEST(WallMap, HalfSpaceInClosedFormIsTheIntegral) {
     const Shape solid = plane({0, 0, 1}, 0);
     for (const Real part : {-0.7, -0.2, 0.0, 0.25, 0.5, 0.9}) {
         SCOPED_TRACE(part);
-        // Midpoints with steps of h/40 miss at most half a step's layer of the wall: share 1.23/h times h/80 at the surface.
+        // Midpoints with steps of h/40 miss at most half a step's layer of the wall: share 1.23/h times h/80 at the
+        // surface.
         expect_near(half_space_integrals(part * h, h), by_quadrature(solid, Vec3(0, 0, part * h)), 0.016);
     }
 }
@@ -57,12 +59,14 @@ TEST(WallMap, HalfSpaceHasTheSharesOfAFullAndAnEmptyBall) {
 }
 
 TEST(WallMap, TablesAgreeWithTheIntegralAtEdgesAndCurves) {
-    // Trilinear in cells of h/4: second derivatives, about 5/h^2 of the share and 7/h^3 of the gradient where particles come (a fifth of a
-    // support off and more), times (h/4)^2/8 are 0.04 and 0.055/h; quadrature adds 0.016.
-    const Shape solids[] = {box({0.1, 0.1, 0.1}), sphere(0.05), rotated(box({0.1, 0.1, 0.02}), rotation_from_degrees({20, 30, 40}))};
+    // Trilinear in cells of h/4: second derivatives, about 5/h^2 of the share and 7/h^3 of the gradient where particles
+    // come (a fifth of a support off and more), times (h/4)^2/8 are 0.04 and 0.055/h; quadrature adds 0.016.
+    const Shape solids[] = {box({0.1, 0.1, 0.1}), sphere(0.05),
+                            rotated(box({0.1, 0.1, 0.02}), rotation_from_degrees({20, 30, 40}))};
     for (const Shape& solid : solids) {
         const WallMap map(solid, h);
-        for (const Vec3& x : {Vec3(0.0567, 0.051, 0.05), Vec3(0.03, 0.05, 0.056), Vec3(0.0555, 0.001, 0.003), Vec3(0.001, 0.002, 0.056), Vec3(-0.01, 0.03, 0.04)})
+        for (const Vec3& x : {Vec3(0.0567, 0.051, 0.05), Vec3(0.03, 0.05, 0.056), Vec3(0.0555, 0.001, 0.003),
+                              Vec3(0.001, 0.002, 0.056), Vec3(-0.01, 0.03, 0.04)})
             if (solid.distance(x) > h / 5) expect_near(map.at(x), by_quadrature(solid, x, 24), 0.055);
     }
 }

@@ -81,6 +81,7 @@ void write_frame(Simulation& s, CacheWriter& cache, const std::vector<DrawnBound
                  double started) {
     const Frame frame = make_frame(s, boundaries);
     cache.write_frame(frame);
+    append_probes(out, s);
     append_stats(out, s, frame.totals, wall_seconds() - started);
 }
 
@@ -135,6 +136,7 @@ int run_simulation(const SimArgs& args) {
     const std::vector<DrawnBoundary> boundaries = store_boundaries(scene, cache);
     progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0,
                     begin.from_checkpoint ? "continued" : "from the start");
+    begin_probe_file(out, s, begin.from_checkpoint ? s.clock.frame : first - 1);
     if (!begin.from_checkpoint) {
         refresh_surface(s);
         evaluate(s);

@@ -132,6 +132,7 @@ Simulation make_simulation(const scene::Scene& scene) {
                              .emitters = {}},
                  .walls = make_walls(scene, smoothing.support)};
     s.clock.frame = scene.frames.first;
+    s.probes = make_probes(scene);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");

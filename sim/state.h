@@ -11,6 +11,7 @@
 #include "sim/emitter.h"
 #include "sim/materials.h"
 #include "sim/particles.h"
+#include "sim/probes.h"
 #include "sim/smoothing.h"
 #include "sim/surface/surface.h"
 #include "sim/sweep.h"
@@ -68,6 +69,7 @@ struct Simulation {
     NeighbourLists neighbours{};
     Sweep sweep{};
     ReorderScratch reorder_scratch{};
+    Probes probes{};  // nothing of it outlives a frame
     StepStats stats{};
 };
 

@@ -65,6 +65,7 @@ double choose_step(Simulation& s, double wall_speed) {
 void move_on(Simulation& s, double dt, double wall_speed) {
     ScopedTimer timer(s.stats.integration_seconds);
     Clock& c = s.clock;
+    note_positions(s.probes, s.particles);
     leapfrog(s.particles, c.last_dt, dt);
     const double rest = c.next_frame - c.time;
     c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
@@ -73,6 +74,7 @@ void move_on(Simulation& s, double dt, double wall_speed) {
     move_walls(s.walls, c.time);
     const Real least = kLeastWallDistance * s.problem.smoothing.spacing;
     hold_off_walls(s.walls, s.particles, least, s.sweep.walls, dt, wall_speed);
+    count_passages(s.probes, s.particles, s.problem.smoothing.spacing);
 }
 
 /// The largest of term(i) [m^2] over all particles, as a length [m].

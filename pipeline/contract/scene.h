@@ -8,6 +8,7 @@
 
 #include "pipeline/contract/scene_key.h"
 #include "pipeline/contract/scene_look.h"
+#include "pipeline/contract/scene_probes.h"
 #include "pipeline/contract/scene_shapes.h"
 #include "pipeline/contract/scene_simulation.h"
 
@@ -24,6 +25,7 @@ struct Scene {
     std::vector<Emitter> emitters;
     Solver solver;
     Surface surface;
+    std::vector<Probe> probes;
     Look look;
 };
 template <class V>
@@ -41,6 +43,7 @@ void visit(V& v, Scene& s) {
     v.named("emitters", s.emitters, "discs that matter flows out of");
     v.block("solver", s.solver, "how the simulation computes");
     v.block("surface", s.surface, "the surface of surfels around the particles");
+    v.named("probes", s.probes, "what is measured at every frame, for probes.csv");
     v.block("look", s.look, "what the renderer reads; a change here never simulates again");
 }
 

@@ -63,7 +63,9 @@ class Builder {
         for (const T& entry : member) items.items.push_back(to_block(entry));
         put(name, std::move(items));
     }
-    void shape(const char* name, const Shape& member, Check, const char*) { put(name, to_value(member)); }
+    void shape(const char* name, const Shape& member, Check, const char*) {
+        if (!std::holds_alternative<std::monostate>(member.kind)) put(name, to_value(member));
+    }
     void shapes(const char* name, const std::vector<Shape>& member, Check, const char*);
     void named_shapes(const char* name, const std::vector<std::pair<std::string, Shape>>& member, const char*);
     void put(std::string_view name, Value value);

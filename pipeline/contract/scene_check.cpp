@@ -164,6 +164,8 @@ void check_extents(const Scene& scene, const Checker& check) {
         if (!good(extents.of(b.shape), "world.boundaries." + b.name + ".shape")) return;
     for (const Body& b : scene.bodies)
         if (!good(extents.of(b.shape), "bodies." + b.name + ".shape")) return;
+    for (const Probe& p : scene.probes)
+        if (!good(extents.of(p.region), "probes." + p.name + ".region")) return;
 }
 
 void check_shapes(const Scene& scene, const Checker& check) {
@@ -213,6 +215,8 @@ void check_scene(const Scene& scene, ReadContext& context) {
                       fmt::format("\"stop\" is {} s, not after \"start\"", e.stop));
         check_motion(e.motion, "emitters." + e.name + ".motion", check);
     }
+    for (const Probe& p : scene.probes)
+        check.refer(p.material, materials, "probes." + p.name + ".material", "material");
     check_look(scene.look, context);
 }
 

@@ -28,6 +28,10 @@ bodies:
 emitters:
   spout: {material: water, position: [0, 0, 0.1], radius: 0.015, speed: 1}
 solver: {spacing: 0.01, checkpoint_every: 2}
+probes:
+  mass: {measure: total}
+  into: {measure: flux, position: [0, 0, 0.08], direction: [0, 0, -1]}
+  nowhere: {measure: point, quantity: pressure, position: [9, 9, 9]}
 )";
 
 class Run : public testing::Test {
@@ -66,6 +70,10 @@ TEST_F(Run, StoppedAndContinuedGivesTheBytesOfAnUninterruptedRun) {
     EXPECT_GT(files("whole").size(), 10u);
     EXPECT_TRUE(files("whole") == files("parts"));
     EXPECT_TRUE(CacheReader(folder_ / "parts").complete());
+    const std::string probes = read_whole(folder_ / "whole" / "probes.csv");
+    EXPECT_TRUE(probes.starts_with("frame,time,mass,into,nowhere\n1,0,")) << probes;
+    EXPECT_EQ(std::count(probes.begin(), probes.end(), '\n'), 6);
+    EXPECT_EQ(probes, read_whole(folder_ / "parts" / "probes.csv"));
 }
 
 TEST_F(Run, WithoutCheckpointsItStartsOverToTheSameBytes) {

@@ -1,7 +1,7 @@
 #include "render/material.h"
 
-#include "pipeline/base/error.h"
 #include "render/microfacet.h"
+#include "render/rough_interface.h"
 
 namespace thixo::render {
 namespace {
@@ -9,11 +9,6 @@ namespace {
 using scene::AppearanceType;
 
 Vec3f mirrored(const Vec3f& w) { return {-w.x(), -w.y(), w.z()}; }
-
-Vec2f lattice(int i, int n) {  // rank-1, golden ratio
-    const double g = double(i) * 0.6180339887498949;
-    return {float((i + 0.5) / n), float(g - std::floor(g))};
-}
 
 /// E(mu) by visible normals: the mean of F G2/G1 over sampled reflections.
 template <class Fresnel>
@@ -38,16 +33,6 @@ Albedo tabulate_smooth(float ior) {
     Albedo table;
     for (int k = 0; k <= Albedo::kSteps; ++k) table.at[k] = fresnel(float(k) / Albedo::kSteps, ior);
     return table;
-}
-
-void add_mean(Albedo& table) {  // of the piecewise linear E, exactly
-    double sum = 0;
-    const double step = 1.0 / Albedo::kSteps;
-    for (int k = 0; k < Albedo::kSteps; ++k) {
-        const double a = table.at[k], b = table.at[k + 1], m = k * step;
-        sum += 2 * step * (0.5 * m * (a + b) + step * (a / 6 + b / 3));
-    }
-    table.mean = float(sum);
 }
 
 /// Mean of Schlick's reflectance, 2 int F mu dmu.
@@ -83,6 +68,21 @@ Vec3f reflection(const Material& m, const Vec3f& colour, const Vec3f& wo, const 
 
 }  // namespace
 
+Vec2f lattice(int i, int n) {
+    const double g = double(i) * 0.6180339887498949;
+    return {float((i + 0.5) / n), float(g - std::floor(g))};
+}
+
+void add_mean(Albedo& table) {
+    double sum = 0;
+    const double step = 1.0 / Albedo::kSteps;
+    for (int k = 0; k < Albedo::kSteps; ++k) {
+        const double a = table.at[k], b = table.at[k + 1], m = k * step;
+        sum += 2 * step * (0.5 * m * (a + b) + step * (a / 6 + b / 3));
+    }
+    table.mean = float(sum);
+}
+
 Vec3f Material::colour_at(const Vec3f& position) const {
     if (checker <= 0) return colour;
     const auto field = [&](float x) { return std::int64_t(std::floor(x / checker)); };
@@ -100,8 +100,7 @@ Material make_material(const scene::Appearance& a) {
     m.absorption = a.absorption.cast<float>();
     m.priority = a.priority;
     if (m.dielectric() && !m.smooth())
-        throw InputError("look.appearances.{}.roughness: a rough dielectric cannot be rendered yet; set it to 0",
-                         a.name);
+        m.interface = std::make_shared<const InterfaceAlbedo>(tabulate_interface(m.roughness));
     if (m.type == AppearanceType::conductor && !m.smooth())
         m.albedo = tabulate(m.roughness, [](float) { return 1.0f; });
     if (m.type == AppearanceType::plastic)

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 
 #include "pipeline/contract/scene.h"
 #include "render/warp.h"
@@ -24,6 +25,13 @@ struct Albedo {
     }
 };
 
+/// Fills in the mean of the piecewise linear E.
+void add_mean(Albedo& table);
+/// Point i of n of a rank-1 lattice (golden ratio).
+Vec2f lattice(int i, int n);
+
+struct InterfaceAlbedo;
+
 /// An appearance made ready.
 struct Material {
     scene::AppearanceType type = scene::AppearanceType::diffuse;
@@ -34,14 +42,16 @@ struct Material {
     Vec3f absorption{0, 0, 0};  // 1/m
     int priority = 0;
     Albedo albedo;  // conductor: of a perfect mirror's roughness; plastic: of the coat
+    std::shared_ptr<const InterfaceAlbedo> interface;  // rough dielectric
 
     bool dielectric() const { return type == scene::AppearanceType::dielectric; }
     bool smooth() const { return roughness < kSmooth; }
+    /// Lets light through in a straight line, but for refraction.
+    bool clear() const { return dielectric() && smooth(); }
     /// Colour at a world position: the checker's field, or plain.
     Vec3f colour_at(const Vec3f& position) const;
 };
 
-/// Makes a material of an appearance. Throws InputError for what is not there yet: a rough dielectric.
 Material make_material(const scene::Appearance& appearance);
 
 /// A direction chosen by an opaque surface. weight = f cos / pdf [1].

@@ -2,6 +2,7 @@
 
 #include "render/media.h"
 #include "render/microfacet.h"
+#include "render/rough_interface.h"
 
 namespace thixo::render {
 namespace {
@@ -53,7 +54,7 @@ class Path {
             s_.throughput = s_.throughput.cwiseProduct(absorb(world_, s_.interior, s_.ray, 0, hit.t));
             const Material& material = world_.material(hit.object);
             note_first(hit, material);
-            if (material.dielectric() ? !interact(hit) : !shade(hit, material)) break;
+            if (material.dielectric() ? !interact(hit, material) : !shade(hit, material)) break;
             if (!roulette()) break;
         }
         return s_.radiance;
@@ -137,8 +138,8 @@ class Path {
             add(world_.background, false);
     }
 
-    /// A smooth dielectric: reflects or refracts by chance. False: the path ends.
-    bool interact(const Hit& hit) {
+    /// A dielectric: reflects or refracts by chance. False: the path ends.
+    bool interact(const Hit& hit, const Material& material) {
         const Interface interface = interface_at(world_, s_.interior, hit);
         if (!interface.real) {
             s_.interior = interface.behind;
@@ -146,6 +147,7 @@ class Path {
             return true;
         }
         if (++s_.bounces > world_.settings.max_bounces) return false;
+        if (!material.smooth()) return scatter_rough(hit, material, interface);
         const float choose = sampler_.next();
         // The smooth normal decides unless it sends the ray to the wrong side of the surface; then the surface itself
         // does.
@@ -179,27 +181,48 @@ class Path {
         return true;
     }
 
+    /// A rough interface: light from the lights on both its sides, then on in a direction of its choice.
+    bool scatter_rough(const Hit& hit, const Material& material, const Interface& interface) {
+        const RoughInterface rough{material.roughness, interface.after / interface.before, material.interface.get()};
+        const Frame3 frame = frame_at(hit);
+        const Vec3f wo = frame.local(-s_.ray.direction);
+        const auto f = [&](const Vec3f& wi, float& pdf) { return Vec3f(Vec3f::Constant(evaluate(rough, wo, wi, pdf))); };
+        begin_shading(hit, frame.n);
+        light_up(hit, frame, frame.side, s_.interior, f);
+        light_up(hit, frame, -frame.side, interface.behind, f);
+        const float choose = sampler_.next();
+        const Scatter scattered = scatter(rough, wo, choose, sampler_.next2());
+        if (scattered.weight.maxCoeff() <= 0) return false;
+        const Vec3f direction = frame.world(scattered.direction);
+        const bool through = scattered.direction.z() < 0;
+        if ((frame.side.dot(direction) < 0) != through) return false;
+        s_.throughput = s_.throughput.cwiseProduct(scattered.weight);
+        s_.pdf = scattered.pdf;
+        s_.chain = Chain::direct;
+        if (!through) {
+            s_.ray = {leave(hit, direction), direction, 0, kInfinity, true};
+            return true;
+        }
+        s_.normal = -frame.n;
+        s_.ray = {pass(hit, direction), direction};
+        s_.interior = interface.behind;
+        s_.compression *= square(rough.eta);
+        return true;
+    }
+
     /// An opaque surface: light from the lights, then on in a direction of its choice. False: the path ends.
     bool shade(const Hit& hit, const Material& material) {
         if (++s_.bounces > world_.settings.max_bounces) return false;
-        const Vec3f out = -s_.ray.direction;
-        const Vec3f side = hit.geometric.dot(out) > 0 ? hit.geometric : Vec3f(-hit.geometric);
-        Vec3f n = hit.normal.dot(side) > 0 ? hit.normal : Vec3f(-hit.normal);
-        if (n.dot(out) < 1e-3f) n = side;
-        Vec3f a, b;
-        orthonormal_basis(n, a, b);
-        const auto local = [&](const Vec3f& w) { return Vec3f(w.dot(a), w.dot(b), w.dot(n)); };
-        const Vec3f wo = local(out), colour = material.colour_at(hit.position);
-        ++s_.shaded;
-        s_.position = hit.position;
-        s_.normal = n;
-        if (strategy_ != Strategy::surfaces) light_up(hit, material, colour, wo, n, side, local);
+        const Frame3 frame = frame_at(hit);
+        const Vec3f wo = frame.local(-s_.ray.direction), colour = material.colour_at(hit.position);
+        begin_shading(hit, frame.n);
+        light_up(hit, frame, frame.side, s_.interior,
+                 [&](const Vec3f& wi, float& pdf) { return evaluate(material, colour, wo, wi, pdf); });
         const float choose = sampler_.next();
         const Scatter scattered = scatter(material, colour, wo, choose, sampler_.next2());
         if (scattered.weight.maxCoeff() <= 0) return false;
-        const Vec3f direction =
-            (scattered.direction.x() * a + scattered.direction.y() * b + scattered.direction.z() * n).normalized();
-        if (side.dot(direction) <= 0) return false;
+        const Vec3f direction = frame.world(scattered.direction);
+        if (frame.side.dot(direction) <= 0) return false;
         s_.throughput = s_.throughput.cwiseProduct(scattered.weight);
         s_.pdf = scattered.pdf;
         s_.chain = Chain::direct;
@@ -211,45 +234,72 @@ class Path {
         return true;
     }
 
-    /// Next-event estimation: every light at the first shaded surface, one by its share at later ones.
-    template <class Local>
-    void light_up(const Hit& hit, const Material& material, const Vec3f& colour, const Vec3f& wo, const Vec3f& n,
-                  const Vec3f& side, Local&& local) {
-        const std::size_t count = world_.lights.size();
-        if (count == 0) return;
+    /// The frame scattering is told in: n on the side the ray comes from, smooth unless that leans away from the ray;
+    /// `side` is the surface's own normal on that side.
+    struct Frame3 {
+        Vec3f a, b, n, side;
+        Vec3f local(const Vec3f& w) const { return {w.dot(a), w.dot(b), w.dot(n)}; }
+        Vec3f world(const Vec3f& w) const { return (w.x() * a + w.y() * b + w.z() * n).normalized(); }
+    };
+    Frame3 frame_at(const Hit& hit) const {
+        const Vec3f out = -s_.ray.direction;
+        Frame3 frame;
+        frame.side = hit.geometric.dot(out) > 0 ? hit.geometric : Vec3f(-hit.geometric);
+        frame.n = hit.normal.dot(frame.side) > 0 ? hit.normal : Vec3f(-hit.normal);
+        if (frame.n.dot(out) < 1e-3f) frame.n = frame.side;
+        orthonormal_basis(frame.n, frame.a, frame.b);
+        return frame;
+    }
+
+    void begin_shading(const Hit& hit, const Vec3f& n) {
+        ++s_.shaded;
+        s_.position = hit.position;
+        s_.normal = n;
         s_.total_strength = 0;
+        if (s_.shaded > 1)
+            for (const Light& light : world_.lights) s_.total_strength += light_strength(light, hit.position);
+    }
+
+    /// Next-event estimation on one side of the surface: every light at the first shaded surface, one by its share at
+    /// later ones. f(wi, pdf) is what is scattered of light from the local direction wi.
+    template <class F>
+    void light_up(const Hit& hit, const Frame3& frame, const Vec3f& side, const Interior& interior, F&& f) {
+        const std::size_t count = world_.lights.size();
+        if (count == 0 || strategy_ == Strategy::surfaces) return;
         if (s_.shaded == 1) {
-            for (std::size_t i = 0; i < count; ++i) light_from(i, hit, material, colour, wo, n, side, local);
+            for (std::size_t i = 0; i < count; ++i) light_from(i, hit, frame, side, interior, f);
             return;
         }
-        for (const Light& light : world_.lights) s_.total_strength += light_strength(light, hit.position);
         float u = sampler_.next();
         std::size_t i = 0;
         while (i + 1 < count && u >= share(i)) u -= share(i++);
-        light_from(i, hit, material, colour, wo, n, side, local);
+        light_from(i, hit, frame, side, interior, f);
     }
 
-    template <class Local>
-    void light_from(std::size_t i, const Hit& hit, const Material& material, const Vec3f& colour, const Vec3f& wo,
-                    const Vec3f& n, const Vec3f& side, Local&& local) {
-        const LightSample light = sample_light(world_.lights[i], hit.position, n, sampler_.next2());
+    template <class F>
+    void light_from(std::size_t i, const Hit& hit, const Frame3& frame, const Vec3f& side, const Interior& interior,
+                    F&& f) {
+        const bool behind = side.dot(frame.side) < 0;
+        const LightSample light =
+            sample_light(world_.lights[i], hit.position, behind ? Vec3f(-frame.n) : frame.n, sampler_.next2());
         if (light.pdf <= 0 || side.dot(light.direction) <= 0) return;
         float pdf = 0;
-        const Vec3f f = evaluate(material, colour, wo, local(light.direction), pdf);
-        if (f.maxCoeff() <= 0) return;
-        const Ray shadow{leave(hit, light.direction), light.direction, 0, light.distance * (1 - 1e-4f), true};
+        const Vec3f scattered = f(frame.local(light.direction), pdf);
+        if (scattered.maxCoeff() <= 0) return;
+        const Ray shadow{behind ? pass(hit, light.direction) : leave(hit, light.direction), light.direction, 0,
+                         light.distance * (1 - 1e-4f), !behind};
         for (std::size_t j = 0; j < world_.lights.size();
              ++j)  // rectangles stand in each other's light, as they do for a ray that meets them
             if (j != i && !world_.lights[j].infinite() &&
                 hit_area(world_.lights[j], shadow.origin, shadow.direction) < shadow.tmax)
                 return;
         bool through = false;
-        const Vec3f left = transmittance(world_, shadow, s_.interior, through);
+        const Vec3f left = transmittance(world_, shadow, interior, through);
         if (left.maxCoeff() <= 0) return;
         const float chance = share(i) * light.pdf;
         // Light that came through a dielectric cannot be met by chance (chance_weight).
         const float weight = through || strategy_ == Strategy::lights ? 1 : mis_weight(chance, pdf);
-        add(f.cwiseProduct(light.radiance).cwiseProduct(left) * (weight / chance), s_.shaded > 1);
+        add(scattered.cwiseProduct(light.radiance).cwiseProduct(left) * (weight / chance), s_.shaded > 1);
     }
 
     bool roulette() {
@@ -282,7 +332,7 @@ Vec3f transmittance(const World& world, Ray ray, Interior interior, bool& throug
         if (!found) return left;
         const Interface interface = interface_at(world, interior, hit);
         if (interface.real) {
-            if (!world.settings.straight_shadows) return Vec3f::Zero();
+            if (!world.settings.straight_shadows || !world.material(hit.object).clear()) return Vec3f::Zero();
             through = true;
             left *= 1 - straight_reflectance(interface, hit, ray.direction);
         }

@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 
 namespace thixo::render {
@@ -98,19 +97,6 @@ TEST(Material, TheDensityIsThatOfTheSamples) {
             integral += double(pdf) * 2 * kPi * (1 - edge);
         }
         EXPECT_NEAR(share / n, integral / n, 0.015) << int(c.type) << " " << c.roughness;
-    }
-}
-
-TEST(Material, ARoughDielectricIsRefusedByName) {
-    scene::Appearance a;
-    a.name = "frost";
-    a.type = AppearanceType::dielectric;
-    a.roughness = 0.3;
-    try {
-        make_material(a);
-        FAIL() << "accepted";
-    } catch (const InputError& e) {
-        EXPECT_NE(std::string(e.what()).find("look.appearances.frost.roughness"), std::string::npos);
     }
 }
 

@@ -10,7 +10,7 @@ void compute_density(Particles& particles, const NeighbourLists& neighbours, con
                      const Smoothing& smoothing, Sweep& sweep) {
     const Poly6 kernel = smoothing.density;
     const Quad* place = sweep.place.data();
-    const auto nobody = static_cast<Index>(particles.size());
+    const Index nobody = sweep.nobody();
     sweep.walls.resize(particles.size());
     parallel_chunks(
         particles.size(),
@@ -37,8 +37,7 @@ void compute_density(Particles& particles, const NeighbourLists& neighbours, con
 }
 
 void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
-    sweep.matter.resize(particles.size() + 1);
-    sweep.matter[particles.size()] = {0, 0, 0, 0};
+    resize_packed(sweep.ghosts, sweep.matter, {0, 0, 0, 0});
     sweep.one_material = materials.size() == 1;
     parallel_for(
         particles.size(),
@@ -54,6 +53,9 @@ void compute_pressure(Particles& particles, const std::vector<MaterialParams>& m
             sweep.motion[i].w = particles.mass[i] / rho;
         },
         2048);
+    refresh_places(sweep.ghosts, sweep.place);
+    refresh_ghosts(sweep.ghosts, sweep.motion);
+    refresh_ghosts(sweep.ghosts, sweep.matter);
 }
 
 }  // namespace thixo

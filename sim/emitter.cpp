@@ -32,9 +32,11 @@ std::vector<Vec3> sites_in_disc(double radius, Real spacing, int k, Real dx, Rea
 // What an emitter's sites are checked against: the particles that were there, and those made before them in this call.
 class FreeRoom {
   public:
-    FreeRoom(const Particles& particles, const Vec3& centre, Real reach, Real least) : least2_(square(least)) {
+    FreeRoom(const Particles& particles, const Periodic& periodic, const Vec3& centre, Real reach, Real least)
+        : least2_(square(least)) {
         for (const Vec3& x : particles.position)
-            if ((x - centre).squaredNorm() < square(reach)) near_.push_back(x);
+            if (const Vec3 image = periodic.nearest_image(x, centre); (image - centre).squaredNorm() < square(reach))
+                near_.push_back(image);
     }
     bool take(const Vec3& x) {
         for (const Vec3& y : near_)
@@ -91,8 +93,8 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
 }
 
 void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts,
-                    const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, std::uint64_t seed,
-                    double time, double last_dt, std::vector<EmitterState>& states, Particles& particles,
+                    const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, const Periodic& periodic,
+                    std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states, Particles& particles,
                     std::int64_t& next_id) {
     const double d = smoothing.spacing;
     for (std::size_t e = 0; e < emitters.size(); ++e) {
@@ -109,7 +111,7 @@ void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vect
             const Vec3d centre = pose.apply(layout.centre);
             const Vec3d drift = jet + moving.linear + moving.angular.cross(centre - pose.translation);
             const Vec3d now = centre + age * drift + 0.5 * square(age) * fall;
-            FreeRoom room(particles, now.cast<Real>(), static_cast<Real>(emitter.radius + 2 * d),
+            FreeRoom room(particles, periodic, now.cast<Real>(), static_cast<Real>(emitter.radius + 2 * d),
                           kFreeRoom * smoothing.spacing);
             for (const Vec3& site : layer) {
                 const std::int64_t id = next_id;
@@ -120,13 +122,14 @@ void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vect
                 const Vec3d at = centre + pose.rotation * (layout.turn * shaken);
                 const Vec3d flow = jet + moving.linear + moving.angular.cross(at - pose.translation);
                 const Vec3d x = at + age * flow + 0.5 * square(age) * fall;
-                if (wall_distance(walls, x.cast<Real>()) < kWallRoom * smoothing.spacing ||
+                const Vec3 in = periodic.wrapped(x.cast<Real>());
+                if (wall_distance(walls, in) < kWallRoom * smoothing.spacing ||
                     !room.take(x.cast<Real>())) {
                     ++state.blocked;
                     continue;
                 }
                 const Index i = add_particle(particles, next_id++);
-                particles.position[i] = particles.surface_position[i] = x.cast<Real>();
+                particles.position[i] = particles.surface_position[i] = in;
                 particles.velocity[i] = (flow + (age - 0.5 * last_dt) * fall).cast<Real>();
                 particles.acceleration[i] = gravity;
                 particles.mass[i] = static_cast<Real>(layout.mass);

@@ -58,7 +58,7 @@ void compute_accelerations(Particles& particles, const NeighbourLists& neighbour
     const Real s = smoothing.support / 2;
     const Real softening = Real(0.01) * square(s);
     const Real artificial = params.artificial_viscosity * s;
-    const auto nobody = static_cast<Index>(particles.size());
+    const Index nobody = sweep.nobody();
     parallel_for(particles.size(), [&](std::size_t i) {
         Vec3 f = sweep.one_material
                      ? force_of_neighbours<true>(i, neighbours[i], nobody, sweep, smoothing, artificial, softening)

@@ -56,7 +56,8 @@ std::optional<double> at_point(const Simulation& s, const Probes::Entry& e) {
     const Vec3 x = e.probe.position.cast<Real>();
     double weight = 0, sum = 0;
     s.grid.for_each_neighbour(x, smoothing.support, [&](Index j, Real r2) {
-        if (j >= s.particles.size() || (e.material >= 0 && s.particles.material[j] != e.material)) return;
+        if (j >= s.particles.size()) j = s.sweep.ghosts.source[j - s.particles.size()];
+        if (e.material >= 0 && s.particles.material[j] != e.material) return;
         const double w = static_cast<double>(s.particles.rest_volume[j] * smoothing.density.value(r2));
         weight += w;
         sum += w * quantity(s, e.probe.quantity, j);

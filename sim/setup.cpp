@@ -70,6 +70,19 @@ double drop_height(const scene::Scene& scene) {
     return std::isfinite(top) && std::isfinite(bottom) ? std::max(0.0, top - bottom) : 0;
 }
 
+/// Matter is placed within the domain; a body that reaches beyond a periodic face would lose that part.
+void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Periodic& periodic, Real spacing) {
+    const auto box = shape.bounds();
+    for (int a = 0; a < 3; ++a) {
+        const Periodic::Axis& axis = periodic.axis[static_cast<std::size_t>(a)];
+        if (!axis.on || !box) continue;
+        if (box->lower[a] < axis.from - spacing / 2 || box->upper[a] > axis.to + spacing / 2)
+            throw InputError("{}: body '{}' reaches from {} to {} m, beyond the periodic faces {} and {} m of axis {}; "
+                             "cut it there",
+                             body.shape.where, body.name, box->lower[a], box->upper[a], axis.from, axis.to, "xyz"[a]);
+    }
+}
+
 void add_body(const scene::Body& body, int number, Simulation& s) {
     const scene::Scene& scene = s.problem.scene;
     const Real d = s.problem.smoothing.spacing;
@@ -82,11 +95,14 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
         others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
         return !taken;
     };
-    const std::vector<Vec3> sites = pack_shape(make_shape(scene, body.shape), d, free);
+    const Shape shape = make_shape(scene, body.shape);
+    refuse_beyond_faces(body, shape, s.problem.periodic, d);
+    const std::vector<Vec3> sites = pack_shape(shape, d, free, s.problem.periodic);
     if (sites.empty())
         throw InputError(
             "{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
             body.shape.where, body.name, d);
+    const Real volume = cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
     Vec3d centre(0, 0, 0);
     for (const Vec3& x : sites) centre += x.cast<double>() / static_cast<double>(sites.size());
     const std::size_t first = s.particles.size();
@@ -95,10 +111,10 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
     for (std::size_t k = 0; k < sites.size(); ++k) {
         const std::size_t i = first + k;
         p.id[i] = s.next_id++;
-        p.position[i] = p.surface_position[i] = sites[k];
+        p.position[i] = p.surface_position[i] = s.problem.periodic.wrapped(sites[k]);
         p.velocity[i] = (body.velocity + body.angular_velocity.cross(sites[k].cast<double>() - centre)).cast<Real>();
         p.acceleration[i] = s.problem.gravity;
-        p.rest_volume[i] = cube(d);
+        p.rest_volume[i] = volume;
         p.density[i] = s.problem.materials[static_cast<std::size_t>(material)].density;
         p.mass[i] = p.density[i] * p.rest_volume[i];
         p.temperature[i] = static_cast<Real>(body.temperature);
@@ -128,6 +144,7 @@ Simulation make_simulation(const scene::Scene& scene) {
                              .smoothing = smoothing,
                              .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing),
                              .gravity = scene.world.gravity.cast<Real>(),
+                             .periodic = make_periodic(scene.world, smoothing.support),
                              .expected_speed = speed,
                              .emitters = {}},
                  .walls = make_walls(scene, smoothing.support)};

@@ -11,6 +11,7 @@
 #include "sim/emitter.h"
 #include "sim/materials.h"
 #include "sim/particles.h"
+#include "sim/periodic.h"
 #include "sim/probes.h"
 #include "sim/smoothing.h"
 #include "sim/surface/surface.h"
@@ -27,6 +28,7 @@ struct Problem {
     Smoothing smoothing;
     std::vector<MaterialParams> materials;
     Vec3 gravity{0, 0, 0};                // [m/s^2]
+    Periodic periodic;
     double expected_speed = 0;            // U [m/s]
     std::vector<EmitterLayout> emitters;  // one per scene emitter
 };
@@ -65,6 +67,7 @@ struct Simulation {
     std::int64_t next_id = 0;
 
     // Scratch of a step, nothing of it outlives the step.
+    std::vector<Vec3> places{};  // of particles and ghosts; empty without periodic axes [m]
     PointGrid grid{};
     NeighbourLists neighbours{};
     Sweep sweep{};

@@ -26,8 +26,15 @@ void sort_particles(Simulation& s) {
 void find_neighbours(Simulation& s) {
     ScopedTimer timer(s.stats.neighbours_seconds);
     sort_particles(s);
-    s.grid.build(s.particles.position, s.problem.smoothing.support);
-    s.neighbours.build(s.grid, s.problem.smoothing.support);
+    const Real support = s.problem.smoothing.support;
+    find_ghosts(s.problem.periodic, s.particles.position, support, s.sweep.ghosts);
+    if (s.problem.periodic.any()) {
+        append_ghosts(s.sweep.ghosts, s.particles.position, s.places);
+        s.grid.build(s.places, support);
+    } else {
+        s.grid.build(s.particles.position, support);
+    }
+    s.neighbours.build(s.grid, support, s.particles.size());
 }
 
 void find_density(Simulation& s) {
@@ -45,7 +52,7 @@ void find_forces(Simulation& s) {
 
 void emit(Simulation& s) {
     emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity,
-                   s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
+                   s.problem.periodic, s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
 }
 
 double choose_step(Simulation& s, double wall_speed) {
@@ -75,6 +82,7 @@ void move_on(Simulation& s, double dt, double wall_speed) {
     const Real least = kLeastWallDistance * s.problem.smoothing.spacing;
     hold_off_walls(s.walls, s.particles, least, s.sweep.walls, dt, wall_speed);
     count_passages(s.probes, s.particles, s.problem.smoothing.spacing);
+    wrap_particles(s.problem.periodic, s.particles);
 }
 
 /// The largest of term(i) [m^2] over all particles, as a length [m].

@@ -1,5 +1,6 @@
 #include "sim/sweep.h"
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 
 namespace thixo {
@@ -7,10 +8,9 @@ namespace thixo {
 void pack_motion(const Particles& particles, double last_dt, Sweep& sweep) {
     const std::size_t n = particles.size();
     const Real half = static_cast<Real>(0.5 * last_dt);
-    sweep.place.resize(n + 1);
-    sweep.motion.resize(n + 1);
-    sweep.place[n] = {Real(1e9), Real(1e9), Real(1e9), 0};
-    sweep.motion[n] = {0, 0, 0, 0};
+    THIXO_ASSERT(sweep.ghosts.particles == n, "ghosts of {} particles for {}", sweep.ghosts.particles, n);
+    resize_packed(sweep.ghosts, sweep.place, {Real(1e9), Real(1e9), Real(1e9), 0});
+    resize_packed(sweep.ghosts, sweep.motion, {0, 0, 0, 0});
     parallel_for(
         n,
         [&](std::size_t i) {
@@ -20,6 +20,8 @@ void pack_motion(const Particles& particles, double last_dt, Sweep& sweep) {
             sweep.motion[i] = {v.x(), v.y(), v.z(), 0};
         },
         2048);
+    refresh_places(sweep.ghosts, sweep.place);
+    refresh_ghosts(sweep.ghosts, sweep.motion);
 }
 
 }  // namespace thixo

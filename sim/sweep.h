@@ -6,21 +6,26 @@
 #include "sim/lanes.h"
 #include "sim/materials.h"
 #include "sim/particles.h"
+#include "sim/periodic.h"
 #include "sim/walls.h"
 
 namespace thixo {
 
-/// One more place than particles: the last is a dummy without volume far from everything, which fills up the last run
-/// of a list.
+/// Particles, then their ghosts across periodic faces (periodic.h), and one more place: the last is a dummy without
+/// volume far from everything, which fills up the last run of a list.
 struct Sweep {
+    Ghosts ghosts;
     std::vector<Quad> place;   // x [m]; rest volume V0 [m^3] until compute_density has read it, then pressure P [Pa]
     std::vector<Quad> motion;  // v(t) [m/s], volume V [m^3]
     std::vector<Quad> matter;  // viscosity mu [Pa s], rho0 c [kg/(m^2 s)], -, -
     bool one_material = true;  // matter is the same everywhere
-    std::vector<WallEffect> walls;
+    std::vector<WallEffect> walls;  // of particles alone
+
+    /// The dummy's index.
+    Index nobody() const { return static_cast<Index>(ghosts.particles + ghosts.size()); }
 };
 
-/// Fills place with V0, and motion but for the volumes. v(t) is the half-step velocity carried on by the acceleration
+/// Fills place with V0, and motion but for the volumes, those of sweep.ghosts too. v(t) is the half-step velocity carried on by the acceleration
 /// of the step before:
 ///   v(t) = v(t - dt0/2) + dt0/2 a(t - dt0)
 /// second order in the step, as dissertation 7.2 asks where a force needs it.

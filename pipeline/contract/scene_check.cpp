@@ -179,6 +179,25 @@ void check_shapes(const Scene& scene, const Checker& check) {
     check_extents(scene, check);
 }
 
+void check_periodic(const Scene& scene, const Checker& check) {
+    const std::vector<PeriodicAxis>& list = scene.world.periodic;
+    // Nearer together than two supports, a particle would meet two images of another.
+    const double least = 2 * scene.solver.support * scene.solver.spacing;
+    for (std::size_t k = 0; k < list.size(); ++k) {
+        const std::string path = fmt::format("world.periodic.{}", k);
+        const auto same = [&](const PeriodicAxis& other) { return other.axis == list[k].axis; };
+        check.require(std::none_of(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(k), same), path + ".axis",
+                      fmt::format("axis {} is periodic already", "xyz"[static_cast<int>(list[k].axis)]));
+        check.require(list[k].to - list[k].from >= least * (1 - 1e-9), path + ".to",
+                      fmt::format("\"to\" must be at least two supports, {} m, above \"from\", not {} m", least,
+                                  list[k].to - list[k].from),
+                      "a smaller solver.spacing has a smaller support");
+    }
+    check.require(list.empty() || !scene.surface.enabled, "world.periodic",
+                  "a scene with periodic axes cannot have a surface: surfels do not cross periodic faces",
+                  "write surface: {enabled: false}");
+}
+
 }  // namespace
 
 void check_look(const Look& look, ReadContext& context) {
@@ -217,6 +236,7 @@ void check_scene(const Scene& scene, ReadContext& context) {
     }
     for (const Probe& p : scene.probes)
         check.refer(p.material, materials, "probes." + p.name + ".material", "material");
+    check_periodic(scene, check);
     check_look(scene.look, context);
 }
 

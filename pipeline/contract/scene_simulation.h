@@ -53,14 +53,34 @@ void visit(V& v, Boundary& b) {
     v.key("visible", b.visible, "", any(), "false: not drawn");
 }
 
+enum class Axis { x, y, z };
+template <>
+struct Words<Axis> {
+    static constexpr std::array<std::string_view, 3> list{"x", "y", "z"};
+};
+
+struct PeriodicAxis {
+    Axis axis = Axis::x;
+    double from = 0, to = 0;  // m
+};
+template <class V>
+void visit(V& v, PeriodicAxis& p) {
+    v.key("axis", p.axis, "", required(), "the axis along which the domain repeats itself");
+    v.key("from", p.from, "m", required(between(-1e6, 1e6)), "place of the lower face");
+    v.key("to", p.to, "m", required(between(-1e6, 1e6)), "place of the upper face, at least two supports farther");
+}
+
 struct World {
     Vec3d gravity{0, 0, -9.81};  // m/s^2
     std::vector<Boundary> boundaries;
+    std::vector<PeriodicAxis> periodic;
 };
 template <class V>
 void visit(V& v, World& w) {
     v.key("gravity", w.gravity, "m/s^2", between(-1e4, 1e4), "acceleration of free fall");
     v.named("boundaries", w.boundaries, "walls, floors and vessels");
+    v.list("periodic", w.periodic,
+           "periodic axes: what leaves through one face comes back through the other; boundaries are not repeated");
 }
 
 struct Material {

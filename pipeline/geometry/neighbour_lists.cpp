@@ -55,16 +55,16 @@ alignas(32) constexpr auto kFrontLanes = front_lanes();
 
 }  // namespace
 
-void NeighbourLists::resize(std::size_t n) {
-    block_.resize(n);
-    begin_.resize(n);
-    count_.resize(n);
-    blocks_.resize((n + kChunk - 1) / kChunk);
+void NeighbourLists::resize(std::size_t lists, std::size_t places) {
+    block_.resize(lists);
+    begin_.resize(lists);
+    count_.resize(lists);
+    blocks_.resize((places + kChunk - 1) / kChunk);
 }
 
-void NeighbourLists::build(const PointGrid& grid, Real radius) {
+void NeighbourLists::build(const PointGrid& grid, Real radius, std::size_t count) {
     THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
-    resize(grid.size());
+    resize(std::min(count, grid.size()), grid.size());
     parallel_chunks(grid.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         fill(grid, nullptr, radius, static_cast<Index>(begin), static_cast<Index>(end),
              static_cast<std::uint32_t>(chunk));
@@ -73,7 +73,7 @@ void NeighbourLists::build(const PointGrid& grid, Real radius) {
 
 void NeighbourLists::build(const PointGrid& grid, std::span<const Vec3> queries, Real radius) {
     THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
-    resize(queries.size());
+    resize(queries.size(), queries.size());
     parallel_chunks(queries.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         fill(grid, queries.data(), radius, static_cast<Index>(begin), static_cast<Index>(end),
              static_cast<std::uint32_t>(chunk));
@@ -112,10 +112,14 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
     const Real limit = radius * radius;
     std::size_t used = 0, candidates = 0;
     PointGrid::Cell present{0, 0, 0};
+    bool collected = false;
     for (Index s = begin; s < end; ++s) {
+        const Index i = queries ? s : grid.index(s);
+        if (i >= size()) continue;
         const Vec3 p = queries ? queries[s] : Vec3(grid.x()[s], grid.y()[s], grid.z()[s]);
         const PointGrid::Cell cell = grid.cell_of(p);
-        if (s == begin || cell.x != present.x || cell.y != present.y || cell.z != present.z) {
+        if (!collected || cell.x != present.x || cell.y != present.y || cell.z != present.z) {
+            collected = true;
             present = cell;
             collect(b, grid, cell, candidates);  // shared by all that follow in the same cell
         }
@@ -131,7 +135,6 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
         }
         if (!grid.identity())
             for (std::size_t k = 0; k < found; ++k) out[k] = grid.index(out[k]);
-        const Index i = queries ? s : grid.index(s);
         block_[i] = block;
         begin_[i] = static_cast<std::uint32_t>(used);
         count_[i] = static_cast<std::uint32_t>(found);

@@ -14,7 +14,10 @@ namespace thixo {
 class NeighbourLists {
   public:
     /// Requires radius <= grid.cell() [m].
-    void build(const PointGrid& grid, Real radius);
+    void build(const PointGrid& grid, Real radius) { build(grid, radius, grid.size()); }
+
+    /// Lists of the first `count` points alone; the others appear in them.
+    void build(const PointGrid& grid, Real radius, std::size_t count);
 
     /// The same for places that are no points of the grid: for every query q all points j with |q - x_j| < radius.
     /// Fastest where queries that follow each other lie near each other.
@@ -35,7 +38,7 @@ class NeighbourLists {
         std::vector<Real> x, y, z;     // candidates of the present cell
         std::vector<Index> candidate;  // their slots
     };
-    void resize(std::size_t n);
+    void resize(std::size_t lists, std::size_t places);
     void collect(Block& block, const PointGrid& grid, const PointGrid::Cell& cell, std::size_t& candidates);
     void fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end, std::uint32_t block);
 

@@ -2,12 +2,15 @@
 
 #include <immintrin.h>
 
+#include <array>
 #include <atomic>
 #include <csignal>
+#include <span>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "render/pixel_filter.h"
+#include "render/warp.h"
 
 namespace thixo::render {
 namespace {
@@ -28,45 +31,65 @@ class FlushDenormals {
     unsigned before_;
 };
 
+/// What the samples of a pixel have come to so far.
 struct Pixel {
-    Vec3f colour, variance, normal, albedo;
-    float alpha, depth;
+    Vec3d sum{0, 0, 0}, squares{0, 0, 0}, normal{0, 0, 0}, albedo{0, 0, 0};
+    int samples = 0, covered = 0;
+    float depth = kFar;
+
+    Vec3d mean() const { return sum / samples; }
+    /// Variance of the mean.
+    Vec3d variance() const {
+        if (samples < 2) return Vec3d::Zero();
+        return (squares / samples - mean().cwiseProduct(mean())).cwiseMax(0.0) / (samples - 1);
+    }
 };
 
-Pixel render_pixel(const World& world, const PixelFilter& filter, const FilmSettings& settings, int x, int y) {
-    Vec3d sum = Vec3d::Zero(), squares = Vec3d::Zero(), normal = Vec3d::Zero(), albedo = Vec3d::Zero();
-    int covered = 0;
-    float depth = kFar;
-    for (int i = 0; i < settings.samples; ++i) {
-        Sampler sampler(settings.seed, std::uint32_t(x), std::uint32_t(y), std::uint32_t(i));
-        const Vec2f offset = filter.offset(sampler.next2()), lens = sampler.next2();
-        const Ray ray = world.camera.ray(float(x) + 0.5f + offset.x(), float(y) + 0.5f + offset.y(), lens);
-        FirstHit first;
-        const Vec3d c = radiance(world, ray, sampler, first, settings.strategy).cast<double>();
-        sum += c;
-        squares += c.cwiseProduct(c);
-        if (!first.found) continue;
-        ++covered;
-        normal += first.normal.cast<double>();
-        albedo += first.albedo.cast<double>();
-        if (first.depth > 0) depth = std::min(depth, first.depth);
+void add_sample(Pixel& pixel, const World& world, const PixelFilter& filter, const FilmSettings& settings, int x, int y) {
+    Sampler sampler(settings.seed, std::uint32_t(x), std::uint32_t(y), std::uint32_t(pixel.samples));
+    const Vec2f offset = filter.offset(sampler.next2()), lens = sampler.next2();
+    const Ray ray = world.camera.ray(float(x) + 0.5f + offset.x(), float(y) + 0.5f + offset.y(), lens);
+    FirstHit first;
+    const Vec3d c = radiance(world, ray, sampler, first, settings.strategy).cast<double>();
+    ++pixel.samples;
+    pixel.sum += c;
+    pixel.squares += c.cwiseProduct(c);
+    if (!first.found) return;
+    ++pixel.covered;
+    pixel.normal += first.normal.cast<double>();
+    pixel.albedo += first.albedo.cast<double>();
+    if (first.depth > 0) pixel.depth = std::min(pixel.depth, first.depth);
+}
+
+/// Noise of a pixel as the eye has it: the standard error of its mean over what a display makes of it (square root; below
+/// kDark the eye sees no relative noise).
+double visible_noise(const Pixel& pixel) {
+    constexpr double kDark = 0.02;
+    const double mean = luminance(pixel.mean().cast<float>().eval());
+    const double error = std::sqrt(luminance(pixel.variance().cast<float>().eval()));
+    return error / (2 * std::sqrt(std::max(mean, kDark)));
+}
+
+constexpr int kFirstSamples = 8;
+
+/// The pixels of a tile, sampled together: twice as often each time until their mean noise is under the target. One
+/// pixel may have missed what its neighbours found.
+void sample_tile(std::span<Pixel> pixels, const World& world, const PixelFilter& filter, const FilmSettings& settings,
+                 int left, int top, int width) {
+    const int all = settings.samples;
+    for (int target = settings.noise > 0 ? std::min(kFirstSamples, all) : all;; target = std::min(2 * target, all)) {
+        double noise = 0;
+        for (std::size_t k = 0; k < pixels.size(); ++k) {
+            while (pixels[k].samples < target)
+                add_sample(pixels[k], world, filter, settings, left + int(k) % width, top + int(k) / width);
+            noise += visible_noise(pixels[k]) / double(pixels.size());
+        }
+        if (target == all || noise <= double(settings.noise)) return;
     }
-    const double n = settings.samples;
-    Pixel pixel;
-    const Vec3d mean = sum / n;
-    pixel.colour = mean.cast<float>();
-    pixel.variance = Vec3f::Zero();
-    if (settings.samples > 1)
-        pixel.variance = ((squares / n - mean.cwiseProduct(mean)).cwiseMax(0.0) / (n - 1)).cast<float>();
-    pixel.normal = (normal / n).cast<float>();
-    pixel.albedo = (albedo / n).cast<float>();
-    pixel.alpha = world.settings.transparent_background ? float(covered / n) : 1.0f;
-    pixel.depth = depth;
-    return pixel;
 }
 
 struct Channels {  // pointers into the image, fixed once all channels exist
-    float *rgb[3], *alpha, *depth, *normal[3], *albedo[3], *variance[3];
+    float *rgb[3], *alpha, *depth, *normal[3], *albedo[3], *variance[3], *samples;
 };
 
 Channels add_channels(Image& image) {
@@ -78,6 +101,7 @@ Channels add_channels(Image& image) {
     for (const char* c : xyz) image.add(std::string("N.") + c, true);
     for (const char* c : rgb) image.add(std::string("albedo.") + c, true);
     for (const char* c : rgb) image.add(std::string("variance.") + c, false);
+    image.add("samples", false);
     Channels channels;
     const auto find = [&](const std::string& name) { return image.find(name)->values.data(); };
     for (int k = 0; k < 3; ++k) {
@@ -88,18 +112,22 @@ Channels add_channels(Image& image) {
     }
     channels.alpha = find("A");
     channels.depth = find("Z");
+    channels.samples = find("samples");
     return channels;
 }
 
-void store(const Channels& channels, std::size_t i, const Pixel& pixel) {
+void store(const Channels& channels, std::size_t i, const Pixel& pixel, bool transparent) {
+    const double n = pixel.samples;
+    const Vec3d mean = pixel.mean(), variance = pixel.variance();
     for (int k = 0; k < 3; ++k) {
-        channels.rgb[k][i] = pixel.colour[k];
-        channels.normal[k][i] = pixel.normal[k];
-        channels.albedo[k][i] = pixel.albedo[k];
-        channels.variance[k][i] = pixel.variance[k];
+        channels.rgb[k][i] = float(mean[k]);
+        channels.normal[k][i] = float(pixel.normal[k] / n);
+        channels.albedo[k][i] = float(pixel.albedo[k] / n);
+        channels.variance[k][i] = float(variance[k]);
     }
-    channels.alpha[i] = pixel.alpha;
+    channels.alpha[i] = transparent ? float(pixel.covered / n) : 1.0f;
     channels.depth[i] = pixel.depth;
+    channels.samples[i] = float(pixel.samples);
 }
 
 }  // namespace
@@ -115,7 +143,9 @@ Image render(const World& world, const FilmSettings& settings, const std::functi
     Image image(width, height);
     const Channels channels = add_channels(image);
     const PixelFilter filter;
-    const int columns = (width + kTile - 1) / kTile, rows = (height + kTile - 1) / kTile;
+    // Tiles of the whole picture, whatever is cut out of it: a tile's pixels decide together how long to go on.
+    const int first_column = s.x0 / kTile, first_row = s.y0 / kTile;
+    const int columns = (s.x1 - 1) / kTile - first_column + 1, rows = (s.y1 - 1) / kTile - first_row + 1;
     std::atomic<int> done{0};
     std::atomic<bool> stopped{false};
     parallel_chunks(
@@ -123,13 +153,16 @@ Image render(const World& world, const FilmSettings& settings, const std::functi
         [&](std::size_t tile, std::size_t, std::size_t) {
             if (stopped) return;
             const FlushDenormals flush;
-            const int left = int(tile) % columns * kTile, top = int(tile) / columns * kTile;
-            const int right = std::min(left + kTile, width), bottom = std::min(top + kTile, height);
-            for (int y = top; y < bottom; ++y)
-                for (int x = left; x < right; ++x)
-                    store(channels, std::size_t(y) * std::size_t(width) + std::size_t(x),
-                          render_pixel(world, filter, s, s.x0 + x, s.y0 + y));
-            done += (right - left) * (bottom - top);
+            const int left = (first_column + int(tile) % columns) * kTile, top = (first_row + int(tile) / columns) * kTile;
+            const int right = std::min(left + kTile, world.camera.width), bottom = std::min(top + kTile, world.camera.height);
+            std::array<Pixel, kTile * kTile> store_room;
+            const std::span<Pixel> pixels(store_room.data(), std::size_t(right - left) * std::size_t(bottom - top));
+            sample_tile(pixels, world, filter, s, left, top, right - left);
+            for (int y = std::max(top, s.y0); y < std::min(bottom, s.y1); ++y)
+                for (int x = std::max(left, s.x0); x < std::min(right, s.x1); ++x, ++done)
+                    store(channels, std::size_t(y - s.y0) * std::size_t(width) + std::size_t(x - s.x0),
+                          pixels[std::size_t(y - top) * std::size_t(right - left) + std::size_t(x - left)],
+                          world.settings.transparent_background);
             if (interrupted() || (progress && !progress(done, width * height))) stopped = true;
         },
         1);

@@ -13,15 +13,17 @@ namespace thixo::render {
 inline constexpr float kFar = 1e10f;
 
 struct FilmSettings {
-    int samples = 16;
+    int samples = 16;                    // at most, where there is a noise target
+    float noise = 0;                     // visible noise at which a tile has enough; 0: all samples
     std::uint64_t seed = 1;              // frame number included
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels to render; x1 = 0: all of the camera's
     Strategy strategy = Strategy::both;
 };
 
-/// Renders with all threads. A pixel is a function of scene, seed, samples and its own coordinates: the same bits at
-/// any thread count and for any crop. Channels: R G B A (scene-linear, premultiplied), Z (depth along the view axis,
-/// nearest sample, kFar where nothing is), N.X/Y/Z (mean), albedo.R/G/B (mean), variance.R/G/B (of the mean).
+/// Renders with all threads. A pixel is a function of scene, seed, samples, noise target and its own coordinates: the same
+/// bits at any thread count and for any crop, for tiles are those of the whole picture. Channels: R G B A (scene-linear, premultiplied), Z (depth along the view axis,
+/// nearest sample, kFar where nothing is), N.X/Y/Z (mean), albedo.R/G/B (mean), variance.R/G/B (of the mean),
+/// samples.
 /// `progress` is called with pixels done out of all from any thread and returns false to stop; then InterruptedError is
 /// thrown.
 Image render(const World& world, const FilmSettings& settings, const std::function<bool(int, int)>& progress = {});

@@ -152,6 +152,7 @@ class Stage {
         warn(missing, world, frame);
         FilmSettings film;
         film.samples = scene_.look.output.samples;
+        film.noise = float(scene_.look.output.noise);
         film.seed =
             random_bits(seed_, std::uint64_t(number), 0, 0x66696c6dull);  // another pattern of noise in every frame
         Image image = render(world, film);

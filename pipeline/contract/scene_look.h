@@ -98,6 +98,7 @@ struct Words<ViewTransform> {
 struct Output {
     int width = 960, height = 540;
     int samples = 64;
+    double noise = 0;
     int max_bounces = 12;
     double exposure = 0;  // stops, PNG and film only
     ViewTransform view = ViewTransform::filmic;
@@ -110,7 +111,10 @@ template <class V>
 void visit(V& v, Output& o) {
     v.key("width", o.width, "pixels", between(1, 32768), "width of the picture");
     v.key("height", o.height, "pixels", between(1, 32768), "height of the picture");
-    v.key("samples", o.samples, "", between(1, 1000000), "light paths per pixel");
+    v.key("samples", o.samples, "", between(1, 1000000), "light paths per pixel; with `noise`, at most");
+    v.key("noise", o.noise, "1", between(0, 1),
+          "visible noise at which a tile of 16 x 16 pixels has enough samples, as a part of white on a display; 0.01 is clean; "
+          "0: every pixel gets all samples");
     v.key("max_bounces", o.max_bounces, "", between(0, 1000), "longest path, in hits");
     v.key("exposure", o.exposure, "stops", between(-50, 50), "brightness of PNG and film; EXR is untouched");
     v.key("view", o.view, "", any(), "view transform of PNG and film");

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "pipeline/base/parallel.h"
 #include "tests/render/worlds.h"
 
@@ -46,10 +48,12 @@ TEST(Film, IsTheSameAtAnyNumberOfThreads) {
     expect_same(images[0], images[2]);
 }
 
-TEST(Film, ACropIsAPartOfTheWhole) {
+class Crop : public testing::TestWithParam<float> {};
+TEST_P(Crop, IsAPartOfTheWhole) {
     const World world = glass_and_ground();
     FilmSettings film;
-    film.samples = 4;
+    film.samples = GetParam() > 0 ? 32 : 4;
+    film.noise = GetParam();
     const Image whole = render(world, film);
     film.x0 = 13;
     film.y0 = 7;
@@ -61,6 +65,25 @@ TEST(Film, ACropIsAPartOfTheWhole) {
             for (int x = 0; x < crop.width; ++x)
                 ASSERT_EQ(crop.channels[c].values[std::size_t(y * crop.width + x)],
                           whole.channels[c].values[std::size_t((y + film.y0) * whole.width + x + film.x0)]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Film, Crop, testing::Values(0.0f, 0.02f));
+
+TEST(Film, ANoiseTargetSpendsSamplesWhereTheyAreNeeded) {
+    // Noise falls as the root of the samples: tiles take what their own noise asks for, and the pictures agree within it.
+    const World world = glass_and_ground();
+    FilmSettings film;
+    film.samples = 256;
+    film.noise = 0.03f;
+    const Image adaptive = render(world, film);
+    const auto [least, most] = std::minmax_element(adaptive.get("samples").begin(), adaptive.get("samples").end());
+    EXPECT_LE(*least, 64);
+    EXPECT_GE(*most, 2 * *least);
+    film.noise = 0;
+    const Image full = render(world, film);
+    EXPECT_EQ(full.get("samples").front(), 256);
+    EXPECT_NEAR(mean_colour(adaptive).y(), mean_colour(full).y(),
+                5 * std::hypot(standard_error(adaptive), standard_error(full)));
 }
 
 TEST(Film, FramesHaveNoiseOfTheirOwn) {

@@ -15,7 +15,6 @@ constexpr Real kFlatFill = Real(0.68);
 struct NearWalls {
     std::array<WallPlane, 3> plane;
     int count = 0;
-    Real distance = 0;  // from the nearest [m]
 };
 
 WallPlane plane_at(const WallContact& contact, const Vec3& x) {
@@ -26,15 +25,16 @@ WallPlane plane_at(const WallContact& contact, const Vec3& x) {
 NearWalls walls_near(const Walls& walls, const Vec3& x, Real support) {
     NearWalls near;
     const WallContact nearest = wall_contact(walls, x);
-    near.distance = nearest.distance;
     // A particle inside the wall would have its image in the room: it stands for itself alone.
     if (!(nearest.distance < support) || nearest.distance <= 0) return near;
     near.plane[near.count++] = plane_at(nearest, x);
     Vec3 a, b;
     orthonormal_basis(nearest.normal, a, b);
+    // A little off the wall: close to it a look-up asks the shape itself, at many times the cost.
+    const Vec3 from = x + std::max(Real(0), Real(0.3) * support - nearest.distance) * nearest.normal;
     for (const Real reach : {Real(0.375), Real(0.75)})
         for (const Vec3& way : {a, Vec3(-a), b, Vec3(-b)}) {
-            const Vec3 probe = x + reach * support * way;
+            const Vec3 probe = from + reach * support * way;
             const WallPlane plane = plane_at(wall_contact(walls, probe), probe);
             bool found = plane.distance(x) > 0 && plane.distance(x) < support && near.count < 3;
             for (int k = 0; k < near.count; ++k) found = found && plane.normal.dot(near.plane[k].normal) < Real(0.7);
@@ -69,44 +69,60 @@ void mirror(std::vector<Image>& images, std::vector<WallPlane>& planes, const Ne
     }
 }
 
+/// Copies the chosen images in cell order.
+FieldPoints in_cell_order(const std::vector<Image>& images, const Particles& particles, Real support,
+                          std::vector<std::array<Index, 3>>* mirrors) {
+    const std::size_t n = images.size();
+    std::vector<Vec3> position(n);
+    std::vector<std::int64_t> rank(n);
+    for (std::size_t k = 0; k < n; ++k) {
+        position[k] = images[k].position;
+        rank[k] = static_cast<std::int64_t>(k);
+    }
+    const std::vector<Index> order = PointGrid::sort_order(position, rank, support);
+    FieldPoints points;
+    points.position.resize(n);
+    points.particle.resize(n);
+    points.weight.assign(n + PointGrid::kPadding, 0);
+    if (mirrors) mirrors->resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+        const Image& from = images[order[k]];
+        points.position[k] = from.position;
+        points.particle[k] = from.particle;
+        points.weight[k] = particles.rest_volume[from.particle];
+        if (mirrors) (*mirrors)[k] = from.mirrors;
+    }
+    points.grid.build(points.position, support);
+    return points;
+}
+
 }  // namespace
 
 LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real support) {
     const std::size_t n = particles.size();
     std::vector<NearWalls> near(n);
-    parallel_for(n, [&](std::size_t i) { near[i] = walls_near(walls, particles.position[i], support); });
+    parallel_for(n, [&](std::size_t i) { near[i] = walls_near(walls, particles.position[i], support); }, 32);
     LiquidPoints points;
     points.particle_wall.resize(n);
-    std::vector<Image> all(n);
+    std::int32_t last = -1;
     for (Index i = 0; i < n; ++i) {
-        points.particle_wall[i] = near[i].distance;
-        all[i] = {particles.position[i], i, {kNone, kNone, kNone}};
+        points.particle_wall[i] = near[i].plane[0];
+        last = std::max(last, particles.material[i]);
     }
-    for (Index i = 0; i < n; ++i)
-        if (near[i].count > 0) mirror(all, points.planes, near[i], particles.position[i], i, support);
-    const std::size_t total = all.size();
-    std::vector<Vec3> position(total);
-    std::vector<std::int64_t> order_id(total);
-    for (std::size_t k = 0; k < total; ++k) {
-        position[k] = all[k].position;
-        order_id[k] = static_cast<std::int64_t>(k);
+    points.part.resize(static_cast<std::size_t>(last + 1));
+    std::vector<Image> own, images;
+    for (std::int32_t component = 0; component <= last; ++component) {
+        own.clear();
+        images.clear();
+        for (Index i = 0; i < n; ++i) {
+            if (particles.material[i] != component) continue;
+            own.push_back({particles.position[i], i, {kNone, kNone, kNone}});
+            if (near[i].count > 0) mirror(images, points.planes, near[i], particles.position[i], i, support);
+        }
+        LiquidPart& part = points.part[static_cast<std::size_t>(component)];
+        part.own = in_cell_order(own, particles, support, nullptr);
+        part.images = in_cell_order(images, particles, support, &part.mirrors);
     }
-    const std::vector<Index> order = PointGrid::sort_order(position, order_id, support);
-    points.position.resize(total);
-    points.volume.resize(total);
-    points.colour.assign(total, 1);
-    points.component.resize(total);
-    points.mirrors.resize(total);
-    points.particle.resize(total);
-    parallel_for(total, [&](std::size_t k) {
-        const Image& from = all[order[k]];
-        points.position[k] = from.position;
-        points.volume[k] = particles.rest_volume[from.particle];
-        points.component[k] = particles.material[from.particle];
-        points.particle[k] = from.particle;
-        points.mirrors[k] = from.mirrors;
-    });
-    points.grid.build(points.position, support);
     return points;
 }
 
@@ -114,23 +130,28 @@ void set_colours(LiquidPoints& points, Real support) {
     const Poly6 w(support);
     points.particle_fill.assign(points.particle_wall.size(), 0);
     points.particle_slope.assign(points.particle_wall.size(), Vec3(0, 0, 0));
-    parallel_for(points.size(), [&](std::size_t k) {
-        const auto i = static_cast<Index>(k);
-        if (points.is_image(i)) return;
-        Real fill = 0;
-        Vec3 slope(0, 0, 0);
-        points.grid.for_each_neighbour(points.position[i], support, [&](Index j, Real r2) {
-            if (points.component[j] != points.component[i]) return;
-            fill += points.volume[j] * w.value(r2);
-            slope += points.volume[j] * w.gradient_factor(r2) * (points.position[i] - points.position[j]);
-        });
-        points.particle_fill[points.particle[i]] = fill;  // each particle is one point that is no image
-        points.particle_slope[points.particle[i]] = slope;
-    });
-    parallel_for(points.size(), [&](std::size_t i) {
-        const Real fill = points.particle_fill[points.particle[i]];
-        points.colour[i] = fill > 0 ? std::max(Real(1), kFlatFill / fill) : Real(1);
-    });
+    for (LiquidPart& part : points.part) {
+        parallel_for(
+            part.own.size(),
+            [&](std::size_t k) {
+                Real fill = 0;
+                Vec3 slope(0, 0, 0);
+                const Vec3& x = part.own.position[k];
+                for (const FieldPoints* from : {&part.own, &part.images})
+                    from->grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
+                        fill += from->weight[j] * w.value(r2);
+                        slope += from->weight[j] * w.gradient_factor(r2) * (x - from->position[j]);
+                    });
+                points.particle_fill[part.own.particle[k]] = fill;  // each particle is one point
+                points.particle_slope[part.own.particle[k]] = slope;
+            },
+            64);
+        for (FieldPoints* of : {&part.own, &part.images})
+            for (std::size_t k = 0; k < of->size(); ++k) {
+                const Real fill = points.particle_fill[of->particle[k]];
+                if (fill > 0) of->weight[k] *= std::max(Real(1), kFlatFill / fill);
+            }
+    }
 }
 
 }  // namespace thixo

@@ -1,73 +1,125 @@
 #include "sim/surface/liquid_shape.h"
 
 #include "pipeline/geometry/kernels.h"
+#include "sim/surface/near_runs.h"
 
 namespace thixo {
 
 namespace {
 
-/// Adds up the points that for_each(f) passes to f(j, |x - x_j|^2).
-template <class ForEach>
-ColourSample sum_colour(const LiquidShape& shape, const Vec3& x, std::int32_t component, ForEach&& for_each) {
-    const Poly6 w(shape.support);
-    const LiquidPoints& points = shape.points;
-    const Real image_depth = shape.image_depth();
+constexpr Real kAcross = Real(0.7);  // cosine between normals that belong to one wall
+
+/// Sums over field points of a v and of a q d, with a = weight q^2, v = a q, q = 1 - r^2/h^2, d the offsets.
+struct FieldSums {
+    Lanes value{}, gx{}, gy{}, gz{}, cx{}, cy{}, cz{};
+};
+
+}  // namespace
+
+ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
     ColourSample sample;
-    for_each([&](Index j, Real r2) {
-        if (points.component[j] != component || !points.counts_at(j, x, image_depth)) return;
-        if (points.is_image(j)) {
-            sample.near_wall = true;
-            for (const Index plane : points.mirrors[j])
-                if (plane != kNone) sample.out += points.planes[plane].normal;
-        }
-        const Real volume = points.volume[j] * points.colour[j];
-        const Vec3 offset = points.position[j] - x;
-        sample.value += volume * w.value(r2);
+    const LiquidPart* of = part(component);
+    if (!of) return sample;
+    const Poly6 w(support);
+    FieldSums s;
+    const Real* weight = of->own.weight.data();
+    for_each_near_run(of->own.grid, x, support, [&](Index slot, Lanes dx, Lanes dy, Lanes dz, Lanes r2) {
+        const Lanes q = positive(1 - r2 * w.h2_inv), slope = load_lanes(weight + slot) * q * q, value = slope * q;
+        s.value += value;
+        s.gx += slope * dx;
+        s.gy += slope * dy;
+        s.gz += slope * dz;
+        s.cx += value * dx;
+        s.cy += value * dy;
+        s.cz += value * dz;
+    });
+    sample.value = w.scale * sum_of(s.value);
+    sample.gradient = 6 * w.scale * w.h2_inv * Vec3(sum_of(s.gx), sum_of(s.gy), sum_of(s.gz));
+    sample.centre = w.scale * Vec3(sum_of(s.cx), sum_of(s.cy), sum_of(s.cz));
+    of->images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
+        if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
+        sample.near_wall = true;
+        for (const Index plane : of->mirrors[j])
+            if (plane != kNone) sample.out += points.planes[plane].normal;
+        const Real volume = of->images.weight[j], value = volume * w.value(r2);
+        const Vec3 offset = of->images.position[j] - x;
+        sample.value += value;
         sample.gradient -= volume * w.gradient_factor(r2) * offset;
-        sample.centre += volume * w.value(r2) * offset;
+        sample.centre += value * offset;
     });
     if (sample.value > 0) sample.centre /= sample.value;
     if (sample.near_wall) sample.out.normalize();
     return sample;
 }
 
-}  // namespace
-
-ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
-    return sum_colour(*this, x, component, [&](auto&& add) { points.grid.for_each_neighbour(x, support, add); });
-}
-
-ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component, std::span<const Index> near) const {
-    return sum_colour(*this, x, component, [&](auto&& add) {
-        for (const Index j : near) {
-            const Real r2 = (points.position[j] - x).squaredNorm();
-            if (r2 < square(support)) add(j, r2);
-        }
-    });
-}
-
 DepthSample LiquidShape::depth_of(const ColourSample& c, const Vec3& x, Real iso_value) const {
     const Real per_phi = support * Real(256.0 / 315.0);
     DepthSample sample{(c.value - iso_value) * per_phi, c.gradient * per_phi, c.centre, c.value, false, c.value > 0};
-    if (c.near_wall) {
-        const WallPlane wall = wall_plane(x, c.out);
-        const Real below_wall = wall.distance(x) + wall_depth();
-        if (below_wall < sample.depth) {
-            sample.depth = below_wall;
-            sample.gradient = wall.normal;
-            sample.wall = true;
-        }
+    if (!c.near_wall) return sample;
+    const WallPlane wall = wall_plane(x, c);
+    const Real below_wall = wall.distance(x) + wall_depth();
+    if (below_wall < sample.depth) {
+        sample.depth = below_wall;
+        sample.gradient = wall.normal;
+        sample.wall = true;
     }
     return sample;
 }
 
-WallPlane LiquidShape::wall_plane(const Vec3& x, const Vec3& out) const {
-    const Vec3 beside = x + Real(0.5) * spacing * out;
+WallPlane LiquidShape::plane_from(const Vec3& beside) const {
     const WallContact contact = wall_contact(walls, beside);
     return {contact.normal, contact.normal.dot(beside) - contact.distance};
 }
 
-SheetSample LiquidShape::sheet(const ColourSample& c, const WallPlane& wall, const Vec3& x, const Vec3& n) const {
+WallPlane LiquidShape::wall_plane(const Vec3& x, const ColourSample& c) const {
+    return c.near_wall ? plane_from(x + Real(0.5) * spacing * c.out) : WallPlane{};
+}
+
+WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t component) const {
+    WallPair pair;
+    const LiquidPart* of = part(component);
+    if (!of) return pair;
+    Vec3 own(0, 0, 0), out(0, 0, 0);
+    const auto for_each_plane = [&](auto&& f) {
+        of->images.grid.for_each_neighbour(x, support, [&](Index j, Real) {
+            if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
+            for (const Index plane : of->mirrors[j])
+                if (plane != kNone) f(points.planes[plane]);
+        });
+    };
+    for_each_plane([&](const WallPlane& plane) {
+        out += plane.normal;
+        if (plane.normal.dot(n) < -kAcross) own += plane.normal;
+    });
+    if (out == Vec3(0, 0, 0)) return pair;
+    const bool lines = own != Vec3(0, 0, 0);
+    const Vec3 way = (lines ? own : out).normalized();
+    pair.first = plane_from(x + Real(0.5) * spacing * way);
+    const auto find_second = [&] {
+        pair.second = WallPlane{};
+        for_each_plane([&](const WallPlane& plane) {
+            if (plane.normal.dot(pair.first.normal) < kAcross && plane.distance(x) < pair.second.distance(x))
+                pair.second = plane;
+        });
+    };
+    find_second();
+    if (lines && pair.first.normal.dot(n) > -kAcross) {
+        // The other wall is nearer there: farther from it, then.
+        const WallPlane other = pair.first;
+        const Real away = std::clamp(Real(0.7) * spacing - other.distance(x), Real(0), spacing);
+        const WallPlane found = plane_from(x + Real(0.4) * spacing * way + away * other.normal);
+        if (found.normal.dot(n) < -kAcross) pair = {found, other};
+    }
+    return pair;
+}
+
+const WallPair& LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const {
+    if (!((x - note.asked).squaredNorm() < square(Real(0.15) * spacing)) || n.dot(note.normal) < Real(0.94))
+        note = {walls_beside(x, n, component), x, n};
+    return note.walls;
+}
+
+SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, const Vec3& x, const Vec3& n) const {
     constexpr Real kLeastSlope = Real(0.05);
     SheetSample sample;
     sample.phi = c.value;
@@ -76,26 +128,22 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const WallPlane& wall, con
     const Real per_phi = support * Real(256.0 / 315.0);
     const Real field = (c.value - iso) * per_phi;
     const Vec3 field_slope = c.gradient * per_phi;
+    // The crease with what ends the sheet where `depth` falls to zero: the nearest of those asked about.
+    const auto end_at = [&](Real depth, const Vec3& slope, Real stand_off) {
+        const Vec3 across = slope - n * n.dot(slope);
+        const Real rate = across.norm();
+        if (rate < Real(0.2) || depth / rate >= sample.to_crease) return;
+        sample.to_crease = depth / rate;
+        sample.towards_crease = -across / rate;
+        sample.stand_off = stand_off;
+    };
     Real below_wall = std::numeric_limits<Real>::max();
-    Vec3 wall_normal(0, 0, 0);
     if (c.near_wall) {
-        below_wall = wall.distance(x) + wall_depth();
-        wall_normal = wall.normal;
-        sample.coat = on_coat(wall, x, n);
+        below_wall = beside.first.distance(x) + wall_depth();
+        sample.coat = on_coat(beside.first, x, n);
     }
-    if (c.near_wall && !sample.coat && below_wall < 0 && field > Real(0.35) * spacing &&
-        std::abs(n.dot(wall_normal)) < Real(0.8)) {
-        // A coat's surfel, for it is deep in the field, that came behind another wall than its own: only the way back
-        // to the crease of the two is known.
-        const Vec3 across = wall_normal - n * n.dot(wall_normal);
-        sample.defined = sample.coat = true;
-        sample.outward = n;
-        sample.to_crease = below_wall / across.norm();
-        sample.towards_crease = -across.normalized();
-        return sample;
-    }
-    const Real depth = sample.coat ? below_wall : field, other = sample.coat ? field : below_wall;
-    const Vec3 slope = sample.coat ? wall_normal : field_slope;
+    const Real depth = sample.coat ? below_wall : field;
+    const Vec3 slope = sample.coat ? beside.first.normal : field_slope;
     const Real slope2 = slope.squaredNorm();
     // A coat lines liquid. What passes for the coat of a dry wall, such as the far side of a thin one, is none.
     const bool dry = sample.coat && field < -Real(0.25) * spacing;
@@ -105,40 +153,50 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const WallPlane& wall, con
     sample.guide = -depth / slope2 * slope;
     const Real length = sample.guide.norm(), longest = Real(0.5) * spacing;
     if (length > longest) sample.guide *= longest / length;
-    if (c.near_wall) {
-        const Vec3& other_slope = sample.coat ? field_slope : wall_normal;
-        const Vec3 across = other_slope - n * n.dot(other_slope);
-        const Real rate = across.norm();
-        if (rate > Real(0.2)) {
-            sample.to_crease = other / rate;
-            sample.towards_crease = -across / rate;
-        }
-    }
+    if (!c.near_wall) return sample;
+    if (sample.coat)
+        end_at(field, field_slope, kFromCrease);
+    else
+        end_at(below_wall, beside.first.normal, kFromCrease);
+    end_at(beside.second.distance(x) + wall_depth(), beside.second.normal, sample.coat ? Real(0) : kFromCrease);
     return sample;
 }
 
-Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component) const {
+Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const {
+    const LiquidPart* of = part(component);
+    if (!of) return 0;
     const Poly6 w(support);
     Vec3 a, b;
     orthonormal_basis(n, a, b);
     // grad grad w = gradient_factor 1 + 24 scale/h^4 q r r^T, q = 1 - r^2/h^2; only its part across n is summed.
-    const Real factor = 24 * w.scale * square(w.h2_inv);
-    Real aa = 0, ab = 0, bb = 0, slope = 0;
-    Vec3 out(0, 0, 0);
-    points.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
-        if (points.component[j] != component || !points.counts_at(j, x, image_depth())) return;
-        const Real volume = points.volume[j] * points.colour[j];
-        const Vec3 r = x - points.position[j];
-        const Real even = volume * w.gradient_factor(r2), along = volume * factor * (1 - r2 * w.h2_inv), ra = a.dot(r),
-                   rb = b.dot(r);
+    const Real even_factor = -6 * w.scale * w.h2_inv, factor = 24 * w.scale * square(w.h2_inv);
+    Lanes aa_{}, ab_{}, bb_{}, slope_{};
+    const Real* weight = of->own.weight.data();
+    for_each_near_run(of->own.grid, x, support, [&](Index slot, Lanes dx, Lanes dy, Lanes dz, Lanes r2) {
+        const Lanes q = positive(1 - r2 * w.h2_inv), m = load_lanes(weight + slot) * q;
+        const Lanes even = even_factor * m * q, along = factor * m;
+        const Lanes ra = a.x() * dx + a.y() * dy + a.z() * dz, rb = b.x() * dx + b.y() * dy + b.z() * dz;
+        aa_ += even + along * ra * ra;
+        bb_ += even + along * rb * rb;
+        ab_ += along * ra * rb;
+        slope_ -= even * (n.x() * dx + n.y() * dy + n.z() * dz);
+    });
+    Real aa = sum_of(aa_), ab = sum_of(ab_), bb = sum_of(bb_), slope = sum_of(slope_);
+    bool near_wall = false;
+    of->images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
+        if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
+        const Real volume = of->images.weight[j];
+        const Vec3 r = x - of->images.position[j];
+        const Real even = volume * w.gradient_factor(r2), along = volume * factor * (1 - r2 * w.h2_inv),
+                   ra = a.dot(r), rb = b.dot(r);
         aa += even + along * ra * ra;
         bb += even + along * rb * rb;
         ab += along * ra * rb;
         slope += even * n.dot(r);
-        if (points.is_image(j)) out += points.planes[points.mirrors[j][0]].normal;
+        near_wall = true;
     });
-    if (out != Vec3(0, 0, 0)) {
-        const WallPlane wall = wall_plane(x, out.normalized());
+    if (near_wall) {
+        const WallPlane& wall = walls_beside(x, n, component, note).first;
         if (wall.distance(x) < 0 || on_coat(wall, x, n)) return 0;
     }
     if (!(slope != 0)) return 0;

@@ -1,8 +1,6 @@
 // The body of liquid as a function of space: the colour field of the particles, cut off a little way inside the walls.
 #pragma once
 
-#include <span>
-
 #include "sim/surface/liquid_points.h"
 
 namespace thixo {
@@ -27,6 +25,10 @@ struct DepthSample {
     Vec3 outward() const { return -gradient.normalized(); }
 };
 
+/// Surfels of a free surface and of a coat keep this many radii from the crease where the two meet, for their discs must
+/// end there. Coats of two walls cross each other deep inside the walls and come up to their crease.
+inline constexpr Real kFromCrease = Real(0.6);
+
 /// Where a surfel stands to its sheet. Near a wall the body's surface has two: the free surface, and the coat that
 /// lines the wall wall_depth inside it; they meet in a crease hidden by the wall, as coats of two walls do. A surfel
 /// belongs to the one its normal fits, and stays in it up to the crease.
@@ -39,6 +41,19 @@ struct SheetSample {
     Vec3 outward{0, 0, 0};  // unit normal of the sheet
     Real to_crease = 0;     // distance to the crease in the sheet, < 0 beyond it; +max where there is none near [m]
     Vec3 towards_crease{0, 0, 0};  // unit tangent
+    Real stand_off = 0;            // how far surfels keep from it, in radii
+};
+
+/// The walls beside a surfel: the one it lines, or else the nearest, and another one where two meet.
+struct WallPair {
+    WallPlane first, second;
+};
+
+/// The walls beside a surfel, remembered: looking them up costs more than all else that is asked of the shape.
+struct WallNote {
+    WallPair walls;
+    Vec3 asked = Vec3::Constant(std::numeric_limits<Real>::max());  // where
+    Vec3 normal{0, 0, 0};                                           // of the surfel then
 };
 
 struct LiquidShape {
@@ -57,8 +72,6 @@ struct LiquidShape {
     Real image_depth() const { return Real(0.5) * spacing; }
 
     ColourSample colour(const Vec3& x, std::int32_t component) const;
-    /// The same from a list that holds at least the points within the support of x: many times as fast.
-    ColourSample colour(const Vec3& x, std::int32_t component, std::span<const Index> near) const;
 
     /// depth(x) = min((phi(x) - I) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of phi across the
     /// surface of a half space.
@@ -68,16 +81,23 @@ struct LiquidShape {
     }
     DepthSample depth_of(const ColourSample& colour, const Vec3& x, Real iso_value) const;
 
-    /// The wall that x is at or in, as a plane; `out` leads into the room (ColourSample::out). It is looked up half a
-    /// spacing out in the room: inside a thin wall the distance is that of either side.
-    WallPlane wall_plane(const Vec3& x, const Vec3& out) const;
+    /// The wall that x is at or in, as a plane; none where no image is in reach. It is looked up half a spacing out in
+    /// the room (ColourSample::out): inside a thin wall the distance is that of either side.
+    WallPlane wall_plane(const Vec3& x, const ColourSample& colour) const;
 
-    /// The sheet that a surfel at x with unit normal n belongs to. `colour` is the field at x; `wall` the plane there,
-    /// which is read where colour.near_wall.
-    SheetSample sheet(const ColourSample& colour, const WallPlane& wall, const Vec3& x, const Vec3& n) const;
-    SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component) const {
+    /// The walls beside a surfel at x with unit normal n. Where two walls meet, the nearest is not always the one the
+    /// surfel lines; that one is looked up farther out from the other.
+    WallPair walls_beside(const Vec3& x, const Vec3& n, std::int32_t component) const;
+    /// The same from a note, which is renewed where x is more than 0.15 spacings from where it was taken, or n has
+    /// turned by 20 degrees: on a wall with a radius of two spacings a plane is then 0.006 spacings off.
+    const WallPair& walls_beside(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const;
+
+    /// The sheet that a surfel at x with unit normal n belongs to. `colour` is the field at x; `beside` is read where
+    /// colour.near_wall.
+    SheetSample sheet(const ColourSample& colour, const WallPair& beside, const Vec3& x, const Vec3& n) const;
+    SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const {
         const ColourSample c = colour(x, component);
-        return sheet(c, c.near_wall ? wall_plane(x, c.out) : WallPlane{}, x, n);
+        return sheet(c, c.near_wall ? walls_beside(x, n, component, note) : WallPair{}, x, n);
     }
 
     /// Whether a surfel at x with unit normal n lines a wall.
@@ -88,13 +108,24 @@ struct LiquidShape {
     /// Largest principal curvature of the level set of phi at x, convex or hollow, from the second derivatives of phi:
     /// |eigenvalue| of P (grad grad phi) P / |grad phi|, P the projection across n [1/m]. Zero inside a wall and on its
     /// coat, which is not a level set.
-    Real curvature(const Vec3& x, const Vec3& n, std::int32_t component) const;
+    Real curvature(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const;
+    Real curvature(const Vec3& x, const Vec3& n, std::int32_t component) const {
+        WallNote note;
+        return curvature(x, n, component, note);
+    }
 
     /// psi_I: moves x to the zero of depth by Newton's method, the step halved while |depth| does not fall (2.40).
     /// False where the field has no slope to follow, or the way gets longer than `reach` [m]; x is then wherever it
     /// was.
     bool project(Vec3& x, std::int32_t component, Real reach, Real iso_value) const;
     bool project(Vec3& x, std::int32_t component, Real reach) const { return project(x, component, reach, iso); }
+
+  private:
+    const LiquidPart* part(std::int32_t component) const {
+        const auto k = static_cast<std::size_t>(component);
+        return component >= 0 && k < points.part.size() ? &points.part[k] : nullptr;
+    }
+    WallPlane plane_from(const Vec3& beside) const;
 };
 
 }  // namespace thixo

@@ -5,8 +5,9 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/implicit_surface.h"
-#include "pipeline/geometry/neighbour_lists.h"
+#include "sim/lanes.h"
 #include "sim/surface/resample.h"
+#include "sim/surface/surroundings.h"
 
 namespace thixo {
 namespace {
@@ -16,16 +17,12 @@ constexpr Real kFlatMean =
     Real(0.2461);  // distance of the particles' mean from a flat surface, in supports: 1/10 / int_0^1 (1 - u^2)^4 du
 constexpr Real kRepulsion = Real(0.1);
 constexpr Real kDeepest = Real(0.8);  // phi beyond which a surfel is inside the body and lost
-constexpr int kNearest = 10;          // |S_sub|
 
-/// P_i, S_i and S_sub of every surfel, listed with a margin to move in.
+/// S_i and S_sub of every surfel, and what sums over S_i read, packed.
 struct Surroundings {
-    NeighbourLists particles;                          // points of the liquid within h
-    NeighbourLists surfels;                            // within h_s
-    std::vector<std::array<Index, kNearest>> nearest;  // the ten nearest of its side; kNone where there are fewer
-    std::vector<WallPlane> walls;                      // beside each
-    PointGrid wide, surfel_grid;
-    Real travelled = std::numeric_limits<Real>::max();  // at most, by any surfel, since the lists were made [m]
+    SurfelLists lists;
+    std::vector<Quad> place;   // s, psi_orth(s) - s along n [m]
+    std::vector<Quad> facing;  // n, 1 where the last of `place` counts
 };
 
 /// What one iteration knows of a surfel before any moves.
@@ -44,17 +41,17 @@ struct Pull {
 
 /// Guiding and attracting: the particles' forces. False where the surfel is lost.
 bool pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape,
-                       std::span<const Index> near, const WallPlane& wall, Real radius) {
-    const SheetSample at = shape.sheet(shape.colour(s, component, near), wall, s, n);
+                       WallNote& wall, Real radius) {
+    const SheetSample at = shape.sheet(s, n, component, wall);
     if (!at.defined || at.outward.dot(n) < 0) return false;       // the side it belonged to is gone
     if (!at.coat && at.phi > kDeepest) return false;              // inside the body
     if (at.to_crease < -Real(0.7) * shape.spacing) return false;  // far beyond the edge of its sheet
     pull.guide = at.guide;
     pull.n_guide = at.outward;
     pull.coat = at.coat;
-    // The row along the crease stands kFromCrease away from it: its discs, shortened to end there, then still overlap
-    // the next row's.
-    const Real excess = at.to_crease - kFromCrease * radius;
+    // The row along the crease stands off from it: its discs, shortened to end there, then still overlap the next
+    // row's.
+    const Real excess = at.to_crease - at.stand_off * radius;
     if (excess < radius) {
         pull.slide = std::clamp(excess, Real(-0.2) * shape.spacing, Real(0)) * at.towards_crease;
         pull.towards = at.towards_crease;
@@ -64,42 +61,15 @@ bool pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t co
     return true;
 }
 
-/// Whether two surfels are neighbours on one side of one body.
-bool same_side(const WorkingSurfels& all, Index i, Index j) {
-    return all.component[j] == all.component[i] && all.normal[j].dot(all.normal[i]) >= kAgree;
-}
-
-std::array<Index, kNearest> find_nearest(const WorkingSurfels& all, Index i, std::span<const Index> neighbours) {
-    std::array<std::pair<Real, Index>, kNearest> found;
-    found.fill({std::numeric_limits<Real>::max(), kNone});
-    for (const Index j : neighbours) {
-        const std::pair<Real, Index> entry((all.position[j] - all.position[i]).squaredNorm(), j);
-        if (!(entry < found.back()) || !same_side(all, i, j)) continue;
-        found.back() = entry;
-        for (std::size_t k = found.size() - 1; k > 0 && found[k] < found[k - 1]; --k) std::swap(found[k], found[k - 1]);
-    }
-    std::array<Index, kNearest> nearest;
-    for (std::size_t k = 0; k < nearest.size(); ++k) nearest[k] = found[k].second;
-    return nearest;
-}
-
-/// Makes the lists anew where surfels may have left their margins.
-void look_around(Surroundings& around, const WorkingSurfels& all, const LiquidShape& shape, Real surfel_support) {
-    const Real margin = Real(0.2) * shape.spacing;
-    if (around.travelled < margin / 2) return;
-    around.travelled = 0;
-    around.wide.build(shape.points.position, shape.support + margin);
-    around.particles.build(around.wide, all.position, shape.support + margin / 2);
-    around.surfel_grid.build(all.position, surfel_support + margin);
-    around.surfels.build(around.surfel_grid, surfel_support + margin);
-    around.walls.resize(all.size());
+void pack(Surroundings& around, const WorkingSurfels& all) {
+    around.place.resize(all.size() + 1);
+    around.facing.resize(all.size() + 1);
+    // The last fills up runs: no normal agrees with none.
+    around.place[all.size()] = around.facing[all.size()] = {0, 0, 0, 0};
     parallel_for(all.size(), [&](std::size_t i) {
-        const ColourSample c = shape.colour(all.position[i], all.component[i], around.particles[i]);
-        if (c.near_wall) around.walls[i] = shape.wall_plane(all.position[i], c.out);
-    });
-    around.nearest.resize(all.size());
-    parallel_for(all.size(), [&](std::size_t i) {
-        around.nearest[i] = find_nearest(all, static_cast<Index>(i), around.surfels[i]);
+        const Vec3 &s = all.position[i], &n = all.normal[i];
+        around.place[i] = {s.x(), s.y(), s.z(), 0};
+        around.facing[i] = {n.x(), n.y(), n.z(), 0};
     });
 }
 
@@ -121,33 +91,57 @@ Vec3 repulsion(const WorkingSurfels& all, Index i, const std::array<Index, kNear
     return force * all.radius[i];
 }
 
-/// Smoothing and repulsion: the neighbouring surfels' forces.
-void pull_of_surfels(Pull& pull, Index i, const WorkingSurfels& all, const Surroundings& around, Real per_radius) {
-    const Poly6 w(per_radius * all.radius[i]);
+/// Calls f(w, x, y, z, nx, ny, nz, smooth, counts) for runs of the neighbours of surfel i: weights w_poly6 over the
+/// support up to a factor, zero for those of another side; offsets, normals, and the last of Surroundings' quads.
+template <class F>
+void for_each_weighted_run(const Surroundings& around, Index i, Real support, F&& f) {
+    const Quad p = around.place[i], n = around.facing[i];
+    const Real per_h2 = 1 / square(support);
+    const auto nobody = static_cast<Index>(around.place.size() - 1);
+    for_each_run(around.lists.near(i), nobody, [&](const Index* j) {
+        Lanes x, y, z, smooth, nx, ny, nz, counts;
+        gather(around.place.data(), j, x, y, z, smooth);
+        gather(around.facing.data(), j, nx, ny, nz, counts);
+        x -= p.x;
+        y -= p.y;
+        z -= p.z;
+        const Lanes q = positive(1 - (x * x + y * y + z * z) * per_h2), agree = nx * n.x + ny * n.y + nz * n.z;
+        const Lanes w = agree >= kAgree ? q * q * q : Lanes{};
+        f(w, x, y, z, nx, ny, nz, smooth, counts);
+    });
+}
+
+/// Smoothing: the neighbouring surfels' average.
+void pull_of_average(Pull& pull, Index i, const WorkingSurfels& all, const Surroundings& around, Real support) {
+    Lanes w_{}, px{}, py{}, pz{}, nx_{}, ny_{}, nz_{};
+    for_each_weighted_run(around, i, support,
+                          [&](Lanes w, Lanes x, Lanes y, Lanes z, Lanes nx, Lanes ny, Lanes nz, Lanes, Lanes) {
+                              w_ += w;
+                              px += w * x;
+                              py += w * y;
+                              pz += w * z;
+                              nx_ += w * nx;
+                              ny_ += w * ny;
+                              nz_ += w * nz;
+                          });
     SurfelAverage average;
-    average.add(w.value(0), Vec3(0, 0, 0), all.normal[i]);
-    for (const Index j : around.surfels[i]) {
-        const Vec3 offset = all.position[j] - all.position[i];
-        const Real a = w.value(offset.squaredNorm());
-        if (a > 0 && same_side(all, i, j)) average.add(a, offset, all.normal[j]);
-    }
+    average.weight = 1 + sum_of(w_);
+    average.position = Vec3(sum_of(px), sum_of(py), sum_of(pz));
+    average.normal = all.normal[i] + Vec3(sum_of(nx_), sum_of(ny_), sum_of(nz_));
     pull.n_smooth = average.unit_normal();
     pull.smooth = -average.value();
-    pull.repel = repulsion(all, i, around.nearest[i], per_radius);
 }
 
 /// Mean of psi_orth(s_j) - s_j over the neighbours of i and itself.
-Real mean_smooth(const std::vector<Pull>& pulls, Index i, const WorkingSurfels& all, std::span<const Index> neighbours,
-                 Real support) {
-    const Poly6 w(support);
-    Real weight = w.value(0), sum = weight * pulls[i].smooth;
-    for (const Index j : neighbours) {
-        const Real a = w.value((all.position[j] - all.position[i]).squaredNorm());
-        if (a <= 0 || all.lost[j] || pulls[j].coat || !same_side(all, i, j)) continue;
-        weight += a;
-        sum += a * pulls[j].smooth;
-    }
-    return sum / weight;
+Real mean_smooth(const Surroundings& around, Index i, Real support) {
+    Lanes weight{}, sum{};
+    for_each_weighted_run(
+        around, i, support,
+        [&](Lanes w, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes smooth, Lanes counts) {
+            weight += w * counts;
+            sum += w * counts * smooth;
+        });
+    return (around.place[i].w + sum_of(sum)) / (1 + sum_of(weight));
 }
 
 /// The step of one surfel; returns how far a point of its disc moves by it.
@@ -175,7 +169,7 @@ void find_active(std::vector<char>& active, const WorkingSurfels& all, const std
                  const Surroundings& around, Real tolerance) {
     parallel_for(all.size(), [&](std::size_t i) {
         bool any = moved[i] >= tolerance;
-        for (const Index j : around.surfels[i]) any = any || moved[j] >= tolerance;
+        for (const Index j : around.lists.near(i)) any = any || moved[j] >= tolerance;
         active[i] = any && !all.lost[i];
     });
 }
@@ -193,44 +187,55 @@ void constrain(const WorkingSurfels& all, const LiquidShape& shape) {
 }  // namespace
 
 RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Surface& params) {
-    const Real per_radius = Real(params.support), widest = per_radius * Real(params.radius) * shape.spacing;
-    std::vector<Pull> pulls(all.size());
+    constexpr std::size_t kGrain = 64;
+    const std::size_t n = all.size();
+    const Real per_radius = Real(params.support), margin = Real(0.3) * shape.spacing;
+    std::vector<Pull> pulls(n);
     Surroundings around;
     RelaxReport report;
     Real damping = 1;
     const Real tolerance = Real(0.01) * shape.spacing;
-    std::vector<char> active(all.size(), 0);
-    for (std::size_t i = 0; i < all.size(); ++i) active[i] = !all.lost[i];
-    std::vector<Real> smooth(all.size(), 0), moved(all.size(), 0), smoothness(all.size(), 1);
-    parallel_for(all.size(), [&](std::size_t i) {
+    std::vector<char> active(n, 0);
+    std::vector<Real> moved(n, 0), smoothness(n, 1);
+    parallel_for(n, [&](std::size_t i) {
+        active[i] = !all.lost[i];
         const Real bend = per_radius * all.radius[i] * all.curvature[i];
         smoothness[i] = clamp01((Real(1.4) - bend) / Real(0.5));
     });
     for (; report.iterations < params.iterations; ++report.iterations) {
-        look_around(around, all, shape, widest);
-        parallel_for(all.size(), [&](std::size_t i) {
-            if (!active[i]) return;
+        if (around.lists.stale(all.position))
+            around.lists.build({all.position, all.normal, all.component}, all.radius, per_radius, margin);
+        pack(around, all);
+        const auto pull = [&](std::size_t k) {
+            if (!active[k]) return;
+            const auto i = static_cast<Index>(k);
             pulls[i] = Pull{};
-            pull_of_surfels(pulls[i], static_cast<Index>(i), all, around, per_radius);
-            if (!pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape,
-                                   around.particles[i], around.walls[i], all.radius[i]))
+            if (!pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape, all.wall[i],
+                                   all.radius[i])) {
                 all.lost[i] = 1;
+                return;
+            }
+            if (!pulls[i].coat && smoothness[i] > 0)
+                pull_of_average(pulls[i], i, all, around, per_radius * all.radius[i]);
+            pulls[i].repel = repulsion(all, i, around.lists.nearest(i), per_radius);
+        };
+        parallel_for(n, pull, kGrain);
+        parallel_for(n, [&](std::size_t i) {
+            around.place[i].w = pulls[i].smooth;
+            around.facing[i].w = all.lost[i] || pulls[i].coat || smoothness[i] <= 0 ? Real(0) : Real(1);
         });
-        parallel_for(all.size(), [&](std::size_t i) {
-            if (active[i])
-                smooth[i] = pulls[i].smooth - mean_smooth(pulls, static_cast<Index>(i), all, around.surfels[i],
-                                                          per_radius * all.radius[i]);
-        });
-        parallel_for(all.size(), [&](std::size_t i) {
+        const auto move = [&](std::size_t k) {
+            const auto i = static_cast<Index>(k);
             moved[i] = 0;
-            if (active[i] && !all.lost[i])
-                moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth[i], smoothness[i], params, damping,
-                                all.radius[i]);
-        });
+            if (!active[i] || all.lost[i]) return;
+            const bool smooths = !pulls[i].coat && smoothness[i] > 0;
+            const Real smooth = smooths ? pulls[i].smooth - mean_smooth(around, i, per_radius * all.radius[i]) : Real(0);
+            moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping,
+                            all.radius[i]);
+        };
+        parallel_for(n, move, kGrain);
         report.largest_move = parallel_reduce(
-            all.size(), Real(0), [&](std::size_t i) { return moved[i]; },
-            [](Real a, Real b) { return std::max(a, b); });
-        around.travelled += report.largest_move;
+            n, Real(0), [&](std::size_t i) { return moved[i]; }, [](Real a, Real b) { return std::max(a, b); });
         damping *= Real(0.9);
         if (report.largest_move < tolerance) {
             ++report.iterations;

@@ -16,6 +16,7 @@ struct WorkingSurfels {
     const std::vector<std::int32_t>& component;
     const std::vector<Real>& radius;     // r_s of each [m]
     const std::vector<Real>& curvature;  // LiquidShape::curvature at each [1/m]
+    std::vector<WallNote>& wall;         // beside each
     std::vector<char>& lost;             // no particle in reach, or ended up inside the body
     std::size_t size() const { return position.size(); }
 };

@@ -1,20 +1,32 @@
 #include "sim/surface/resample.h"
 
+#include <algorithm>
+#include <numeric>
+
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/implicit_surface.h"
+#include "sim/surface/growing_grid.h"
 
 namespace thixo {
 namespace {
 
 // In surfel radii.
-constexpr Real kCrowded = Real(0.45), kSparse = Real(0.8), kApart = Real(0.7);
+constexpr Real kCrowded = Real(0.55), kSparse = Real(0.8), kApart = Real(0.7);
+constexpr Real kApartAtCrease = Real(0.55);  // discs are cut short there, and cover less to their sides
 constexpr Real kSameSide = Real(0.7);  // cosine between normals of surfels that cover for each other
-constexpr int kDirections = 12;
-constexpr Real kHalf = Real(0.5), kRoot = Real(0.8660254037844386);
-constexpr struct {
-    Real x, y;
-} kCircle[kDirections] = {{1, 0},  {kRoot, kHalf},   {kHalf, kRoot},   {0, 1},  {-kHalf, kRoot}, {-kRoot, kHalf},
-                          {-1, 0}, {-kRoot, -kHalf}, {-kHalf, -kRoot}, {0, -1}, {kHalf, -kRoot}, {kRoot, -kHalf}};
+// Directions this close together leave no empty circle of a radius undiscovered: a point r away is within 2 sin(5.6
+// degrees) r, the difference of 1 and kSparse, of one of them.
+constexpr int kDirections = 16;
+struct Circle {
+    Real x[kDirections], y[kDirections];
+    Circle() {
+        for (int k = 0; k < kDirections; ++k) {
+            x[k] = static_cast<Real>(std::cos(2 * kPi * k / kDirections));
+            y[k] = static_cast<Real>(std::sin(2 * kPi * k / kDirections));
+        }
+    }
+};
+const Circle kCircle;
 constexpr int kRounds = 40;  // a sheet grows from one seed by a radius a round
 
 /// A surfel that may come to be.
@@ -23,27 +35,34 @@ struct Proposal {
     Vec3 normal{0, 0, 0};
     std::int32_t component = 0, body = 0;
     Real curvature = 0, radius = 0;
+    Real apart = kApart;  // from other surfels, at least, in radii
     bool good = false;
+    WallNote wall;
 };
 
+/// The surfels there are, in a grid that follows as they are added.
 struct Cover {
     const std::vector<Vec3>& position;
     const std::vector<Vec3>& normal;
     const std::vector<std::int32_t>& component;
     const std::vector<Real>& radius;
-    PointGrid grid;
+    GrowingGrid grid;
 
-    Cover(const SurfaceState& surface, const SurfelNotes& notes, Real reach)
+    Cover(const SurfaceState& surface, const SurfelNotes& notes, Real cell)
         : position(surface.surfels.position),
           normal(surface.surfels.normal),
           component(notes.component),
-          radius(notes.radius) {
-        grid.build(position, reach);
+          radius(notes.radius),
+          grid(cell, surface.size()) {
+        follow();
     }
-    /// Whether a surfel of the same side lies within `radius` of a place.
-    bool covers(const Proposal& p, Real radius) const {
+    void follow() {
+        while (grid.size() < position.size()) grid.add(position[grid.size()]);
+    }
+    /// Whether a surfel of the same side lies within `reach` of a place.
+    bool covers(const Proposal& p, Real reach) const {
         bool found = false;
-        grid.for_each_neighbour(p.position, radius, [&](Index j, Real) {
+        grid.for_each_neighbour(p.position, reach, [&](Index j, Real) {
             found = found || (component[j] == p.component && normal[j].dot(p.normal) > kSameSide);
         });
         return found;
@@ -51,11 +70,12 @@ struct Cover {
 };
 
 void fit(Proposal& p, const LiquidShape& shape, Real full) {
-    p.curvature = shape.curvature(p.position, p.normal, p.component);
+    p.curvature = shape.curvature(p.position, p.normal, p.component, p.wall);
     p.radius = fitting_radius(p.curvature, full);
 }
 
-/// Puts a proposal on the surface: that of its neighbours where three or more blend there, the liquid's otherwise.
+/// Puts a proposal on the surface: that of its neighbours where three or more blend there; where fewer do, or where it
+/// bends too sharply for their mean to lie on it, the liquid's.
 /// Its radius is that of the surfel it comes from; it gets its own.
 void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_radius, Real full) {
     p.good = false;
@@ -68,15 +88,17 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
         average.add(w.value(r2), cover.position[j] - p.position, cover.normal[j]);
         ++count;
     });
-    if (count >= 3 && average.defined()) {
+    if (count >= 3 && average.defined() && p.radius == full) {
         const Vec3 n = average.unit_normal();
         Vec3 place = p.position - average.value() * n;
-        SheetSample at = shape.sheet(place, n, p.component);
-        const Real excess = at.to_crease - kFromCrease * p.radius;
-        if (at.defined && excess < 0) {  // the sheet ends here
+        SheetSample at = shape.sheet(place, n, p.component, p.wall);
+        for (int crease = 0; crease < 3 && at.defined; ++crease) {  // in a corner there are several
+            const Real excess = at.to_crease - at.stand_off * p.radius;
+            if (excess > Real(-0.01) * shape.spacing) break;
             if (at.to_crease < -Real(0.7) * shape.spacing) return;
             place += excess * at.towards_crease;
-            at = shape.sheet(place, n, p.component);
+            p.apart = kApartAtCrease;
+            at = shape.sheet(place, n, p.component, p.wall);
         }
         if (at.defined && at.guide.norm() < Real(0.3) * shape.spacing && at.outward.dot(n) > Real(0.7) &&
             at.to_crease > -Real(0.1) * shape.spacing) {
@@ -95,47 +117,68 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
     p.good = true;
 }
 
-/// The least covered point of the circle about surfel i, if it is too little covered.
-Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover) {
-    const Real radius = cover.radius[i];
-    const Vec3 &s = cover.position[i], &n = cover.normal[i];
-    Vec3 a, b;
-    orthonormal_basis(n, a, b);
-    Vec3 place[kDirections];
-    Real clearance[kDirections];
-    for (int k = 0; k < kDirections; ++k) {
-        place[k] = s + radius * (kCircle[k].x * a + kCircle[k].y * b);
-        clearance[k] = std::numeric_limits<Real>::max();
+/// How well others cover the circle of a radius about surfel i.
+struct Surround {
+    Vec3 a, b;                   // axes of the tangent plane
+    Real clearance[kDirections];  // squared distance to the nearest surfel, in radii of surfel i
+
+    Surround(Index i, const Cover& cover) {
+        const Real per_radius = 1 / cover.radius[i];
+        const Vec3 &s = cover.position[i], &n = cover.normal[i];
+        orthonormal_basis(n, a, b);
+        std::fill_n(clearance, kDirections, std::numeric_limits<Real>::max());
+        cover.grid.for_each_neighbour(s, 2 * cover.radius[i], [&](Index j, Real) {
+            if (j == i || cover.component[j] != cover.component[i] || cover.normal[j].dot(n) < kSameSide) return;
+            // In the tangent plane: on a bent surface the neighbour lies below it. |q - c|^2 = |q|^2 + 1 - 2 q.c
+            const Vec3 offset = per_radius * (cover.position[j] - s);
+            const Real u = a.dot(offset), v = b.dot(offset), far = u * u + v * v + 1;
+            for (int k = 0; k < kDirections; ++k)
+                clearance[k] = std::min(clearance[k], far - 2 * (u * kCircle.x[k] + v * kCircle.y[k]));
+        });
     }
-    cover.grid.for_each_neighbour(s, 2 * radius, [&](Index j, Real) {
-        if (j == i || cover.component[j] != cover.component[i] || cover.normal[j].dot(n) < kSameSide) return;
-        // In the tangent plane: on a bent surface the neighbour lies below it.
-        const Vec3 flat = cover.position[j] - n * n.dot(cover.position[j] - s);
-        for (int k = 0; k < kDirections; ++k) clearance[k] = std::min(clearance[k], (flat - place[k]).squaredNorm());
-    });
-    const int best = static_cast<int>(std::max_element(clearance, clearance + kDirections) - clearance);
-    Proposal p{
-        place[best], n, cover.component[i], surface.body[i], 0, radius, clearance[best] > square(kSparse * radius)};
-    return p;
+    int least_covered() const {
+        return static_cast<int>(std::max_element(clearance, clearance + kDirections) - clearance);
+    }
+};
+
+/// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
+Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover, const LiquidShape& shape,
+                       Real per_radius, Real full) {
+    Surround around(i, cover);
+    for (int k = around.least_covered(); around.clearance[k] > square(kSparse); k = around.least_covered()) {
+        Proposal p;
+        p.position = cover.position[i] + cover.radius[i] * (kCircle.x[k] * around.a + kCircle.y[k] * around.b);
+        p.normal = cover.normal[i];
+        p.component = cover.component[i];
+        p.body = surface.body[i];
+        p.radius = cover.radius[i];
+        settle(p, cover, shape, per_radius, full);
+        p.good = p.good && !cover.covers(p, p.apart * p.radius);
+        if (p.good) return p;
+        around.clearance[k] = 0;
+    }
+    return {};
 }
 
 /// The surface nearest to a particle, where it is near and uncovered: outwards along the field's slope, or into the
 /// wall beside it.
 Proposal over_particle(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
     constexpr Real kSurfaceFill = Real(0.85);  // outermost particles have about 0.7, the next layer 0.95
-    Proposal p{particles.position[j], Vec3(0, 0, 0), particles.material[j], particles.body[j], 0, radius, false};
-    const Real wall = shape.points.particle_wall[j];
-    if (wall > 0 && wall < shape.spacing) {
-        const WallContact contact = wall_contact(shape.walls, p.position);
-        p.position -= contact.normal * (contact.distance + shape.wall_depth());
-        p.normal = -contact.normal;
+    Proposal p;
+    p.component = particles.material[j];
+    p.body = particles.body[j];
+    p.radius = radius;
+    const Vec3& x = particles.position[j];
+    const WallPlane& wall = shape.points.particle_wall[j];
+    if (const Real distance = wall.distance(x); distance > 0 && distance < shape.spacing) {
+        p.position = x - wall.normal * (distance + shape.wall_depth());
+        p.normal = -wall.normal;
+        if (cover.covers(p, radius)) return p;
         const DepthSample at = shape.depth(p.position, p.component);
-        if (at.defined && at.wall) {
-            p.good = !cover.covers(p, radius);
-            return p;
-        }
-        p.position = particles.position[j];
+        p.good = at.defined && at.wall;
+        if (p.good) return p;
     }
+    p.position = x;
     if (shape.points.particle_fill[j] > kSurfaceFill) return p;
     // Off the particle's centre: a lone one has no slope there.
     const Vec3& slope = shape.points.particle_slope[j];
@@ -164,36 +207,19 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
     notes.component.push_back(p.component);
     notes.curvature.push_back(p.curvature);
     notes.radius.push_back(p.radius);
+    notes.wall.push_back(p.wall);
     notes.lost.push_back(0);
 }
 
-/// Accepts the good proposals one after the other, each unless an accepted one is near; returns how many.
-std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<Proposal>& proposals, Real full) {
-    std::vector<Vec3> place;
-    std::vector<Index> which;
-    for (Index k = 0; k < proposals.size(); ++k)
-        if (proposals[k].good) {
-            place.push_back(proposals[k].position);
-            which.push_back(k);
-        }
-    if (which.empty()) return 0;
-    PointGrid grid;
-    grid.build(place, full);
-    std::vector<char> accepted(which.size(), 0);
-    std::size_t count = 0;
-    for (Index k = 0; k < which.size(); ++k) {
-        const Proposal& p = proposals[which[k]];
-        bool taken = false;
-        grid.for_each_neighbour(p.position, kApart * p.radius, [&](Index other, Real) {
-            const Proposal& q = proposals[which[other]];
-            taken = taken || (accepted[other] && q.component == p.component && q.normal.dot(p.normal) > kSameSide);
-        });
-        if (taken) continue;
-        accepted[k] = 1;
-        ++count;
+/// Accepts the good proposals one after the other, each unless one accepted before is near; returns how many.
+std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<Proposal>& proposals, Cover& cover) {
+    const std::size_t before = surface.size();
+    for (const Proposal& p : proposals) {
+        if (!p.good || cover.covers(p, p.apart * p.radius)) continue;
         append(surface, notes, p);
+        cover.follow();
     }
-    return count;
+    return surface.size() - before;
 }
 
 template <class T>
@@ -202,24 +228,35 @@ void keep(std::vector<T>& array, const std::vector<Index>& kept) {
     array.resize(kept.size());
 }
 
-std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, Real full) {
-    const Cover cover(surface, notes, full);
-    std::vector<char> gone(notes.lost);
+std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, Real cell) {
+    const Cover cover(surface, notes, cell);
+    // Of two that are too near each other the elder stays: surfels that are seen keep their places.
+    const auto crowds = [&](Index j, Index i, Real r2) {
+        return surface.id[j] < surface.id[i] && r2 < square(kCrowded * cover.radius[j]) &&
+               cover.component[j] == cover.component[i] && cover.normal[j].dot(cover.normal[i]) > kSameSide;
+    };
+    std::vector<char> crowded(surface.size()), gone(notes.lost);
+    parallel_for(surface.size(), [&](std::size_t k) {
+        const auto i = static_cast<Index>(k);
+        cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i],
+                                      [&](Index j, Real r2) { crowded[i] |= char(crowds(j, i, r2)); });
+    });
     std::vector<Index> kept;
+    kept.reserve(surface.size());
     for (Index i = 0; i < surface.size(); ++i) {
-        cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i], [&](Index j, Real r2) {
-            // The elder stays: surfels that are seen keep their places.
-            if (gone[j] || surface.id[j] >= surface.id[i] || r2 >= square(kCrowded * cover.radius[j])) return;
-            if (cover.component[j] == cover.component[i] && cover.normal[j].dot(cover.normal[i]) > kSameSide)
-                gone[i] = 1;
-        });
+        if (crowded[i] && !gone[i])
+            cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i], [&](Index j, Real r2) {
+                if (!gone[j] && crowds(j, i, r2)) gone[i] = 1;
+            });
         if (!gone[i]) kept.push_back(i);
     }
     const std::size_t deleted = surface.size() - kept.size();
+    if (deleted == 0) return 0;
     for_each_array(surface, [&](const char*, auto& array) { keep(array, kept); });
     keep(notes.component, kept);
     keep(notes.curvature, kept);
     keep(notes.radius, kept);
+    keep(notes.wall, kept);
     notes.lost.assign(kept.size(), 0);
     return deleted;
 }
@@ -228,39 +265,41 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
 
 ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape, const Particles& particles,
                         const scene::Surface& params) {
-    const Real full = Real(params.radius) * shape.spacing, per_radius = Real(params.support),
-               reach = std::max(per_radius, Real(2)) * full;
+    constexpr std::size_t kGrain = 32;
+    const Real full = Real(params.radius) * shape.spacing, per_radius = Real(params.support);
     ResampleReport report;
-    report.deleted = remove_lost_and_crowded(surface, notes, full);
+    report.deleted = remove_lost_and_crowded(surface, notes, 2 * full);
+    const std::size_t before = surface.size();
+    Cover cover(surface, notes, 2 * full);
     std::vector<Proposal> proposals(particles.size());
-    {
-        const Cover cover(surface, notes, reach);
-        parallel_for(particles.size(), [&](std::size_t j) {
-            proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
-        });
-    }
-    report.inserted = accept(surface, notes, proposals, full);
+    const auto seed = [&](std::size_t j) {
+        proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
+    };
+    parallel_for(particles.size(), seed, kGrain);
+    accept(surface, notes, proposals, cover);
     // Only surfels with a new neighbour can have got or lost a gap; in the first round that may be any.
-    std::size_t looked_from = 0;
+    std::vector<Index> look(surface.size());
+    std::iota(look.begin(), look.end(), Index(0));
+    std::vector<char> listed;
     for (int round = 0; round < kRounds; ++round) {
-        const Cover cover(surface, notes, reach);
-        std::vector<char> look(surface.size(), round == 0);
-        for (std::size_t i = looked_from; i < surface.size(); ++i)
-            cover.grid.for_each_neighbour(cover.position[i], 2 * full, [&](Index j, Real) { look[j] = 1; });
-        looked_from = surface.size();
-        proposals.assign(surface.size(), Proposal{});
-        parallel_for(surface.size(), [&](std::size_t i) {
-            if (!look[i]) return;
-            Proposal& p = proposals[i];
-            p = beside_surfel(static_cast<Index>(i), surface, cover);
-            if (!p.good) return;
-            settle(p, cover, shape, per_radius, full);
-            if (p.good) p.good = !cover.covers(p, kApart * p.radius);
-        });
-        const std::size_t added = accept(surface, notes, proposals, full);
-        report.inserted += added;
-        if (added == 0) break;
+        proposals.resize(look.size());
+        const auto propose = [&](std::size_t k) {
+            proposals[k] = beside_surfel(look[k], surface, cover, shape, per_radius, full);
+        };
+        parallel_for(look.size(), propose, kGrain);
+        const std::size_t first_new = surface.size();
+        if (accept(surface, notes, proposals, cover) == 0) break;
+        look.clear();
+        listed.resize(surface.size(), 0);
+        for (std::size_t i = first_new; i < surface.size(); ++i)
+            cover.grid.for_each_neighbour(cover.position[i], 2 * full, [&](Index j, Real) {
+                if (!listed[j]) look.push_back(j);
+                listed[j] = 1;
+            });
+        std::sort(look.begin(), look.end());
+        for (const Index i : look) listed[i] = 0;
     }
+    report.inserted = surface.size() - before;
     return report;
 }
 

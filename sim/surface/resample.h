@@ -16,24 +16,22 @@ struct SurfelNotes {
     std::vector<std::int32_t> component;
     std::vector<Real> curvature;  // of the liquid's surface [1/m]
     std::vector<Real> radius;     // r_s [m]
-    std::vector<char> lost;       // to be deleted
+    std::vector<WallNote> wall;
+    std::vector<char> lost;  // to be deleted
 };
 
-/// Radius of a surfel: `full`, less where the surface bends: 0.45 of its radius of curvature, but not under half of
+/// Radius of a surfel: `full`, less where the surface bends: half of its radius of curvature, but not under 0.6 of
 /// `full`. A drop of a single particle has surfels enough to look round.
 inline Real fitting_radius(Real curvature, Real full) {
-    return curvature * full > Real(0.45) ? std::max(Real(0.45) / curvature, Real(0.5) * full) : full;
+    return curvature * full > Real(0.5) ? std::max(Real(0.5) / curvature, Real(0.6) * full) : full;
 }
-
-/// Surfels keep this many radii from the crease their sheet ends at.
-inline constexpr Real kFromCrease = Real(0.6);
 
 struct ResampleReport {
     std::size_t inserted = 0, deleted = 0;
 };
 
 /// Deletes the surfels marked as lost and thins out crowds, then fills gaps until none is left:
-/// - a surfel goes when another one of its side is nearer than 0.45 r_s (of the smaller);
+/// - a surfel goes when another one of its side is nearer than 0.55 r_s (of the smaller);
 /// - a particle near the surface whose projected place has no surfel within r_s seeds one there;
 /// - a circle of radius r_s about a surfel must have no point farther than 0.8 r_s from every other surfel: the
 /// farthest such point gets one. So every empty circle in the surface is smaller than a surfel's disc, and discs leave

@@ -29,15 +29,20 @@ std::vector<std::int32_t> components(const SurfaceState& surface, const Particle
     return component;
 }
 
+/// The surfels of free surfaces near walls.
+struct FreeRim {
+    std::vector<Vec3> position, normal;
+    PointGrid grid;
+};
+
 /// How far a coat's disc may reach and which way: up to the free surface as the surfels around have it, smoothed, not
 /// as the field has it. Coats of two walls may overlap.
-void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const SurfelCloud& cloud,
-                         const std::vector<SheetSample>& sheets, const PointGrid& grid) {
+void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const FreeRim& rim) {
     sheet.to_crease = std::numeric_limits<Real>::max();
-    const Poly6 w(grid.cell());
+    const Poly6 w(rim.grid.cell());
     SurfelAverage average;
-    grid.for_each_neighbour(x, grid.cell(), [&](Index j, Real r2) {
-        if (sheets[j].defined && !sheets[j].coat) average.add(w.value(r2), cloud.position[j] - x, cloud.normal[j]);
+    rim.grid.for_each_neighbour(x, rim.grid.cell(), [&](Index j, Real r2) {
+        if (std::abs(rim.normal[j].dot(n)) < Real(0.8)) average.add(w.value(r2), rim.position[j] - x, rim.normal[j]);
     });
     if (!average.defined()) return;
     const Vec3 up = average.unit_normal(), across = up - n * n.dot(up);
@@ -49,25 +54,34 @@ void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const
 
 /// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be. At a crease the
 /// disc ends a little beyond it, or it would stand out of the body: the first axis then leads to the crease and is
-/// shortened. Coats that rose above the free surface are taken back below it.
-void fit_axes(SurfelCloud& cloud, const SurfelNotes& notes, const LiquidShape& shape, Real support) {
+/// shortened. Coats of two walls cross each other inside the walls and need no shortening.
+void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets(cloud.size());
     parallel_for(cloud.size(), [&](std::size_t i) {
-        sheets[i] = shape.sheet(cloud.position[i], cloud.normal[i], notes.component[i]);
+        sheets[i] = shape.sheet(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
     });
-    PointGrid grid;
-    grid.build(cloud.position, support);
+    FreeRim rim;
+    for (Index i = 0; i < cloud.size(); ++i)
+        if (sheets[i].defined && !sheets[i].coat && sheets[i].to_crease < 2 * support) {
+            rim.position.push_back(cloud.position[i]);
+            rim.normal.push_back(cloud.normal[i]);
+        }
+    rim.grid.build(rim.position, support);
     std::vector<Vec3> moved = cloud.position;
     parallel_for(cloud.size(), [&](std::size_t i) {
         const Vec3& n = cloud.normal[i];
         SheetSample at = sheets[i];
-        if (at.coat) end_at_free_surface(at, cloud.position[i], n, cloud, sheets, grid);
-        if (at.coat && at.to_crease < 0)
-            moved[i] += std::max(at.to_crease, Real(-0.3) * shape.spacing) * at.towards_crease;
-        // Ellipses side by side must overlap at the crease, not only touch it: hence the eighth more.
-        const Real past = Real(0.06) * shape.spacing, radius = notes.radius[i];
-        const Real reach = std::max(Real(1.125) * at.to_crease + past, Real(1.5) * past);
-        const bool at_crease = at.defined && reach < radius;
+        if (at.coat) end_at_free_surface(at, cloud.position[i], n, rim);
+        // Ellipses side by side must overlap at the crease, not only touch it: hence the eighth more. A disc too near the
+        // crease is taken back: shortened about its place it would be a sliver and leave a gap behind it.
+        const Real past = Real(at.coat ? 0.06 : 0.1) * shape.spacing, radius = notes.radius[i];
+        const bool at_crease = at.defined && Real(1.125) * at.to_crease + past < radius;
+        if (at_crease && at.to_crease < kFromCrease * radius) {
+            const Real back = std::min(kFromCrease * radius - at.to_crease, Real(0.5) * shape.spacing);
+            moved[i] -= back * at.towards_crease;
+            at.to_crease += back;
+        }
+        const Real reach = std::clamp(Real(1.125) * at.to_crease + past, Real(1.5) * past, radius);
         Vec3 t = at_crease ? at.towards_crease : cloud.axis1[i];
         t -= n * n.dot(t);
         if (!(t.squaredNorm() > square(Real(1e-3) * radius))) {
@@ -110,8 +124,10 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     SurfelCloud& cloud = surface.surfels;
     notes.curvature.resize(surface.size());
     notes.radius.resize(surface.size());
+    notes.wall.resize(surface.size());
     parallel_for(surface.size(), [&](std::size_t i) {
-        notes.curvature[i] = shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i]);
+        notes.curvature[i] =
+            shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
         notes.radius[i] = fitting_radius(notes.curvature[i], full_radius);
     });
     SurfaceReport report;
@@ -122,7 +138,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     };
     if (first) refill();  // one surfel a surface particle, then all between them
     const RelaxReport relaxed = relax(
-        {cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature, notes.lost}, shape, params);
+        {cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature, notes.wall, notes.lost}, shape, params);
     report.iterations = relaxed.iterations;
     report.largest_move = relaxed.largest_move;
     refill();

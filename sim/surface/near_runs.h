@@ -1,0 +1,72 @@
+// Points of a grid about a place, kLanes at a time, straight from the grid's own arrays: no lists, no gathering.
+#pragma once
+
+#include <limits>
+
+#include "pipeline/geometry/point_grid.h"
+#include "sim/lanes.h"
+
+namespace thixo {
+
+inline Lanes load_lanes(const Real* from) {
+    Lanes a;
+    __builtin_memcpy(&a, from, sizeof a);
+    return a;
+}
+
+/// Whether any lane of a comparison holds.
+template <class Mask>
+bool any_lane(Mask mask) {
+#ifdef THIXO_DOUBLE
+    return _mm256_movemask_pd(reinterpret_cast<__m256d>(mask)) != 0;
+#else
+    return _mm256_movemask_ps(reinterpret_cast<__m256>(mask)) != 0;
+#endif
+}
+
+/// Calls f(slot, x, y, z, r2) for runs of slots with a point nearer than `radius` to p: offsets from p and squared
+/// distances. Lanes of points out of reach, and those past the end of a row, have offsets 0 and r2 = radius^2, where
+/// kernels vanish. Requires radius <= grid.cell(). Arrays that f loads in slot order need PointGrid::kPadding places
+/// more than points.
+template <class F>
+void for_each_near_run(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
+    static_assert(PointGrid::kPadding >= kLanes);
+    Lanes number;
+    for (std::size_t l = 0; l < kLanes; ++l) number[l] = static_cast<Real>(l);
+    const Lanes limit = all_lanes(radius * radius), none{};
+    const PointGrid::Cell c = grid.cell_of(p);
+    for (std::int32_t cz = c.z - 1; cz <= c.z + 1; ++cz)
+        for (std::int32_t cy = c.y - 1; cy <= c.y + 1; ++cy) {
+            const PointGrid::Range row = grid.row(c.x - 1, c.x + 1, cy, cz);
+            for (Index s = row.begin; s < row.end; s += kLanes) {
+                const Lanes x = load_lanes(grid.x() + s) - p.x(), y = load_lanes(grid.y() + s) - p.y(),
+                            z = load_lanes(grid.z() + s) - p.z();
+                const Lanes r2 = x * x + y * y + z * z;
+                const auto near = (r2 < limit) & (number < static_cast<Real>(row.end - s));
+                if (!any_lane(near)) continue;
+                f(s, near ? x : none, near ? y : none, near ? z : none, near ? r2 : limit);
+            }
+        }
+}
+
+/// Calls f(slot, r2) for every point nearer than `radius` to p, which may exceed the cell.
+template <class F>
+void for_each_in_box(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
+    const Real limit = radius * radius;
+    const PointGrid::Cell a = grid.cell_of(p - Vec3::Constant(radius)), b = grid.cell_of(p + Vec3::Constant(radius));
+    for (std::int32_t cz = a.z; cz <= b.z; ++cz)
+        for (std::int32_t cy = a.y; cy <= b.y; ++cy) {
+            const PointGrid::Range row = grid.row(a.x, b.x, cy, cz);
+            for (Index s = row.begin; s < row.end; s += kLanes) {
+                const Lanes x = load_lanes(grid.x() + s) - p.x(), y = load_lanes(grid.y() + s) - p.y(),
+                            z = load_lanes(grid.z() + s) - p.z();
+                const Lanes r2 = x * x + y * y + z * z;
+                if (!any_lane(r2 < all_lanes(limit))) continue;
+                const Index lanes = std::min<Index>(kLanes, row.end - s);
+                for (Index l = 0; l < lanes; ++l)
+                    if (r2[l] < limit) f(s + l, r2[l]);
+            }
+        }
+}
+
+}  // namespace thixo

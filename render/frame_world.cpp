@@ -99,6 +99,8 @@ MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle) {
     const Mat3d linear = m.topLeftCorner<3, 3>(), normals = linear.inverse().transpose();
     const Vec3d shift = m.topRightCorner<3, 1>();
     MeshObject object;
+    object.to_own = linear.inverse().cast<float>();
+    object.own_shift = (-linear.inverse() * shift).cast<float>();
     object.mesh.triangles = mesh.triangles;
     for (const Vec3f& v : mesh.vertices)
         object.mesh.vertices.push_back((linear * v.cast<double>() + shift).cast<float>());
@@ -126,6 +128,8 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const scene::Sce
     }
     world.rays = std::make_unique<RayScene>(surfels_of(frame, object_of_body), std::move(placed_meshes));
     for (const scene::Light& l : look.lights) world.lights.push_back(make_light(l));
+    world.attributes = std::any_of(world.materials.begin(), world.materials.end(),
+                                   [](const Material& m) { return m.reads_attributes(); });
     world.background = look.background.cast<float>();
     const scene::Output& output = look.output;
     world.settings = {output.max_bounces, output.straight_shadows, float(output.clamp), output.transparent_background};

@@ -83,8 +83,26 @@ void add_mean(Albedo& table) {
     table.mean = float(sum);
 }
 
-Vec3f Material::colour_at(const Vec3f& position) const {
+namespace {
+
+Vec3f mapped(const std::vector<std::pair<float, Vec3f>>& map, float value) {
+    if (value <= map.front().first) return map.front().second;
+    for (std::size_t k = 1; k < map.size(); ++k) {
+        const auto& [a, below] = map[k - 1];
+        const auto& [b, above] = map[k];
+        if (value < b) return below + (value - a) / (b - a) * (above - below);
+    }
+    return map.back().second;
+}
+
+}  // namespace
+
+Vec3f Material::colour_at(const Hit& hit) const {
+    if (colour_by != scene::ColourBy::none)
+        return mapped(colour_map, colour_by == scene::ColourBy::temperature ? hit.attributes.temperature
+                                                                            : hit.attributes.velocity.norm());
     if (checker <= 0) return colour;
+    const Vec3f& position = in_rest ? hit.attributes.rest : hit.position;
     const auto field = [&](float x) { return std::int64_t(std::floor(x / checker)); };
     return ((field(position.x()) + field(position.y())) & 1) == 0 ? colour : colour2;
 }
@@ -95,6 +113,10 @@ Material make_material(const scene::Appearance& a) {
     m.colour = a.colour.cast<float>();
     m.colour2 = a.colour2.cast<float>();
     m.checker = float(a.checker);
+    m.in_rest = a.space == scene::Space::rest && a.checker > 0;
+    m.colour_by = a.colour_by;
+    for (const scene::ColourStop& c : a.colour_map) m.colour_map.emplace_back(float(c.at), c.colour.cast<float>());
+    m.bump = {float(a.bumps.amplitude), float(a.bumps.scale), a.bumps.octaves};
     m.roughness = float(a.roughness);
     m.ior = float(a.ior);
     m.absorption = a.absorption.cast<float>();

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "pipeline/contract/scene.h"
+#include "render/noise.h"
 #include "render/warp.h"
 
 namespace thixo::render {
@@ -37,6 +38,10 @@ struct Material {
     scene::AppearanceType type = scene::AppearanceType::diffuse;
     Vec3f colour{0.8f, 0.8f, 0.8f}, colour2{0.3f, 0.3f, 0.3f};
     float checker = 0;    // m
+    bool in_rest = false;  // the checker is in m0, not in the world
+    scene::ColourBy colour_by = scene::ColourBy::none;
+    std::vector<std::pair<float, Vec3f>> colour_map;  // ascending
+    Bump bump;
     float roughness = 0;  // GGX alpha
     float ior = 1.5f;
     Vec3f absorption{0, 0, 0};  // 1/m
@@ -48,8 +53,10 @@ struct Material {
     bool smooth() const { return roughness < kSmooth; }
     /// Lets light through in a straight line, but for refraction.
     bool clear() const { return dielectric() && smooth(); }
-    /// Colour at a world position: the checker's field, or plain.
-    Vec3f colour_at(const Vec3f& position) const;
+    /// Whether it looks at the attributes of a hit.
+    bool reads_attributes() const { return in_rest || colour_by != scene::ColourBy::none || bump.amplitude > 0; }
+    /// Colour at a hit: the attribute's, the checker's field, or plain.
+    Vec3f colour_at(const Hit& hit) const;
 };
 
 Material make_material(const scene::Appearance& appearance);

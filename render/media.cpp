@@ -84,7 +84,7 @@ Interior interior_at(const World& world, const Vec3f& point) {
 }
 
 bool nearest_hit(const World& world, const Ray& ray, const Interior& interior, Hit& hit) {
-    if (!world.rays->intersect(ray, interior, hit)) return false;
+    if (!world.rays->intersect(ray, interior, hit, world.attributes)) return false;
     if (hit.blended || hit.entering || !world.material(hit.object).dielectric()) return true;
     Interior behind = interior;
     behind.remove(hit.object);
@@ -93,7 +93,7 @@ bool nearest_hit(const World& world, const Ray& ray, const Interior& interior, H
     probe.tmin = std::max(ray.tmin, hit.t - touching);
     probe.tmax = hit.t + touching;
     Hit touched;
-    if (world.rays->intersect(probe, behind, touched) && !world.material(touched.object).dielectric()) hit = touched;
+    if (world.rays->intersect(probe, behind, touched, world.attributes) && !world.material(touched.object).dielectric()) hit = touched;
     return true;
 }
 

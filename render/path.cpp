@@ -53,6 +53,7 @@ class Path {
             }
             s_.throughput = s_.throughput.cwiseProduct(absorb(world_, s_.interior, s_.ray, 0, hit.t));
             const Material& material = world_.material(hit.object);
+            if (material.bump.amplitude > 0) hit.normal = bumped_normal(material.bump, hit);
             note_first(hit, material);
             if (material.dielectric() ? !interact(hit, material) : !shade(hit, material)) break;
             if (!roulette()) break;
@@ -66,7 +67,7 @@ class Path {
         first_.found = true;
         first_.depth = (hit.position - world_.camera.position).dot(world_.camera.forward);
         first_.normal = hit.normal.dot(s_.ray.direction) < 0 ? hit.normal : Vec3f(-hit.normal);
-        first_.albedo = material.dielectric() ? Vec3f(Vec3f::Ones()) : material.colour_at(hit.position);
+        first_.albedo = material.dielectric() ? Vec3f(Vec3f::Ones()) : material.colour_at(hit);
     }
 
     /// Adds light. What took more than one scattering is limited, since single samples of it can be arbitrarily bright.
@@ -214,7 +215,7 @@ class Path {
     bool shade(const Hit& hit, const Material& material) {
         if (++s_.bounces > world_.settings.max_bounces) return false;
         const Frame3 frame = frame_at(hit);
-        const Vec3f wo = frame.local(-s_.ray.direction), colour = material.colour_at(hit.position);
+        const Vec3f wo = frame.local(-s_.ray.direction), colour = material.colour_at(hit);
         begin_shading(hit, frame.n);
         light_up(hit, frame, frame.side, s_.interior,
                  [&](const Vec3f& wi, float& pdf) { return evaluate(material, colour, wo, wi, pdf); });

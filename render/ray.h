@@ -46,9 +46,11 @@ class Interior {
     int count_ = 0;
 };
 
-/// Attributes of surfels, blended with the weights that placed the hit.
-struct SurfelAttributes {
+/// What a hit knows of the material there. On surfels: blended with the weights that placed the hit, m0 to first order
+/// in the tangent plane. On meshes: m0 is the place in the mesh's own frame, the rest is zero.
+struct Attributes {
     Vec3f rest{0, 0, 0};      // m0 [m]
+    Vec3f rest_a{0, 0, 0}, rest_b{0, 0, 0};  // its derivatives along orthonormal_basis(normal) [1]
     Vec3f velocity{0, 0, 0};  // [m/s]
     float temperature = 0;    // [degC]
 };
@@ -63,6 +65,7 @@ struct Hit {
     bool blended = false;      // on surfels, not on a mesh
     float offset = 0;          // rays that bounce off start this far from the surface [m]
     float rounding = 0;        // of the position [m]
+    Attributes attributes;     // where they were asked for
 };
 
 /// Where a ray that bounces off towards `direction` starts: clear of the surface, on the side it goes to.

@@ -141,14 +141,13 @@ struct RayScene::Impl {
         if (entering == query.interior->contains(object.object)) args->valid[0] = 0;
     }
 
-    bool intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const;
-    void surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit,
-                    SurfelAttributes* attributes) const;
+    bool intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const;
+    void surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit) const;
+    void blend_attributes(const SurfelHit& found, Hit& hit) const;
     void mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) const;
 };
 
-void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit,
-                                SurfelAttributes* attributes) const {
+void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit) const {
     hit.t = found.t;
     hit.position = ray.origin + found.t * ray.direction;
     hit.object = surfels.object[found.layer];
@@ -162,14 +161,39 @@ void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const 
     hit.blended = true;
     hit.rounding = rounding(hit.position);
     hit.offset = 2e-3f * found.radius + hit.rounding;
-    if (!attributes) return;
-    *attributes = {};
+}
+
+/// Means over the surfels of the hit; m0 corrected from their mean place to the hit by its derivatives in the tangent
+/// plane, fitted to them by least squares: an affine m0 is met exactly, so textures do not swim.
+void RayScene::Impl::blend_attributes(const SurfelHit& found, Hit& hit) const {
+    Attributes& at = hit.attributes = {};
+    Vec3f a, b;
+    orthonormal_basis(hit.normal, a, b);
+    Vec2f mean = Vec2f::Zero();
     for (int i = 0; i < found.count; ++i) {
         const Index k = found.source[i];
-        if (!surfels.rest.empty()) attributes->rest += found.weight[i] * surfels.rest[k];
-        if (!surfels.velocity.empty()) attributes->velocity += found.weight[i] * surfels.velocity[k];
-        if (!surfels.temperature.empty()) attributes->temperature += found.weight[i] * surfels.temperature[k];
+        const Vec3f offset = surfels.cloud.position[k] - hit.position;
+        mean += found.weight[i] * Vec2f(a.dot(offset), b.dot(offset));
+        if (!surfels.rest.empty()) at.rest += found.weight[i] * surfels.rest[k];
+        if (!surfels.velocity.empty()) at.velocity += found.weight[i] * surfels.velocity[k];
+        if (!surfels.temperature.empty()) at.temperature += found.weight[i] * surfels.temperature[k];
     }
+    if (surfels.rest.empty()) return;
+    Eigen::Matrix2f spread = Eigen::Matrix2f::Zero();
+    Eigen::Matrix<float, 3, 2> product = Eigen::Matrix<float, 3, 2>::Zero();
+    for (int i = 0; i < found.count; ++i) {
+        const Index k = found.source[i];
+        const Vec3f offset = surfels.cloud.position[k] - hit.position;
+        const Vec2f flat = Vec2f(a.dot(offset), b.dot(offset)) - mean;
+        spread += found.weight[i] * flat * flat.transpose();
+        product += found.weight[i] * (surfels.rest[k] - at.rest) * flat.transpose();
+    }
+    // Too few surfels, or all in a line, tell nothing across: m0 then has the metric of the surface.
+    if (spread.determinant() < 1e-3f * square(spread.trace())) return;
+    const Eigen::Matrix<float, 3, 2> slope = product * spread.inverse();
+    at.rest_a = slope.col(0);
+    at.rest_b = slope.col(1);
+    at.rest -= slope * mean;
 }
 
 void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) const {
@@ -190,9 +214,15 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
     hit.entering = hit.geometric.dot(ray.direction) < 0;
     hit.blended = false;
     hit.rounding = hit.offset = rounding(hit.position);
+    Vec3f a_axis, b_axis;
+    orthonormal_basis(hit.normal, a_axis, b_axis);
+    hit.attributes = {};
+    hit.attributes.rest = object.to_own * hit.position + object.own_shift;
+    hit.attributes.rest_a = object.to_own * a_axis;
+    hit.attributes.rest_b = object.to_own * b_axis;
 }
 
-bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const {
+bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const {
     Ray window = ray;
     // A window that held discs but no surface ends at most a support's length on; a ray that never gets through a
     // thousand of them is inside damaged data, and is let go.
@@ -222,8 +252,9 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
         if (query.candidates.faced && first_crossing(packed.blocks, window, interior, surfels.object, query.candidates,
-                                                     end, attributes != nullptr, surfel)) {
-            surfel_hit(ray, interior, surfel, hit, attributes);
+                                                     end, attributes, surfel)) {
+            surfel_hit(ray, interior, surfel, hit);
+            if (attributes) blend_attributes(surfel, hit);
             return true;
         }
         if (mesh_found) {
@@ -241,7 +272,7 @@ RayScene::RayScene(SurfelSet surfels, std::vector<MeshObject> meshes)
     : impl_(std::make_unique<Impl>(std::move(surfels), std::move(meshes))) {}
 RayScene::~RayScene() = default;
 
-bool RayScene::intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes) const {
+bool RayScene::intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const {
     return impl_->intersect(ray, interior, hit, attributes);
 }
 std::size_t RayScene::dropped_surfels() const { return impl_->packed.dropped; }

@@ -24,6 +24,8 @@ struct SurfelSet {
 struct MeshObject {
     TriangleMesh mesh;
     Index object = 0;
+    Mat3f to_own = Mat3f::Identity();  // world -> the mesh's own frame, with own_shift: for textures
+    Vec3f own_shift{0, 0, 0};
     bool solid = false;  // closed and transparent: hit from outside by rays outside it, from inside by rays inside, as
                          // surfels are
 };
@@ -39,8 +41,8 @@ class RayScene {
 
     /// The nearest hit in [tmin, tmax]. `interior` names the objects the ray is inside of: surfels and solid meshes of
     /// those are hit from inside only, all others from outside only (docs/surfels.md), so that rays may start a little
-    /// before the surface they leave through. Blends attributes where they are asked for and the hit is on surfels.
-    bool intersect(const Ray& ray, const Interior& interior, Hit& hit, SurfelAttributes* attributes = nullptr) const;
+    /// before the surface they leave through. Finds the attributes where they are asked for.
+    bool intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes = false) const;
 
     /// Surfels left out because they have no finite, non-zero frame.
     std::size_t dropped_surfels() const;

@@ -209,6 +209,14 @@ void check_look(const Look& look, ReadContext& context) {
     check.require(view.norm() <= 1e-9 || view.normalized().cross(c.up.normalized()).norm() > 1e-6, "look.camera.up",
                   "\"up\" of the camera points along its view", "write for example up: [0, 1, 0]");
     check_motion(c.motion, "look.camera.motion", check);
+    for (const Appearance& a : look.appearances) {
+        const std::string path = "look.appearances." + a.name;
+        for (std::size_t k = 1; k < a.colour_map.size(); ++k)
+            check.require(a.colour_map[k].at > a.colour_map[k - 1].at, fmt::format("{}.colour_map.{}.at", path, k),
+                          fmt::format("\"at\" must ascend: {} is not above {}", a.colour_map[k].at, a.colour_map[k - 1].at));
+        check.require(a.colour_by == ColourBy::none || !a.colour_map.empty(), path + ".colour_by",
+                      "\"colour_by\" needs a \"colour_map\"", "for example colour_map: [{at: 0, colour: [0, 0, 1]}, {at: 100, colour: [1, 0, 0]}]");
+    }
 }
 
 void check_scene(const Scene& scene, ReadContext& context) {

@@ -64,12 +64,49 @@ template <>
 struct Words<AppearanceType> {
     static constexpr std::array<std::string_view, 4> list{"diffuse", "plastic", "conductor", "dielectric"};
 };
+enum class ColourBy { none, temperature, speed };
+template <>
+struct Words<ColourBy> {
+    static constexpr std::array<std::string_view, 3> list{"none", "temperature", "speed"};
+};
+enum class Space { world, rest };
+template <>
+struct Words<Space> {
+    static constexpr std::array<std::string_view, 2> list{"world", "rest"};
+};
+
+struct ColourStop {
+    double at = 0;  // of the attribute
+    Vec3d colour{0.8, 0.8, 0.8};
+};
+template <class V>
+void visit(V& v, ColourStop& c) {
+    v.key("at", c.at, "degC or m/s", required(), "value of the attribute; ascending in the list");
+    v.key("colour", c.colour, kColour, required(between(0, 1)), "colour there; between two stops it is mixed");
+}
+
+struct Bumps {
+    double amplitude = 0;  // m
+    double scale = 0.01;   // m
+    int octaves = 4;
+};
+template <class V>
+void visit(V& v, Bumps& b) {
+    v.key("amplitude", b.amplitude, "m", at_least(0), "height of the largest bumps; 0: none");
+    v.key("scale", b.scale, "m", above(0), "width of the largest bumps");
+    v.key("octaves", b.octaves, "", between(1, 16), "layers of noise, each half as wide and half as high as the one before");
+}
+
 struct Appearance {
     std::string name;
     AppearanceType type = AppearanceType::diffuse;
     Vec3d colour{0.8, 0.8, 0.8};   // albedo, or reflectance at normal incidence of a conductor
     Vec3d colour2{0.3, 0.3, 0.3};  // second colour of a checker
-    double checker = 0;            // m, edge of a checker field in world xy; 0: plain
+    double checker = 0;            // m, edge of a checker field in xy; 0: plain
+    Space space = Space::world;
+    ColourBy colour_by = ColourBy::none;
+    std::vector<ColourStop> colour_map;
+    Bumps bumps;
     double roughness = 0;          // GGX alpha; 0: smooth
     double ior = 1.5;
     Vec3d absorption{0, 0, 0};  // 1/m, dielectric
@@ -82,7 +119,11 @@ void visit(V& v, Appearance& a) {
     v.key("colour", a.colour, kColour, between(0, 1),
           "albedo, linear Rec.709; of a conductor its reflectance at normal incidence");
     v.key("colour2", a.colour2, kColour, between(0, 1), "second colour of a checker");
-    v.key("checker", a.checker, "m", at_least(0), "edge of the fields of a checker in world xy; 0: plain");
+    v.key("checker", a.checker, "m", at_least(0), "edge of the fields of a checker in xy; 0: plain");
+    v.key("space", a.space, "", any(), "of the checker; world: it stands still; rest: it moves with the material");
+    v.key("colour_by", a.colour_by, "", any(), "attribute that `colour_map` colours by; none: `colour` is taken");
+    v.list("colour_map", a.colour_map, "colours of the values of `colour_by`");
+    v.block("bumps", a.bumps, "fractal noise in the material that roughens the look of the surface");
     v.key("roughness", a.roughness, "1", between(0, 1), "GGX alpha; 0: smooth");
     v.key("ior", a.ior, "1", between(1, 4), "index of refraction of plastic and dielectric; water 1.33, glass 1.5");
     v.key("absorption", a.absorption, "1/m", at_least(0),

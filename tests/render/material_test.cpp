@@ -29,6 +29,12 @@ const Case kCases[] = {{AppearanceType::diffuse, 0},     {AppearanceType::plasti
 
 Vec3f toward(float cosine) { return {std::sqrt(1 - cosine * cosine), 0, cosine}; }
 
+Hit at(const Vec3f& position) {
+    Hit hit;
+    hit.position = position;
+    return hit;
+}
+
 float uniform(std::uint64_t i, std::uint64_t use) { return float(random_unit(11, i, use, 0)); }
 
 TEST(Material, AWhiteSurfaceInAWhiteFurnaceIsWhite) {
@@ -106,10 +112,36 @@ TEST(Material, ACheckerHasFieldsOfItsEdge) {
     a.colour = {1, 1, 1};
     a.colour2 = {0, 0, 0};
     const Material m = make_material(a);
-    EXPECT_EQ(m.colour_at({0.25f, 0.25f, 9}).x(), 1);
-    EXPECT_EQ(m.colour_at({0.75f, 0.25f, 9}).x(), 0);
-    EXPECT_EQ(m.colour_at({-0.25f, 0.25f, 9}).x(), 0);
-    EXPECT_EQ(m.colour_at({-0.25f, -0.25f, 9}).x(), 1);
+    EXPECT_EQ(m.colour_at(at({0.25f, 0.25f, 9})).x(), 1);
+    EXPECT_EQ(m.colour_at(at({0.75f, 0.25f, 9})).x(), 0);
+    EXPECT_EQ(m.colour_at(at({-0.25f, 0.25f, 9})).x(), 0);
+    EXPECT_EQ(m.colour_at(at({-0.25f, -0.25f, 9})).x(), 1);
+}
+
+TEST(Material, AColourMapMixesBetweenItsStops) {
+    scene::Appearance a;
+    a.colour_by = scene::ColourBy::temperature;
+    a.colour_map = {{0, {0, 0, 1}}, {100, {1, 0, 0}}, {200, {1, 1, 0}}};
+    const Material m = make_material(a);
+    EXPECT_TRUE(m.reads_attributes());
+    Hit hit;
+    for (const auto& [temperature, colour] : {std::pair(-50.0f, Vec3f(0, 0, 1)), std::pair(25.0f, Vec3f(0.25f, 0, 0.75f)),
+                                              std::pair(150.0f, Vec3f(1, 0.5f, 0)), std::pair(900.0f, Vec3f(1, 1, 0))}) {
+        hit.attributes.temperature = temperature;
+        EXPECT_LT((m.colour_at(hit) - colour).norm(), 1e-6f);
+    }
+}
+
+TEST(Material, ACheckerInRestSpaceMovesWithTheMaterial) {
+    scene::Appearance a;
+    a.checker = 0.5;
+    a.colour = {1, 1, 1};
+    a.colour2 = {0, 0, 0};
+    a.space = scene::Space::rest;
+    const Material m = make_material(a);
+    Hit hit = at({0.75f, 0.25f, 0});
+    hit.attributes.rest = {0.25f, 0.25f, 0};
+    EXPECT_EQ(m.colour_at(hit).x(), 1);
 }
 
 }  // namespace

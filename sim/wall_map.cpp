@@ -21,8 +21,9 @@ std::uint64_t block_key(std::int32_t i, std::int32_t j, std::int32_t k) {
 }
 
 // A solid counts as flat where its distance is linear to this part of the support: the integrals then err by less than
-// the tables do.
+// the tables do. To the second part of it, it is a plane: then neither block nor place needs more than the plane.
 constexpr Real kFlatness = Real(1e-3);
+constexpr Real kPlaneness = Real(2e-5);
 
 }  // namespace
 
@@ -57,7 +58,7 @@ WallMap::WallMap(Shape solid, Real support)
       support_(support),
       cell_(support / kCells),
       sample_(support / kReach),
-      blocks_(std::make_unique<Table>()) {
+      pages_(std::make_unique<Table>()) {
     static_assert(kFine * kCells == kReach, "a block is one support wide");
     make_stencil();
 }
@@ -93,18 +94,23 @@ void WallMap::make_stencil() {
     }
 }
 
-bool WallMap::flat(const Vec3& centre, Real& distance, Vec3& normal) const {
+WallMap::Page::~Page() {
+    for (const auto& block : blocks) delete block.load();
+}
+
+/// How far the distance is from linear within the kernel's reach of a block [m].
+Real WallMap::unevenness(const Vec3& centre, Real& distance, Vec3& normal) const {
     const Real reach = support_ * Real(1.5);  // half a block and the kernel
     distance = solid_.distance(centre);
     normal = solid_.gradient(centre, support_ / 4);
+    Real worst = 0;
     for (int z = -1; z <= 1; ++z)
         for (int y = -1; y <= 1; ++y)
             for (int x = -1; x <= 1; ++x) {
                 const Vec3 offset = reach * Vec3(Real(x), Real(y), Real(z));
-                if (std::abs(solid_.distance(centre + offset) - distance - normal.dot(offset)) > kFlatness * support_)
-                    return false;
+                worst = std::max(worst, std::abs(solid_.distance(centre + offset) - distance - normal.dot(offset)));
             }
-    return true;
+    return worst;
 }
 
 std::vector<Real> WallMap::occupancy(const Vec3& origin) const {
@@ -159,10 +165,18 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
         b.far = d - half_diagonal;
         return b;
     }
-    b.nodes.resize(kNodes * kNodes * kNodes);
     Real centre_distance = 0, nearest = std::numeric_limits<Real>::max();
     Vec3 normal;
-    const bool half_space = flat(centre, centre_distance, normal);
+    const Real uneven = unevenness(centre, centre_distance, normal);
+    // Distances far from the origin are rounded more coarsely.
+    const Real rounding = 16 * std::numeric_limits<Real>::epsilon() * centre.cwiseAbs().maxCoeff();
+    if (uneven <= kPlaneness * support_ + rounding) {
+        b.normal = normal;
+        b.offset = centre_distance - normal.dot(centre);
+        return b;
+    }
+    b.nodes.resize(kNodes * kNodes * kNodes);
+    const bool half_space = uneven <= kFlatness * support_;
     const std::vector<Real> filled = half_space ? std::vector<Real>{} : occupancy(origin);
     for (int k = 0; k < kNodes; ++k)
         for (int j = 0; j < kNodes; ++j)
@@ -175,27 +189,40 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
                     {distance, w.share, w.laplacian, w.gradient.x(), w.gradient.y(), w.gradient.z(), 0, 0}};
                 nearest = std::min(nearest, distance);
             }
-    if (nearest >= support_) return {std::max(support_, nearest - cell_ / 8), {}};
+    if (nearest >= support_) {
+        b.far = std::max(support_, nearest - cell_ / 8);
+        b.nodes = {};
+    }
     return b;
 }
 
-const WallMap::Block* WallMap::find_or_make(std::uint64_t key, const Vec3& origin) const {
-    if (const auto found = blocks_->find(key); found != blocks_->end()) return found->second.get();
-    // Two threads may make the same block; both make the same one and the second is dropped.
-    return blocks_->emplace(key, std::make_unique<const Block>(make_block(origin))).first->second.get();
-}
-
-WallMap::Place WallMap::locate(const Vec3& x, Cursor& cursor) const {
+/// The block that holds x, and where x is in it, in blocks.
+const WallMap::Block& WallMap::block_at(const Vec3& x, Cursor& cursor, Vec3& inside) const {
     const Vec3 s = x / support_;
     const std::int32_t i = block_coordinate(s.x()), j = block_coordinate(s.y()), k = block_coordinate(s.z());
-    const std::uint64_t key = block_key(i, j, k);
-    if (key != cursor.key) cursor = {key, find_or_make(key, support_ * Vec3(Real(i), Real(j), Real(k)))};
-    Place p{cursor.block, {}, {}};
-    if (p.block->far > 0) return p;
-    const Vec3 inside = (s - Vec3(Real(i), Real(j), Real(k))) * Real(kCells);
+    const Vec3 corner(Real(i), Real(j), Real(k));
+    inside = s - corner;
+    const std::uint64_t key = block_key(i >> kPageBits, j >> kPageBits, k >> kPageBits);
+    if (key != cursor.key) {
+        auto found = pages_->find(key);
+        if (found == pages_->end()) found = pages_->emplace(key, std::make_unique<Page>()).first;
+        cursor = {key, found->second.get()};
+    }
+    constexpr int mask = kPage - 1;
+    auto& slot = cursor.page->blocks[static_cast<std::size_t>(((k & mask) * kPage + (j & mask)) * kPage + (i & mask))];
+    const Block* block = slot.load(std::memory_order_acquire);
+    if (block) return *block;
+    // Two threads may make the same block; both make the same one and the second is dropped.
+    auto made = std::make_unique<const Block>(make_block(support_ * corner));
+    if (slot.compare_exchange_strong(block, made.get(), std::memory_order_acq_rel)) block = made.release();
+    return *block;
+}
+
+WallMap::Place WallMap::place(const Vec3& inside) {
+    Place p{};
     for (int a = 0; a < 3; ++a) {
-        const Real clamped =
-            inside[a] > 0 ? std::min(inside[a], Real(kCells)) : Real(0);  // NaN too: the health check names it
+        const Real v = inside[a] * Real(kCells);
+        const Real clamped = v > 0 ? std::min(v, Real(kCells)) : Real(0);  // NaN too: the health check names it
         p.cell[static_cast<std::size_t>(a)] = std::min(static_cast<int>(clamped), kCells - 1);
         p.part[a] = clamped - static_cast<Real>(p.cell[static_cast<std::size_t>(a)]);
     }
@@ -203,13 +230,20 @@ WallMap::Place WallMap::locate(const Vec3& x, Cursor& cursor) const {
 }
 
 WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
-    const Place p = locate(x, cursor);
+    Vec3 inside;
+    const Block& block = block_at(x, cursor, inside);
     WallIntegrals out;
-    if (p.block->far > 0) {
-        out.distance = p.block->far;
+    if (block.far > 0) {
+        out.distance = block.far;
         return out;
     }
-    const Node* corner = p.block->nodes.data() + (p.cell[2] * kNodes + p.cell[1]) * kNodes + p.cell[0];
+    if (block.plane()) {
+        out = half_space_integrals(block.normal.dot(x) + block.offset, support_);
+        out.gradient = out.gradient.z() * block.normal;
+        return out;
+    }
+    const Place p = place(inside);
+    const Node* corner = block.nodes.data() + (p.cell[2] * kNodes + p.cell[1]) * kNodes + p.cell[0];
     Node sum{};
     for (int c = 0; c < 8; ++c) {
         const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
@@ -221,19 +255,21 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
     return {sum.value[0], sum.value[1], Vec3(sum.value[3], sum.value[4], sum.value[5]), sum.value[2]};
 }
 
-Real WallMap::distance(const Vec3& x, Vec3& normal) const {
-    Cursor cursor;
-    const Place p = locate(x, cursor);
-    normal.setZero();
-    if (p.block->far > 0) return p.block->far;
+Real WallMap::distance(const Vec3& x, Vec3& normal, Cursor& cursor) const {
+    Vec3 inside;
+    const Block& block = block_at(x, cursor, inside);
+    normal = block.normal;  // zero where there is no plane
+    if (block.far > 0) return block.far;
+    if (block.plane()) return block.normal.dot(x) + block.offset;
+    const Place p = place(inside);
     Real distance = 0;
     for (int c = 0; c < 8; ++c) {
         const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
         const Real wx = i ? p.part.x() : 1 - p.part.x(), wy = j ? p.part.y() : 1 - p.part.y(),
                    wz = k ? p.part.z() : 1 - p.part.z();
         const Real d =
-            p.block
-                ->nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)]
+            block
+                .nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)]
                 .value[0];
         distance += wx * wy * wz * d;
         normal += d * Vec3(i ? wy * wz : -wy * wz, j ? wx * wz : -wx * wz, k ? wx * wy : -wx * wy);

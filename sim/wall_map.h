@@ -5,6 +5,7 @@
 #include <oneapi/tbb/concurrent_unordered_map.h>
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -28,8 +29,9 @@ WallIntegrals half_space_integrals(Real distance, Real support);
 
 /// Tables of one solid, made block by block where they are first asked for: memory and time go where matter comes,
 /// unbounded walls need no box, and every value is a pure function of the place, whichever thread asked first. In a
-/// block where the solid is a half-space as far as the kernel reaches, values are those of the closed form; elsewhere
-/// the solid is sampled at h/8 and summed at h/4, trilinear in between.
+/// block where the solid is a half-space as far as the kernel reaches, values are those of the closed form and nothing
+/// is stored but the plane; where it nearly is one, the closed form is tabulated at h/4; elsewhere the solid is sampled
+/// at h/8 and summed at h/4, trilinear in between.
 class WallMap {
   public:
     WallMap(Shape solid, Real support);
@@ -37,12 +39,13 @@ class WallMap {
 
   private:
     struct Block;
+    struct Page;
 
   public:
-    /// The block last asked for.
+    /// The page of blocks last asked in.
     struct Cursor {
         std::uint64_t key = ~std::uint64_t(0);
-        const Block* block = nullptr;
+        Page* page = nullptr;
     };
 
     /// Integrals at x; beyond one support from the wall they are zero, and distance is a lower bound not below the
@@ -54,7 +57,11 @@ class WallMap {
     }
     /// Distance, exact nearer than a quarter of the support, and the unit normal from the wall (the gradient of the
     /// distance; zero beyond one support).
-    Real distance(const Vec3& x, Vec3& normal) const;
+    Real distance(const Vec3& x, Vec3& normal, Cursor& cursor) const;
+    Real distance(const Vec3& x, Vec3& normal) const {
+        Cursor cursor;
+        return distance(x, normal, cursor);
+    }
     Real support() const { return support_; }
     const Shape& solid() const { return solid_; }
 
@@ -70,7 +77,16 @@ class WallMap {
     };
     struct Block {
         Real far = 0;             // > 0: nothing within reach; a lower bound of the distance
-        std::vector<Node> nodes;  // kNodes^3, x fastest
+        std::vector<Node> nodes;  // kNodes^3, x fastest; empty: far, or a half-space
+        Vec3 normal{0, 0, 0};     // the half-space: distance = normal.x + offset
+        Real offset = 0;          // [m]
+        bool plane() const { return nodes.empty() && far <= 0; }
+    };
+    /// kPage^3 blocks side by side: particles in cell order seldom leave it.
+    static constexpr int kPageBits = 3, kPage = 1 << kPageBits;
+    struct Page {
+        std::array<std::atomic<const Block*>, std::size_t(kPage) * kPage * kPage> blocks{};
+        ~Page();
     };
     struct StencilRow {     // one row of samples along x in the kernel's ball
         int y, z, x0, x1;   // offsets, x in [x0, x1)
@@ -79,16 +95,15 @@ class WallMap {
     struct Weight {
         Real share, x, y, z, laplacian;
     };
-    struct Place {  // in a block
-        const Block* block;
+    struct Place {  // in a block with nodes
         std::array<int, 3> cell;
         Vec3 part;  // in [0, 1]
     };
 
-    Place locate(const Vec3& x, Cursor& cursor) const;
-    const Block* find_or_make(std::uint64_t key, const Vec3& origin) const;
+    const Block& block_at(const Vec3& x, Cursor& cursor, Vec3& inside) const;
+    static Place place(const Vec3& inside);
     Block make_block(const Vec3& origin) const;
-    bool flat(const Vec3& centre, Real& distance, Vec3& normal) const;
+    Real unevenness(const Vec3& centre, Real& distance, Vec3& normal) const;
     std::vector<Real> occupancy(const Vec3& origin) const;
     WallIntegrals sum(const std::vector<Real>& filled, int i, int j, int k) const;
     void make_stencil();
@@ -100,8 +115,8 @@ class WallMap {
     struct Hash {  // keys are three coordinates side by side: unmixed, a table of 2^n buckets would see x alone
         std::size_t operator()(std::uint64_t key) const { return mix64(key); }
     };
-    using Table = oneapi::tbb::concurrent_unordered_map<std::uint64_t, std::unique_ptr<const Block>, Hash>;
-    std::unique_ptr<Table> blocks_;
+    using Table = oneapi::tbb::concurrent_unordered_map<std::uint64_t, std::unique_ptr<Page>, Hash>;
+    std::unique_ptr<Table> pages_;
 };
 
 }  // namespace thixo

@@ -75,20 +75,26 @@ void hold_off_walls(const Walls& walls, Particles& particles, Real least, const 
                     double dt, double wall_speed) {
     auto& x = particles.position;
     auto& v = particles.velocity;
-    parallel_for(particles.size(), [&](std::size_t i) {
+    if (walls.list.empty()) return;
+    const auto hold_off = [&](std::size_t i, WallCursor& cursor) {
         // Distances of the tables err by less than a twentieth of the support beside an edge.
         const Real came = static_cast<Real>(dt) * (v[i].norm() + static_cast<Real>(wall_speed));
-        if (walls.list.empty() || before[i].distance > least + came + walls.list[0].map.support() / 20) return;
+        if (before[i].distance > least + came + walls.list[0].map.support() / 20) return;
         // One wall after the other, so that a particle in a corner of two walls obeys both.
-        for (const Wall& w : walls.list) {
+        for (std::size_t k = 0; k < walls.list.size(); ++k) {
+            const Wall& w = walls.list[k];
             Vec3 normal;
-            const Real d = w.map.distance(w.to_wall(x[i]), normal);
+            const Real d = w.map.distance(w.to_wall(x[i]), normal, cursor.at[k]);
             if (d >= least) continue;
             normal = w.turn * normal;
             x[i] += (least - d) * normal;
             const Real inward = (v[i] - w.velocity_at(x[i])).dot(normal);
             if (inward < 0) v[i] -= inward * normal;
         }
+    };
+    parallel_chunks(particles.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        WallCursor cursor(walls);
+        for (std::size_t i = begin; i < end; ++i) hold_off(i, cursor);
     });
 }
 

@@ -63,7 +63,7 @@ Real wall_distance(const Walls& walls, const Vec3& x);
 /// Distance, normal and velocity of the nearest wall.
 WallContact wall_contact(const Walls& walls, const Vec3& x);
 
-/// Remembers the block each wall was last asked in: particles in cell order ask the same one many times running. For
+/// Remembers where each wall was last asked: particles in cell order ask the same page of blocks many times running. For
 /// one thread.
 struct WallCursor {
     explicit WallCursor(const Walls& walls) : at(walls.list.size()) {}

@@ -2,7 +2,9 @@
 
 #include <immintrin.h>
 
+#include <algorithm>
 #include <array>
+#include <limits>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
@@ -22,6 +24,49 @@ constexpr std::array<std::array<std::uint32_t, 8>, 256> front_lanes() {
 }
 alignas(32) constexpr auto kFrontLanes = front_lanes();
 
+/// The box about the points that share candidates.
+struct Around {
+    Vec3 lower, upper;
+};
+
+// Eight lanes of candidates at a time, in float; the lanes that pass are stored side by side. Every store writes eight
+// places, of which those past the last one passed are overwritten or never read.
+
+[[maybe_unused]] __m256i front(unsigned mask) {
+    return _mm256_load_si256(reinterpret_cast<const __m256i*>(kFrontLanes[mask].data()));
+}
+
+/// Appends to the arrays xs, ys, zs, slots those of the slots begin..end - 1 that lie within sqrt(limit) of the box;
+/// returns how many. Reads up to 7 slots past the end.
+[[maybe_unused]] std::size_t append_near(const float* x, const float* y, const float* z, Index begin, Index end,
+                                         const Around& box, float limit, float* xs, float* ys, float* zs,
+                                         Index* slots) {
+    const __m256 lx = _mm256_set1_ps(box.lower.x()), ly = _mm256_set1_ps(box.lower.y()),
+                 lz = _mm256_set1_ps(box.lower.z()), ux = _mm256_set1_ps(box.upper.x()),
+                 uy = _mm256_set1_ps(box.upper.y()), uz = _mm256_set1_ps(box.upper.z()),
+                 l2 = _mm256_set1_ps(limit), zero = _mm256_setzero_ps();
+    const __m256i lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const auto beyond = [&](__m256 v, __m256 lower, __m256 upper) {
+        return _mm256_max_ps(zero, _mm256_max_ps(_mm256_sub_ps(lower, v), _mm256_sub_ps(v, upper)));
+    };
+    std::size_t found = 0;
+    for (Index s = begin; s < end; s += 8) {
+        const __m256 px = _mm256_loadu_ps(x + s), py = _mm256_loadu_ps(y + s), pz = _mm256_loadu_ps(z + s);
+        const __m256 dx = beyond(px, lx, ux), dy = beyond(py, ly, uy), dz = beyond(pz, lz, uz);
+        const __m256 r2 = _mm256_fmadd_ps(dz, dz, _mm256_fmadd_ps(dy, dy, _mm256_mul_ps(dx, dx)));
+        auto mask = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(r2, l2, _CMP_LT_OQ)));
+        if (end - s < 8) mask &= (1u << (end - s)) - 1;
+        const __m256i order = front(mask);
+        _mm256_storeu_ps(xs + found, _mm256_permutevar8x32_ps(px, order));
+        _mm256_storeu_ps(ys + found, _mm256_permutevar8x32_ps(py, order));
+        _mm256_storeu_ps(zs + found, _mm256_permutevar8x32_ps(pz, order));
+        const __m256i ids = _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(s)), lanes);
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(slots + found), _mm256_permutevar8x32_epi32(ids, order));
+        found += static_cast<std::size_t>(__builtin_popcount(mask));
+    }
+    return found;
+}
+
 /// Appends candidate[k] for every k < n with |(x, y, z)_k - p|^2 < limit to `out`, in order; returns how many. Reads
 /// and writes up to 7 places past the end. The arrays' unused places hold infinity.
 [[maybe_unused]] std::size_t append_within(const float* x, const float* y, const float* z, const Index* candidate,
@@ -35,10 +80,24 @@ alignas(32) constexpr auto kFrontLanes = front_lanes();
         const __m256 dz = _mm256_sub_ps(_mm256_loadu_ps(z + k), pz);
         const __m256 r2 = _mm256_fmadd_ps(dz, dz, _mm256_fmadd_ps(dy, dy, _mm256_mul_ps(dx, dx)));
         const auto mask = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(r2, l2, _CMP_LT_OQ)));
-        const __m256i lanes = _mm256_load_si256(reinterpret_cast<const __m256i*>(kFrontLanes[mask].data()));
         const __m256i ids = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(candidate + k));
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(out + found), _mm256_permutevar8x32_epi32(ids, lanes));
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(out + found), _mm256_permutevar8x32_epi32(ids, front(mask)));
         found += static_cast<std::size_t>(__builtin_popcount(mask));
+    }
+    return found;
+}
+
+[[maybe_unused]] std::size_t append_near(const double* x, const double* y, const double* z, Index begin, Index end,
+                                         const Around& box, double limit, double* xs, double* ys, double* zs,
+                                         Index* slots) {
+    std::size_t found = 0;
+    for (Index s = begin; s < end; ++s) {
+        const Vec3d p(x[s], y[s], z[s]), lower = box.lower.cast<double>(), upper = box.upper.cast<double>();
+        if (!((lower - p).cwiseMax(p - upper).cwiseMax(Vec3d::Zero()).squaredNorm() < limit)) continue;
+        xs[found] = p.x();
+        ys[found] = p.y();
+        zs[found] = p.z();
+        slots[found++] = s;
     }
     return found;
 }
@@ -80,66 +139,84 @@ void NeighbourLists::build(const PointGrid& grid, std::span<const Vec3> queries,
     });
 }
 
-/// Puts the points of the 27 cells around `cell` side by side.
-void NeighbourLists::collect(Block& b, const PointGrid& grid, const PointGrid::Cell& cell, std::size_t& candidates) {
-    candidates = 0;
-    for (std::int32_t z = cell.z - 1; z <= cell.z + 1; ++z)
-        for (std::int32_t y = cell.y - 1; y <= cell.y + 1; ++y) {
-            const auto range = grid.row(cell.x - 1, cell.x + 1, y, z);
-            const std::size_t n = range.end - range.begin;
-            if (b.candidate.size() < candidates + n + PointGrid::kPadding) {
-                const std::size_t room = 2 * (candidates + n) + PointGrid::kPadding;
-                for (auto* array : {&b.x, &b.y, &b.z}) array->resize(room);
-                b.candidate.resize(room);
-            }
-            std::copy_n(grid.x() + range.begin, n, b.x.data() + candidates);
-            std::copy_n(grid.y() + range.begin, n, b.y.data() + candidates);
-            std::copy_n(grid.z() + range.begin, n, b.z.data() + candidates);
-            for (std::size_t k = 0; k < n; ++k) b.candidate[candidates + k] = range.begin + static_cast<Index>(k);
-            candidates += n;
-        }
-    if (b.x.size() < candidates + PointGrid::kPadding) {
-        for (auto* array : {&b.x, &b.y, &b.z}) array->resize(candidates + PointGrid::kPadding);
-        b.candidate.resize(candidates + PointGrid::kPadding);
-    }
-    std::fill_n(b.x.data() + candidates, PointGrid::kPadding, std::numeric_limits<Real>::infinity());
+void NeighbourLists::Candidates::make_room(std::size_t more) {
+    const std::size_t room = count + more + PointGrid::kPadding;
+    if (slot.size() >= room) return;
+    for (auto* array : {&x, &y, &z}) array->resize(2 * room);
+    slot.resize(2 * room);
 }
 
-/// Lists of the slots (or queries) begin..end - 1.
+/// Lists of the slots (or queries) begin..end - 1. Points that share a cell share their candidates: what the 27 cells
+/// about it hold within the radius of the box about the points.
 void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end,
                           std::uint32_t block) {
-    Block& b = blocks_[block];
+    Scratch& scratch = scratch_.local();
+    Candidates& c = scratch.candidates;
     const Real limit = radius * radius;
-    std::size_t used = 0, candidates = 0;
-    PointGrid::Cell present{0, 0, 0};
-    bool collected = false;
-    for (Index s = begin; s < end; ++s) {
-        const Index i = queries ? s : grid.index(s);
-        if (i >= size()) continue;
-        const Vec3 p = queries ? queries[s] : Vec3(grid.x()[s], grid.y()[s], grid.z()[s]);
-        const PointGrid::Cell cell = grid.cell_of(p);
-        if (!collected || cell.x != present.x || cell.y != present.y || cell.z != present.z) {
-            collected = true;
-            present = cell;
-            collect(b, grid, cell, candidates);  // shared by all that follow in the same cell
+    const auto point = [&](Index s) {
+        return queries ? queries[s] : Vec3(grid.x()[s], grid.y()[s], grid.z()[s]);
+    };
+    const auto collect = [&](const PointGrid::Cell& cell, const Around& box) {
+        c.count = 0;
+        for (std::int32_t z = cell.z - 1; z <= cell.z + 1; ++z)
+            for (std::int32_t y = cell.y - 1; y <= cell.y + 1; ++y) {
+                const auto row = grid.row(cell.x - 1, cell.x + 1, y, z);
+                c.make_room(row.end - row.begin);
+                // The margin is for double, where the two sums may be rounded differently; in float it costs nothing.
+                c.count += append_near(grid.x(), grid.y(), grid.z(), row.begin, row.end, box,
+                                       limit * Real(1 + 1e-6), c.x.data() + c.count, c.y.data() + c.count,
+                                       c.z.data() + c.count, c.slot.data() + c.count);
+            }
+        c.make_room(0);
+        for (auto* array : {&c.x, &c.y, &c.z})
+            std::fill_n(array->data() + c.count, PointGrid::kPadding, std::numeric_limits<Real>::infinity());
+    };
+    std::size_t used = 0;
+    for (Index first = begin; first < end;) {
+        const PointGrid::Cell cell = grid.cell_of(point(first));
+        const Real most = std::numeric_limits<Real>::max();
+        Around box{Vec3::Constant(most), Vec3::Constant(-most)};
+        Index last = first;
+        for (; last < end; ++last) {
+            const Vec3 p = point(last);
+            const PointGrid::Cell its = grid.cell_of(p);
+            if (its.x != cell.x || its.y != cell.y || its.z != cell.z) break;
+            if (!p.allFinite()) continue;  // meets no one
+            box = {box.lower.cwiseMin(p), box.upper.cwiseMax(p)};
         }
-        if (b.indices.size() < used + candidates + PointGrid::kPadding)
-            b.indices.resize(2 * used + candidates + PointGrid::kPadding);
-        Index* out = b.indices.data() + used;
-        std::size_t found =
-            append_within(b.x.data(), b.y.data(), b.z.data(), b.candidate.data(), candidates, p, limit, out);
-        Index* self = queries ? out + found : std::find(out, out + found, s);
-        if (self != out + found) {
-            std::copy(self + 1, out + found, self);
-            --found;
+        collect(cell, box);
+        std::size_t self = static_cast<std::size_t>(
+            std::lower_bound(c.slot.data(), c.slot.data() + c.count, first) - c.slot.data());
+        for (Index s = first; s < last; ++s) {
+            const Index i = queries ? s : grid.index(s);
+            if (i >= size()) {
+                self += self < c.count && c.slot[self] == s ? 1 : 0;
+                continue;
+            }
+            if (scratch.indices.size() < used + c.count + PointGrid::kPadding)
+                scratch.indices.resize(2 * used + c.count + PointGrid::kPadding);
+            Index* out = scratch.indices.data() + used;
+            const bool there = !queries && self < c.count && c.slot[self] == s;
+            const Real x = there ? c.x[self] : 0;
+            if (there) c.x[self] = std::numeric_limits<Real>::infinity();  // no neighbour of itself
+            const std::size_t found =
+                append_within(c.x.data(), c.y.data(), c.z.data(), c.slot.data(), c.count, point(s), limit, out);
+            if (there) c.x[self++] = x;
+            if (!grid.identity())
+                for (std::size_t k = 0; k < found; ++k) out[k] = grid.index(out[k]);
+            block_[i] = block;
+            begin_[i] = static_cast<std::uint32_t>(used);
+            count_[i] = static_cast<std::uint32_t>(found);
+            used += found;
         }
-        if (!grid.identity())
-            for (std::size_t k = 0; k < found; ++k) out[k] = grid.index(out[k]);
-        block_[i] = block;
-        begin_[i] = static_cast<std::uint32_t>(used);
-        count_[i] = static_cast<std::uint32_t>(found);
-        used += found;
+        first = last;
     }
+    std::vector<Index>& kept = blocks_[block];
+    if (kept.capacity() < used) {
+        kept = {};
+        kept.reserve(used + used / 16);  // lists vary little from step to step
+    }
+    kept.assign(scratch.indices.begin(), scratch.indices.begin() + static_cast<std::ptrdiff_t>(used));
 }
 
 std::size_t NeighbourLists::total() const {

@@ -1,6 +1,8 @@
 // Neighbours of all points at once, kept for the sweeps that walk them several times in one step.
 #pragma once
 
+#include <oneapi/tbb/enumerable_thread_specific.h>
+
 #include <span>
 #include <vector>
 
@@ -26,24 +28,30 @@ class NeighbourLists {
     std::size_t size() const { return begin_.size(); }
     /// Neighbours of point i, itself excluded (a point in the very same place is a neighbour); or of query i.
     std::span<const Index> operator[](std::size_t i) const {
-        return {blocks_[block_[i]].indices.data() + begin_[i], count_[i]};
+        return {blocks_[block_[i]].data() + begin_[i], count_[i]};
     }
     /// Sum of the lengths of all lists.
     std::size_t total() const;
 
   private:
-    // One block for each fixed chunk of slots: threads fill blocks of their own and nothing is copied afterwards.
-    struct Block {
-        std::vector<Index> indices;
-        std::vector<Real> x, y, z;     // candidates of the present cell
-        std::vector<Index> candidate;  // their slots
+    /// The slots that can be neighbours of the points of one cell, side by side.
+    struct Candidates {
+        std::vector<Real> x, y, z;
+        std::vector<Index> slot;
+        std::size_t count = 0;
+        void make_room(std::size_t more);
+    };
+    struct Scratch {
+        Candidates candidates;
+        std::vector<Index> indices;  // of the present block
     };
     void resize(std::size_t lists, std::size_t places);
-    void collect(Block& block, const PointGrid& grid, const PointGrid::Cell& cell, std::size_t& candidates);
     void fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end, std::uint32_t block);
 
-    std::vector<Block> blocks_;
+    // One block for each fixed chunk of slots, as long as its lists.
+    std::vector<std::vector<Index>> blocks_;
     std::vector<std::uint32_t> block_, begin_, count_;
+    oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 
 }  // namespace thixo

@@ -200,7 +200,7 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
 const WallMap::Block& WallMap::block_at(const Vec3& x, Cursor& cursor, Vec3& inside) const {
     const Vec3 s = x / support_;
     const std::int32_t i = block_coordinate(s.x()), j = block_coordinate(s.y()), k = block_coordinate(s.z());
-    const Vec3 corner(Real(i), Real(j), Real(k));
+    const Vec3 corner{Real(i), Real(j), Real(k)};
     inside = s - corner;
     const std::uint64_t key = block_key(i >> kPageBits, j >> kPageBits, k >> kPageBits);
     if (key != cursor.key) {

@@ -71,6 +71,8 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
     parallel_for(cloud.size(), [&](std::size_t i) {
         const Vec3& n = cloud.normal[i];
         SheetSample at = sheets[i];
+        // Neighbours in a corner may have pushed it over the crease of two coats, deeper into the walls than need be.
+        if (at.coat && at.stand_off == 0 && at.to_crease < 0) moved[i] += at.to_crease * at.towards_crease;
         if (at.coat) end_at_free_surface(at, cloud.position[i], n, rim);
         // Ellipses side by side must overlap at the crease, not only touch it: hence the eighth more. A disc too near
         // the crease is taken back: shortened about its place it would be a sliver and leave a gap behind it.

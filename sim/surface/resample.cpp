@@ -146,8 +146,11 @@ struct Surround {
 /// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
 Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover, const LiquidShape& shape,
                        Real per_radius, Real full) {
+    // Where the surface bends sharply every try is a search for it.
+    int tries = cover.radius[i] < full ? 2 : 5;
     Surround around(i, cover);
-    for (int k = around.least_covered(); around.clearance[k] > square(kSparse); k = around.least_covered()) {
+    for (int k = around.least_covered(); tries-- > 0 && around.clearance[k] > square(kSparse);
+         k = around.least_covered()) {
         Proposal p;
         p.position = cover.position[i] + cover.radius[i] * (kCircle.x[k] * around.a + kCircle.y[k] * around.b);
         p.normal = cover.normal[i];

@@ -147,7 +147,7 @@ struct Surround {
 Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover, const LiquidShape& shape,
                        Real per_radius, Real full) {
     // Where the surface bends sharply every try is a search for it.
-    int tries = cover.radius[i] < full ? 2 : 5;
+    int tries = cover.radius[i] < full ? 2 : 8;
     Surround around(i, cover);
     for (int k = around.least_covered(); tries-- > 0 && around.clearance[k] > square(kSparse);
          k = around.least_covered()) {

@@ -101,7 +101,8 @@ FieldPoints in_cell_order(const std::vector<Image>& images, const Particles& par
 LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real support) {
     const std::size_t n = particles.size();
     std::vector<NearWalls> near(n);
-    parallel_for(n, [&](std::size_t i) { near[i] = walls_near(walls, particles.position[i], support); }, 32);
+    parallel_for(
+        n, [&](std::size_t i) { near[i] = walls_near(walls, particles.position[i], support); }, 32);
     LiquidPoints points;
     points.particle_wall.resize(n);
     std::int32_t last = -1;

@@ -15,7 +15,7 @@ namespace thixo {
 /// A wall as seen from a place: the plane through the nearest point of the wall. Without a wall the plane is farther
 /// away than anything.
 struct WallPlane {
-    Vec3 normal{0, 0, 1};                              // unit, into the room
+    Vec3 normal{0, 0, 1};                             // unit, into the room
     Real offset = -std::numeric_limits<Real>::max();  // normal.x = offset on the plane [m]
     Real distance(const Vec3& x) const { return normal.dot(x) - offset; }
 };
@@ -39,10 +39,10 @@ struct LiquidPart {
 };
 
 struct LiquidPoints {
-    std::vector<LiquidPart> part;      // by component: points of different components do not see each other
-    std::vector<WallPlane> planes;     // walls that particles are mirrored in
-    std::vector<Real> particle_fill;   // s_j = sum of V0 w over a particle's neighbours and images [1], by particle
-    std::vector<Vec3> particle_slope;  // gradient of particle_fill in space [1/m], by particle: points inwards
+    std::vector<LiquidPart> part;          // by component: points of different components do not see each other
+    std::vector<WallPlane> planes;         // walls that particles are mirrored in
+    std::vector<Real> particle_fill;       // s_j = sum of V0 w over a particle's neighbours and images [1], by particle
+    std::vector<Vec3> particle_slope;      // gradient of particle_fill in space [1/m], by particle: points inwards
     std::vector<WallPlane> particle_wall;  // the nearest, where it is nearer than a support; by particle
 
     /// Whether an image of these mirrors counts at x: it does down to `depth` [m] behind its walls only, or a thin wall

@@ -94,22 +94,18 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
     if (out == Vec3(0, 0, 0)) return pair;
     const bool lines = own != Vec3(0, 0, 0);
     const Vec3 way = (lines ? own : out).normalized();
-    pair.first = plane_from(x + Real(0.5) * spacing * way);
-    const auto find_second = [&] {
-        pair.second = WallPlane{};
-        for_each_plane([&](const WallPlane& plane) {
-            if (plane.normal.dot(pair.first.normal) < kAcross && plane.distance(x) < pair.second.distance(x))
-                pair.second = plane;
-        });
-    };
-    find_second();
-    if (lines && pair.first.normal.dot(n) > -kAcross) {
-        // The other wall is nearer there: farther from it, then.
-        const WallPlane other = pair.first;
-        const Real away = std::clamp(Real(0.7) * spacing - other.distance(x), Real(0), spacing);
-        const WallPlane found = plane_from(x + Real(0.4) * spacing * way + away * other.normal);
-        if (found.normal.dot(n) < -kAcross) pair = {found, other};
+    Vec3 beside = x + Real(0.5) * spacing * way;
+    pair.first = plane_from(beside);
+    // Where another wall is nearer: farther from that one, and in a corner from a third.
+    for (int other = 0; lines && other < 2 && pair.first.normal.dot(n) > -kAcross; ++other) {
+        const Real away = std::clamp(Real(0.8) * spacing - pair.first.distance(x), Real(0), spacing);
+        beside += away * pair.first.normal;
+        pair.first = plane_from(beside);
     }
+    for_each_plane([&](const WallPlane& plane) {
+        if (plane.normal.dot(pair.first.normal) < kAcross && plane.distance(x) < pair.second.distance(x))
+            pair.second = plane;
+    });
     return pair;
 }
 
@@ -187,8 +183,8 @@ Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component
         if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
         const Real volume = of->images.weight[j];
         const Vec3 r = x - of->images.position[j];
-        const Real even = volume * w.gradient_factor(r2), along = volume * factor * (1 - r2 * w.h2_inv),
-                   ra = a.dot(r), rb = b.dot(r);
+        const Real even = volume * w.gradient_factor(r2), along = volume * factor * (1 - r2 * w.h2_inv), ra = a.dot(r),
+                   rb = b.dot(r);
         aa += even + along * ra * ra;
         bb += even + along * rb * rb;
         ab += along * ra * rb;

@@ -25,8 +25,8 @@ struct DepthSample {
     Vec3 outward() const { return -gradient.normalized(); }
 };
 
-/// Surfels of a free surface and of a coat keep this many radii from the crease where the two meet, for their discs must
-/// end there. Coats of two walls cross each other deep inside the walls and come up to their crease.
+/// Surfels of a free surface and of a coat keep this many radii from the crease where the two meet, for their discs
+/// must end there. Coats of two walls cross each other deep inside the walls and come up to their crease.
 inline constexpr Real kFromCrease = Real(0.6);
 
 /// Where a surfel stands to its sheet. Near a wall the body's surface has two: the free surface, and the coat that

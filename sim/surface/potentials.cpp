@@ -135,12 +135,11 @@ void pull_of_average(Pull& pull, Index i, const WorkingSurfels& all, const Surro
 /// Mean of psi_orth(s_j) - s_j over the neighbours of i and itself.
 Real mean_smooth(const Surroundings& around, Index i, Real support) {
     Lanes weight{}, sum{};
-    for_each_weighted_run(
-        around, i, support,
-        [&](Lanes w, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes smooth, Lanes counts) {
-            weight += w * counts;
-            sum += w * counts * smooth;
-        });
+    for_each_weighted_run(around, i, support,
+                          [&](Lanes w, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes smooth, Lanes counts) {
+                              weight += w * counts;
+                              sum += w * counts * smooth;
+                          });
     return (around.place[i].w + sum_of(sum)) / (1 + sum_of(weight));
 }
 
@@ -229,9 +228,10 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             moved[i] = 0;
             if (!active[i] || all.lost[i]) return;
             const bool smooths = !pulls[i].coat && smoothness[i] > 0;
-            const Real smooth = smooths ? pulls[i].smooth - mean_smooth(around, i, per_radius * all.radius[i]) : Real(0);
-            moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping,
-                            all.radius[i]);
+            const Real smooth =
+                smooths ? pulls[i].smooth - mean_smooth(around, i, per_radius * all.radius[i]) : Real(0);
+            moved[i] =
+                step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping, all.radius[i]);
         };
         parallel_for(n, move, kGrain);
         report.largest_move = parallel_reduce(

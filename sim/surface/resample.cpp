@@ -12,7 +12,9 @@ namespace {
 
 // In surfel radii.
 constexpr Real kCrowded = Real(0.55), kSparse = Real(0.8), kApart = Real(0.7);
-constexpr Real kApartAtCrease = Real(0.55);  // discs are cut short there, and cover less to their sides
+// At a crease discs are cut short and cover less to their sides; where two creases meet, one must stand right in the
+// corner.
+constexpr Real kApartAtCrease[] = {kApart, Real(0.55), Real(0.15), Real(0.15)};
 constexpr Real kSameSide = Real(0.7);  // cosine between normals of surfels that cover for each other
 // Directions this close together leave no empty circle of a radius undiscovered: a point r away is within 2 sin(5.6
 // degrees) r, the difference of 1 and kSparse, of one of them.
@@ -97,7 +99,7 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
             if (excess > Real(-0.01) * shape.spacing) break;
             if (at.to_crease < -Real(0.7) * shape.spacing) return;
             place += excess * at.towards_crease;
-            p.apart = kApartAtCrease;
+            p.apart = kApartAtCrease[crease + 1];
             at = shape.sheet(place, n, p.component, p.wall);
         }
         if (at.defined && at.guide.norm() < Real(0.3) * shape.spacing && at.outward.dot(n) > Real(0.7) &&
@@ -119,7 +121,7 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
 
 /// How well others cover the circle of a radius about surfel i.
 struct Surround {
-    Vec3 a, b;                   // axes of the tangent plane
+    Vec3 a, b;                    // axes of the tangent plane
     Real clearance[kDirections];  // squared distance to the nearest surfel, in radii of surfel i
 
     Surround(Index i, const Cover& cover) {
@@ -144,8 +146,11 @@ struct Surround {
 /// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
 Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover, const LiquidShape& shape,
                        Real per_radius, Real full) {
+    // Where the surface bends sharply every try is a search for it.
+    int tries = cover.radius[i] < full ? 2 : 8;
     Surround around(i, cover);
-    for (int k = around.least_covered(); around.clearance[k] > square(kSparse); k = around.least_covered()) {
+    for (int k = around.least_covered(); tries-- > 0 && around.clearance[k] > square(kSparse);
+         k = around.least_covered()) {
         Proposal p;
         p.position = cover.position[i] + cover.radius[i] * (kCircle.x[k] * around.a + kCircle.y[k] * around.b);
         p.normal = cover.normal[i];

@@ -71,9 +71,11 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
     parallel_for(cloud.size(), [&](std::size_t i) {
         const Vec3& n = cloud.normal[i];
         SheetSample at = sheets[i];
+        // Neighbours in a corner may have pushed it over the crease of two coats, deeper into the walls than need be.
+        if (at.coat && at.stand_off == 0 && at.to_crease < 0) moved[i] += at.to_crease * at.towards_crease;
         if (at.coat) end_at_free_surface(at, cloud.position[i], n, rim);
-        // Ellipses side by side must overlap at the crease, not only touch it: hence the eighth more. A disc too near the
-        // crease is taken back: shortened about its place it would be a sliver and leave a gap behind it.
+        // Ellipses side by side must overlap at the crease, not only touch it: hence the eighth more. A disc too near
+        // the crease is taken back: shortened about its place it would be a sliver and leave a gap behind it.
         const Real past = Real(at.coat ? 0.06 : 0.1) * shape.spacing, radius = notes.radius[i];
         const bool at_crease = at.defined && Real(1.125) * at.to_crease + past < radius;
         if (at_crease && at.to_crease < kFromCrease * radius) {
@@ -126,8 +128,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     notes.radius.resize(surface.size());
     notes.wall.resize(surface.size());
     parallel_for(surface.size(), [&](std::size_t i) {
-        notes.curvature[i] =
-            shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
+        notes.curvature[i] = shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
         notes.radius[i] = fitting_radius(notes.curvature[i], full_radius);
     });
     SurfaceReport report;
@@ -137,8 +138,9 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
         report.deleted += r.deleted;
     };
     if (first) refill();  // one surfel a surface particle, then all between them
-    const RelaxReport relaxed = relax(
-        {cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature, notes.wall, notes.lost}, shape, params);
+    const RelaxReport relaxed =
+        relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature, notes.wall, notes.lost},
+              shape, params);
     report.iterations = relaxed.iterations;
     report.largest_move = relaxed.largest_move;
     refill();

@@ -57,8 +57,7 @@ void SurfelLists::build(const SurfelPlaces& surfels, const std::vector<Real>& ra
     nearest_.resize(n);
     const auto list_block = [&](std::size_t begin, std::size_t end, std::size_t block) {
         blocks_[block].clear();
-        for (std::size_t i = begin; i < end; ++i)
-            list(static_cast<Index>(i), surfels, per_radius * radius[i] + margin);
+        for (std::size_t i = begin; i < end; ++i) list(static_cast<Index>(i), surfels, per_radius * radius[i] + margin);
     };
     parallel_chunks(n, list_block, kBlock);
 }

@@ -26,9 +26,7 @@ class SurfelLists {
     /// one side of a body, with a margin in place and direction to move in before the lists are stale.
     void build(const SurfelPlaces& surfels, const std::vector<Real>& radius, Real per_radius, Real margin);
 
-    std::span<const Index> near(std::size_t i) const {
-        return {blocks_[i / kBlock].data() + begin_[i], count_[i]};
-    }
+    std::span<const Index> near(std::size_t i) const { return {blocks_[i / kBlock].data() + begin_[i], count_[i]}; }
     /// Nearest first; kNone where there are fewer.
     const std::array<Index, kNearest>& nearest(std::size_t i) const { return nearest_[i]; }
 

@@ -27,8 +27,8 @@ void update(benchmark::State& state, Simulation s) {
     s.problem.scene.surface.enabled = true;
     refresh_surface(s);
     s.problem.scene.frames.fps = 48;
-    s.clock.frame = static_cast<int>(std::ceil(s.clock.time * s.problem.scene.frames.fps)) +
-                    s.problem.scene.frames.first;
+    s.clock.frame =
+        static_cast<int>(std::ceil(s.clock.time * s.problem.scene.frames.fps)) + s.problem.scene.frames.first;
     double updates = 0, surfels = 0, seconds = 0;
     for (auto _ : state) {
         s.stats = StepStats{};

@@ -76,11 +76,13 @@ inline int holes(const Vessel& vessel, int rays) {
     return found;
 }
 
-/// In a corner of a box the coats of three walls and the free surface close the liquid; the surface is oblique to all of
-/// them, and its three feet run out in tips between two walls.
+/// In a corner of a box the coats of three walls and the free surface close the liquid; the surface is oblique to all
+/// of them, and its three feet run out in tips between two walls.
 inline Vessel corner() {
     constexpr double d = kSpacing;
-    return {[](const Vec3d& x) { return std::min({x.x(), x.y(), x.z()}); },
+    return {[](const Vec3d& x) {
+                return std::min({x.x(), x.y(), x.z()});
+            },
             stacked(12, 12, 12, 0.1, [](const Vec3d& x) { return x.sum() < 12 * d; }),
             [](const Vec3& x) { return (x - Vec3::Constant(Real(2 * d))).norm() < 1.7 * d; }};
 }
@@ -88,7 +90,9 @@ inline Vessel corner() {
 /// The surface is level and meets two walls at once in four corners.
 inline Vessel tank() {
     constexpr double d = kSpacing;
-    return {[](const Vec3d& x) { return std::min({x.x(), 10 * d - x.x(), x.y(), 10 * d - x.y(), x.z()}); },
+    return {[](const Vec3d& x) {
+                return std::min({x.x(), 10 * d - x.x(), x.y(), 10 * d - x.y(), x.z()});
+            },
             stacked(10, 10, 6, 0.1, [](const Vec3d&) { return true; }),
             [](const Vec3& x) { return x.z() < 3 * d && std::hypot(x.x() - 5 * d, x.y() - 5 * d) < 3 * d; }};
 }

@@ -58,15 +58,31 @@ std::vector<T> optional_attribute(const PointSet& points, const char* name) {
     return points.find(name) ? points.get<T>(name) : std::vector<T>();
 }
 
-/// Layers are the pairs (body, sheet) in ascending order.
-void set_layers(SurfelSet& set, const PointSet& points, const std::map<int, Index>& object_of_body) {
+using Layers = std::map<std::pair<int, int>, std::uint32_t>;  // of (body, sheet)
+
+void add_sheets(Layers& layers, int body, const TrimNode& node) {
+    if (node.op == TrimNode::Op::sheet) layers.emplace(std::pair(body, node.sheet), 0u);
+    for (const TrimNode& part : node.parts) add_sheets(layers, body, part);
+}
+
+TrimNode over_layers(TrimNode node, int body, const Layers& layers) {
+    if (node.op == TrimNode::Op::sheet) node.sheet = int(layers.at({body, node.sheet}));
+    for (TrimNode& part : node.parts) part = over_layers(std::move(part), body, layers);
+    return node;
+}
+
+/// Layers are the pairs (body, sheet) in ascending order, those that only a trim tree names included.
+void set_layers(SurfelSet& set, const PointSet& points, const std::vector<FrameBody>& bodies,
+                const std::map<int, Index>& object_of_body) {
     const std::vector<std::int32_t> body = optional_attribute<std::int32_t>(points, "body");
     const std::vector<std::int32_t> sheet = optional_attribute<std::int32_t>(points, "sheet");
-    std::map<std::pair<int, int>, std::uint32_t> layers;
+    Layers layers;
     const auto key = [&](std::size_t i) {
         return std::pair(body.empty() ? object_of_body.begin()->first : body[i], sheet.empty() ? 0 : sheet[i]);
     };
     for (std::size_t i = 0; i < points.count; ++i) layers.emplace(key(i), 0u);
+    for (const FrameBody& b : bodies)
+        if (b.trim) add_sheets(layers, b.id, *b.trim);
     for (auto& [pair, layer] : layers) {
         const auto object = object_of_body.find(pair.first);
         if (object == object_of_body.end())
@@ -76,6 +92,12 @@ void set_layers(SurfelSet& set, const PointSet& points, const std::map<int, Inde
     }
     set.layer.resize(points.count);
     for (std::size_t i = 0; i < points.count; ++i) set.layer[i] = layers.at(key(i));
+    for (const FrameBody& b : bodies) {
+        if (!b.trim) continue;
+        const Index o = object_of_body.at(b.id);
+        if (set.trim.size() <= o) set.trim.resize(o + 1);
+        set.trim[o] = over_layers(*b.trim, b.id, layers);
+    }
 }
 
 SurfelSet surfels_of(const Frame& frame, const std::map<int, Index>& object_of_body) {
@@ -89,7 +111,7 @@ SurfelSet surfels_of(const Frame& frame, const std::map<int, Index>& object_of_b
     set.rest = optional_attribute<Vec3f>(points, "rest");
     set.velocity = optional_attribute<Vec3f>(points, "v");
     set.temperature = optional_attribute<float>(points, "temperature");
-    set_layers(set, points, object_of_body);
+    set_layers(set, points, frame.bodies, object_of_body);
     return set;
 }
 

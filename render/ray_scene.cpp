@@ -49,6 +49,7 @@ Vec3f face_normal(const TriangleMesh& mesh, Index triangle) {
 
 struct RayScene::Impl {
     SurfelSet surfels;
+    Trims trims;
     SurfelBlocks packed;
     std::vector<MeshObject> meshes;  // geometry id less one
     std::vector<Box3> bounds;        // by object
@@ -56,6 +57,7 @@ struct RayScene::Impl {
     RTCScene scene = nullptr;
 
     Impl(SurfelSet s, std::vector<MeshObject> m) : surfels(std::move(s)), meshes(std::move(m)) {
+        trims = Trims(surfels.trim, surfels.object, surfels.layer, surfels.cloud);
         find_bounds();
         device = make_device();
         scene = rtcNewScene(device);
@@ -251,7 +253,7 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (query.candidates.faced && first_crossing(packed.blocks, window, interior, surfels.object, query.candidates,
+        if (query.candidates.faced && first_crossing(packed.blocks, window, interior, surfels.object, trims, query.candidates,
                                                      end, attributes, surfel)) {
             surfel_hit(ray, interior, surfel, hit);
             if (attributes) blend_attributes(surfel, hit);

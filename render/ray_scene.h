@@ -2,8 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "pipeline/contract/trim.h"
 #include "pipeline/geometry/mesh.h"
 #include "pipeline/geometry/shape.h"
 #include "pipeline/geometry/surfel.h"
@@ -16,6 +18,7 @@ struct SurfelSet {
     SurfelCloud cloud;
     std::vector<std::uint32_t> layer;  // per surfel: only surfels of one layer blend
     std::vector<Index> object;         // per layer: the object it bounds
+    std::vector<std::optional<TrimNode>> trim;  // per object, or none: over its layers
     std::vector<Vec3f> rest, velocity;
     std::vector<float> temperature;
 };
@@ -33,7 +36,8 @@ struct MeshObject {
 /// Immutable after construction; intersect may be called from any number of threads.
 class RayScene {
   public:
-    /// Builds the acceleration structure on all threads. Throws ResourceError where Embree cannot.
+    /// Builds the acceleration structure on all threads. Throws ResourceError where Embree cannot, CacheError for a bad
+    /// trim tree.
     RayScene(SurfelSet surfels, std::vector<MeshObject> meshes);
     ~RayScene();
     RayScene(const RayScene&) = delete;

@@ -155,9 +155,10 @@ float refine(const Group& g, const Vec3f& d, float a, float fa, float b, float f
 /// come out sharp; they are closed since each side may stand out by kOverlap radii, which is also more than the two
 /// differ where they are parts of one smooth surface.
 constexpr float kOverlap = 0.05f;
-bool beyond_edge(std::span<const Group> groups, const Group& own, const Vec3f& d, float tau, const Fit& at) {
+bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, const Vec3f& d, float tau, const Fit& at) {
     for (const Group& other : groups) {
         if (&other == &own || other.object != own.object) continue;
+        if (trimmed && other.layer != own.layer) continue;  // its tree decides between sheets
         const Fit there = fit(other, d, tau);
         if (there.weight > 0 && there.distance > kOverlap * other.radius &&
             there.distance + there.gradient.dot(at.centre) < 0)
@@ -171,11 +172,12 @@ bool beyond_edge(std::span<const Group> groups, const Group& own, const Vec3f& d
 constexpr float kStart = 0.3f;  // radii
 
 /// Walks along the ray by the distance f tells, until f changes to the sign of the other side.
-bool crossing_of(std::span<const Group> groups, const Group& g, const Ray& ray, float begin, float end, bool inside,
-                 float& tau, Fit& at) {
+bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& trims, const Ray& ray, float t_reference,
+                 float end, bool inside, float& tau, Fit& at) {
     const Vec3f& d = ray.direction;
-    const float start = begin;
-    begin = std::max(begin, g.start);
+    const float start = ray.tmin - t_reference;
+    const float begin = std::max(start, g.start);
+    const bool trimmed = trims.trimmed(g.object);
     end = std::min(end, g.end);
     const float sign = inside ? -1.0f : 1.0f;
     const float step_min = 0.12f * g.radius, step_max = 0.6f * g.radius;
@@ -186,7 +188,9 @@ bool crossing_of(std::span<const Group> groups, const Group& g, const Ray& ray, 
         if (here.weight > 0 && f <= 0 && f_before > 0) {
             tau = refine(g, d, t_before, f_before * sign, t, f * sign, at);
             const bool against = ray.bounced && tau - start < kStart * g.radius && sign * at.gradient.dot(d) > 0;
-            if (at.weight > 0 && !against && !beyond_edge(groups, g, d, tau, at)) return true;
+            if (at.weight > 0 && !against && !beyond_edge(groups, g, trimmed, d, tau, at) &&
+                (!trimmed || trims.keeps(g.object, g.layer, ray.origin + (t_reference + tau) * d, g.radius)))
+                return true;
         }
         f_before = here.weight > 0 ? f : -1;
         t_before = t;
@@ -262,7 +266,7 @@ void note_weights(const Group& g, std::span<const SurfelBlock> blocks, const Can
 }  // namespace
 
 bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
-                    std::span<const Index> object, Candidates& candidates, float end, bool want_weights,
+                    std::span<const Index> object, const Trims& trims, Candidates& candidates, float end, bool want_weights,
                     SurfelHit& hit) {
     // In the order of the surfels, not of the traversal: sums must not depend on it.
     int kept = 0;
@@ -305,7 +309,7 @@ bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const I
         if (inside ? g.away < 0 : g.towards > 0) continue;  // f only moves away from the crossing looked for
         float tau = 0;
         Fit at;
-        if (!crossing_of(groups, g, ray, ray.tmin - t_reference, end - t_reference, inside, tau, at)) continue;
+        if (!crossing_of(groups, g, trims, ray, t_reference, end - t_reference, inside, tau, at)) continue;
         if (found && t_reference + tau >= hit.t) continue;
         found = true;
         hit.t = t_reference + tau;

@@ -22,8 +22,41 @@ void require_finite(const Json& value, const std::string& path, int frame) {
                            path + (value.is_array() ? "[" : ".") + item.key() + (value.is_array() ? "]" : ""), frame);
 }
 
+const char* word_of(TrimNode::Op op) {
+    return op == TrimNode::Op::all ? "all" : op == TrimNode::Op::any ? "any" : "except";
+}
+
+Json trim_json(const TrimNode& node) {
+    if (node.op == TrimNode::Op::sheet) return {{"sheet", node.sheet}};
+    Json parts = Json::array();
+    for (const TrimNode& part : node.parts) parts.push_back(trim_json(part));
+    return {{word_of(node.op), parts}};
+}
+
+TrimNode parse_trim(const Json& j, const JsonPlace& place, int depth = 0) {
+    constexpr int kDeepest = 64;
+    object_or_fail(j, place);
+    if (depth > kDeepest) throw CacheError("{}: {} is nested too deep", place.file, place.path);
+    TrimNode node;
+    if (j.contains("sheet")) {
+        node.sheet = static_cast<int>(integer_at(j, "sheet", 0, kLargestId, place));
+        return node;
+    }
+    for (const TrimNode::Op op : {TrimNode::Op::all, TrimNode::Op::any, TrimNode::Op::except}) {
+        if (!j.contains(word_of(op))) continue;
+        node.op = op;
+        const Json& parts = array_at(j, word_of(op), place);
+        for (std::size_t k = 0; k < parts.size(); ++k)
+            node.parts.push_back(parse_trim(parts[k], place.in(std::string(word_of(op)) + "[" + std::to_string(k) + "]"), depth + 1));
+        if (!node.parts.empty()) return node;
+    }
+    throw CacheError("{}: {} is no trim tree", place.file, place.path);
+}
+
 Json body_json(const FrameBody& b) {
-    return {{"id", b.id}, {"parent", b.parent}, {"name", b.name}, {"material", b.material}};
+    Json j = {{"id", b.id}, {"parent", b.parent}, {"name", b.name}, {"material", b.material}};
+    if (b.trim) j["trim"] = trim_json(*b.trim);
+    return j;
 }
 
 Json obstacle_json(const FrameObstacle& o) {
@@ -51,6 +84,7 @@ FrameBody parse_body(const Json& j, const JsonPlace& place) {
     b.parent = static_cast<int>(integer_at(j, "parent", -1, kLargestId, place));
     b.name = text_at(j, "name", place);
     b.material = text_at(j, "material", place);
+    if (j.contains("trim")) b.trim = parse_trim(j["trim"], place.in("trim"));
     return b;
 }
 

@@ -3,11 +3,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "pipeline/contract/point_set.h"
+#include "pipeline/contract/trim.h"
 
 namespace thixo {
 
@@ -17,6 +19,7 @@ struct FrameBody {
     int parent = -1;       // the body it split from, -1: none
     std::string name;      // scene body or emitter it comes from
     std::string material;  // scene material; the look's appearance of that name shades it
+    std::optional<TrimNode> trim{};  // over its sheets; none: all of its surfels bound it
 };
 
 /// A boundary or obstacle where it stands in this frame.

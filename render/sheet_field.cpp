@@ -1,0 +1,126 @@
+#include "render/sheet_field.h"
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+#include "render/surfel_blocks.h"
+
+namespace thixo::render {
+
+struct SheetField::Sums {
+    float weight = 0, along = 0, squares = 0, size = 0;
+    Vec3f place = Vec3f::Zero(), normal = Vec3f::Zero();
+};
+
+SheetField::SheetField(const SurfelCloud& cloud, const std::vector<Index>& members) {
+    for (const Index i : members) {
+        const Vec3f &t1 = cloud.axis1[i], &t2 = cloud.axis2[i];
+        const float area = t1.cross(t2).norm();
+        if (!(area > 0) || !cloud.position[i].allFinite()) continue;
+        Disc d;
+        d.place = cloud.position[i];
+        d.normal = t1.cross(t2) / area;
+        d.size = std::sqrt(t1.norm() * t2.norm());
+        d.height = kHeight * d.size;
+        Mat3f axes;
+        axes << kReach * t1, kReach * t2, d.height * d.normal;
+        const Mat3f to_unit = axes.inverse();
+        d.row1 = to_unit.row(0);
+        d.row2 = to_unit.row(1);
+        widest_ = std::max({widest_, axes.rowwise().norm().maxCoeff()});
+        discs_.push_back(d);
+    }
+    find_plane();
+    if (flat_) return;
+    axis_.resize(discs_.size());
+    sort(0, discs_.size());
+}
+
+/// Far from a plane of discs all of them are about as near: the search would visit them all, to find what is known.
+void SheetField::find_plane() {
+    if (discs_.empty()) return;
+    const Disc& first = discs_.front();
+    flat_ = std::all_of(discs_.begin(), discs_.end(), [&](const Disc& d) {
+        return (d.normal - first.normal).squaredNorm() < 1e-12f &&
+               std::abs(first.normal.dot(d.place - first.place)) < 1e-5f * first.size;
+    });
+}
+
+void SheetField::sort(std::size_t begin, std::size_t end) {
+    if (end - begin < 2) return;
+    Vec3f lower = discs_[begin].place, upper = lower;
+    for (std::size_t i = begin; i < end; ++i) {
+        lower = lower.cwiseMin(discs_[i].place);
+        upper = upper.cwiseMax(discs_[i].place);
+    }
+    int axis = 0;
+    (upper - lower).maxCoeff(&axis);
+    const std::size_t middle = (begin + end) / 2;
+    const auto at = [&](std::size_t i) { return discs_.begin() + std::ptrdiff_t(i); };
+    std::nth_element(at(begin), at(middle), at(end), [&](const Disc& a, const Disc& b) {
+        const Vec3f &p = a.place, &q = b.place;
+        return std::tuple(p[axis], p.x(), p.y(), p.z()) < std::tuple(q[axis], q.x(), q.y(), q.z());
+    });
+    axis_[middle] = static_cast<unsigned char>(axis);
+    sort(begin, middle);
+    sort(middle + 1, end);
+}
+
+void SheetField::gather(std::size_t begin, std::size_t end, const Vec3f& x, Sums& sums) const {
+    if (begin >= end) return;
+    const std::size_t middle = (begin + end) / 2;
+    const Disc& d = discs_[middle];
+    const float side = x[axis_[middle]] - d.place[axis_[middle]];
+    if (side < widest_) gather(begin, middle, x, sums);
+    const Vec3f y = d.place - x;
+    const float along = d.normal.dot(y);
+    const float q = 1 - square(d.row1.dot(y)) - square(d.row2.dot(y)) - square(along / d.height);
+    if (q > 0) {
+        const float w = cube(q);
+        sums.weight += w;
+        sums.size += w * d.size;
+        sums.place += w * y;
+        sums.normal += w * d.normal;
+        sums.along += w * along;
+        sums.squares += w * y.squaredNorm();
+    }
+    if (side > -widest_) gather(middle + 1, end, x, sums);
+}
+
+void SheetField::nearest(std::size_t begin, std::size_t end, const Vec3f& x, float& best, const Disc*& found) const {
+    if (begin >= end) return;
+    const std::size_t middle = (begin + end) / 2;
+    const Disc& d = discs_[middle];
+    const float side = x[axis_[middle]] - d.place[axis_[middle]];
+    const auto lower = [&] { nearest(begin, middle, x, best, found); };
+    const auto upper = [&] { nearest(middle + 1, end, x, best, found); };
+    side < 0 ? lower() : upper();
+    const float r2 = (d.place - x).squaredNorm();
+    if (r2 < best) {
+        best = r2;
+        found = &d;
+    }
+    if (square(side) < best) side < 0 ? upper() : lower();
+}
+
+float SheetField::distance(const Vec3f& x) const {
+    if (discs_.empty()) return std::numeric_limits<float>::max();
+    if (flat_) return discs_.front().normal.dot(x - discs_.front().place);
+    Sums s;
+    gather(0, discs_.size(), x, s);
+    if (!(s.weight > 1e-9f)) {
+        float best = std::numeric_limits<float>::max();
+        const Disc* d = nullptr;
+        nearest(0, discs_.size(), x, best, d);
+        return d ? d->normal.dot(x - d->place) : best;
+    }
+    const Vec3f place = s.place / s.weight, normal = s.normal / s.weight;
+    const float size = s.size / s.weight, spread = s.squares / s.weight - place.squaredNorm();
+    const float bend = std::clamp((s.along / s.weight - place.dot(normal)) / std::max(spread, 1e-3f * square(size)),
+                                  -1 / size, 1 / size);
+    const Vec3f gradient = normal - bend * place;
+    return -(gradient.dot(place) + 0.5f * bend * (spread + place.squaredNorm()));
+}
+
+}  // namespace thixo::render

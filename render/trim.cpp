@@ -1,0 +1,76 @@
+#include "render/trim.h"
+
+#include "pipeline/base/error.h"
+
+namespace thixo::render {
+namespace {
+
+using Op = TrimNode::Op;
+
+/// De Morgan: the tree without differences; `turned` marks the layers that are taken away.
+TrimNode without_differences(const TrimNode& node, bool negated, std::vector<signed char>& side) {
+    if (node.op == Op::sheet) {
+        signed char& s = side.at(std::size_t(node.sheet));
+        const signed char now = negated ? -1 : 1;
+        if (s == -now) throw CacheError("a trim tree both keeps and takes away sheet {}", node.sheet);
+        s = now;
+        return node;
+    }
+    TrimNode result;
+    const bool all = (node.op != Op::any) != negated;
+    result.op = all ? Op::all : Op::any;
+    for (std::size_t k = 0; k < node.parts.size(); ++k)
+        result.parts.push_back(
+            without_differences(node.parts[k], negated != (node.op == Op::except && k > 0), side));
+    return result;
+}
+
+template <class Inside>
+bool evaluate(const TrimNode& node, Inside&& inside) {
+    if (node.op == Op::sheet) return inside(std::uint32_t(node.sheet));
+    const bool all = node.op == Op::all;
+    for (const TrimNode& part : node.parts)
+        if (evaluate(part, inside) != all) return !all;
+    return all;
+}
+
+void check_sheets(const TrimNode& node, std::span<const Index> object, Index own) {
+    if (node.op == Op::sheet && (std::size_t(node.sheet) >= object.size() || object[std::size_t(node.sheet)] != own))
+        throw CacheError("a trim tree names sheet {}, which its body does not have", node.sheet);
+    for (const TrimNode& part : node.parts) check_sheets(part, object, own);
+}
+
+}  // namespace
+
+Trims::Trims(const std::vector<std::optional<TrimNode>>& tree, std::span<const Index> object,
+             std::span<const std::uint32_t> layer, SurfelCloud& cloud) {
+    std::vector<signed char> side(object.size(), 0);
+    trees_.resize(tree.size());
+    for (Index o = 0; o < tree.size(); ++o) {
+        if (!tree[o]) continue;
+        check_sheets(*tree[o], object, o);
+        trees_[o] = without_differences(*tree[o], false, side);
+    }
+    std::vector<std::vector<Index>> members(object.size());
+    for (Index i = 0; i < layer.size(); ++i) {
+        if (side[layer[i]] == 0) continue;
+        if (side[layer[i]] < 0) std::swap(cloud.axis1[i], cloud.axis2[i]);
+        members[layer[i]].push_back(i);
+    }
+    fields_.resize(object.size());
+    for (std::size_t l = 0; l < object.size(); ++l)
+        if (side[l] != 0) fields_[l].emplace(cloud, members[l]);
+}
+
+bool Trims::keeps(Index object, std::uint32_t layer, const Vec3f& x, float radius) const {
+    const TrimNode& tree = *trees_[object];
+    const float overlap = kTrimOverlap * radius;
+    const auto with = [&](bool inside_of_own, float tolerance) {
+        return evaluate(tree, [&](std::uint32_t l) {
+            return l == layer ? inside_of_own : fields_[l]->distance(x) < tolerance;
+        });
+    };
+    return with(true, overlap) && !with(false, -overlap);
+}
+
+}  // namespace thixo::render

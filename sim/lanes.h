@@ -62,6 +62,11 @@ inline void gather(const Quad* quads, const Index* j, Lanes& x, Lanes& y, Lanes&
 
 #endif
 
+/// The first n of kLanes indices, the rest `filler`.
+inline void fill_up(const Index* list, std::size_t n, Index filler, Index* run) {
+    for (std::size_t l = 0; l < kLanes; ++l) run[l] = l < n ? list[l] : filler;
+}
+
 /// Calls f(indices) for runs of kLanes neighbours; the last run is filled up with `filler`, of which f must make
 /// nothing.
 template <class List, class F>
@@ -69,8 +74,8 @@ void for_each_run(const List& list, Index filler, F&& f) {
     const std::size_t n = list.size(), whole = n / kLanes * kLanes;
     for (std::size_t k = 0; k < whole; k += kLanes) f(list.data() + k);
     if (whole == n) return;
-    Index last[kLanes];
-    for (std::size_t l = 0; l < kLanes; ++l) last[l] = whole + l < n ? list[whole + l] : filler;
+    alignas(32) Index last[kLanes];
+    fill_up(list.data() + whole, n - whole, filler, last);
     f(static_cast<const Index*>(last));
 }
 

@@ -1,5 +1,9 @@
 #include "sim/particles.h"
 
+#include <cstddef>
+#include <cstring>
+#include <type_traits>
+
 #include "pipeline/base/parallel.h"
 
 namespace thixo {
@@ -20,12 +24,22 @@ void resize(Particles& p, std::size_t count) {
 }
 
 void reorder(Particles& p, const std::vector<Index>& order, ReorderScratch& scratch) {
+    constexpr std::size_t kGrain = 4096;
+    const std::size_t n = order.size();
+    scratch.resize(n, Vec3::Zero());
     for_each_array(p, [&]<class T>(const char*, std::vector<T>& array) {
-        auto& sorted = std::get<std::vector<T>>(scratch);
-        sorted.resize(order.size(), zero<T>());
-        parallel_for(
-            order.size(), [&](std::size_t k) { sorted[k] = array[order[k]]; }, 4096);
-        array.swap(sorted);
+        if constexpr (std::is_same_v<T, Vec3>) {
+            parallel_for(
+                n, [&](std::size_t k) { scratch[k] = array[order[k]]; }, kGrain);
+            array.swap(scratch);
+        } else {
+            static_assert(sizeof(T) <= sizeof(Vec3) && std::is_trivially_copyable_v<T>);
+            auto* sorted = reinterpret_cast<std::byte*>(scratch.data());
+            parallel_for(
+                n, [&](std::size_t k) { std::memcpy(sorted + k * sizeof(T), &array[order[k]], sizeof(T)); }, kGrain);
+            parallel_for(
+                n, [&](std::size_t k) { std::memcpy(&array[k], sorted + k * sizeof(T), sizeof(T)); }, kGrain);
+        }
     });
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <tuple>
 #include <vector>
 
 #include "pipeline/base/math.h"
@@ -52,9 +51,8 @@ void for_each_array(P& p, F&& f) {
 /// Sets the length of every array; new elements are zero.
 void resize(Particles& p, std::size_t count);
 
-/// Room for one array of each type, kept so that reordering allocates nothing.
-using ReorderScratch = std::tuple<std::vector<Vec3>, std::vector<Real>, std::vector<std::int64_t>,
-                                  std::vector<std::int32_t>, std::vector<Kind>>;
+/// Room for one array, kept so that reordering allocates nothing.
+using ReorderScratch = std::vector<Vec3>;
 
 /// New element k is old element order[k]; order is a permutation.
 void reorder(Particles& p, const std::vector<Index>& order, ReorderScratch& scratch);

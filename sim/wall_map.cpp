@@ -206,7 +206,8 @@ const WallMap::Block& WallMap::block_at(const Vec3& x, Cursor& cursor, Vec3& ins
     if (key != cursor.key) {
         auto found = pages_->find(key);
         if (found == pages_->end()) found = pages_->emplace(key, std::make_unique<Page>()).first;
-        cursor = {key, found->second.get()};
+        cursor.key = key;
+        cursor.page = found->second.get();
     }
     constexpr int mask = kPage - 1;
     auto& slot = cursor.page->blocks[static_cast<std::size_t>(((k & mask) * kPage + (j & mask)) * kPage + (i & mask))];
@@ -230,11 +231,17 @@ WallMap::Place WallMap::place(const Vec3& inside) {
 }
 
 WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
+    WallIntegrals out;
+    if ((x - cursor.centre).squaredNorm() < cursor.radius2) {
+        out.distance = support_;
+        return out;
+    }
     Vec3 inside;
     const Block& block = block_at(x, cursor, inside);
-    WallIntegrals out;
     if (block.far > 0) {
         out.distance = block.far;
+        cursor.centre = x;
+        cursor.radius2 = square(Real(0.999) * (block.far - support_));
         return out;
     }
     if (block.plane()) {

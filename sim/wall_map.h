@@ -42,10 +42,12 @@ class WallMap {
     struct Page;
 
   public:
-    /// The page of blocks last asked in.
+    /// The page of blocks last asked in, and a ball that no wall is near: a place in it needs no look-up.
     struct Cursor {
         std::uint64_t key = ~std::uint64_t(0);
         Page* page = nullptr;
+        Vec3 centre{0, 0, 0};
+        Real radius2 = 0;  // [m^2]
     };
 
     /// Integrals at x; beyond one support from the wall they are zero, and distance is a lower bound not below the

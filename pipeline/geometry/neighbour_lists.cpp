@@ -114,29 +114,29 @@ struct Around {
 
 }  // namespace
 
-void NeighbourLists::resize(std::size_t lists, std::size_t places) {
-    block_.resize(lists);
+void NeighbourLists::resize(std::size_t lists, std::size_t places, bool in_order) {
+    block_.resize(in_order ? 0 : lists);
     begin_.resize(lists);
     count_.resize(lists);
-    blocks_.resize((places + kChunk - 1) / kChunk);
+    blocks_.resize((places + kBlock - 1) / kBlock);
 }
 
 void NeighbourLists::build(const PointGrid& grid, Real radius, std::size_t count) {
     THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
-    resize(std::min(count, grid.size()), grid.size());
+    resize(std::min(count, grid.size()), grid.size(), grid.identity());
     parallel_chunks(grid.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         fill(grid, nullptr, radius, static_cast<Index>(begin), static_cast<Index>(end),
              static_cast<std::uint32_t>(chunk));
-    });
+    }, kBlock);
 }
 
 void NeighbourLists::build(const PointGrid& grid, std::span<const Vec3> queries, Real radius) {
     THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
-    resize(queries.size(), queries.size());
+    resize(queries.size(), queries.size(), true);
     parallel_chunks(queries.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         fill(grid, queries.data(), radius, static_cast<Index>(begin), static_cast<Index>(end),
              static_cast<std::uint32_t>(chunk));
-    });
+    }, kBlock);
 }
 
 void NeighbourLists::Candidates::make_room(std::size_t more) {
@@ -204,7 +204,7 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
             if (there) c.x[self++] = x;
             if (!grid.identity())
                 for (std::size_t k = 0; k < found; ++k) out[k] = grid.index(out[k]);
-            block_[i] = block;
+            if (!block_.empty()) block_[i] = block;
             begin_[i] = static_cast<std::uint32_t>(used);
             count_[i] = static_cast<std::uint32_t>(found);
             used += found;
@@ -214,7 +214,7 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
     std::vector<Index>& kept = blocks_[block];
     if (kept.capacity() < used) {
         kept = {};
-        kept.reserve(used + used / 16);  // lists vary little from step to step
+        kept.reserve(used + used / 32);  // lists vary little from step to step
     }
     kept.assign(scratch.indices.begin(), scratch.indices.begin() + static_cast<std::ptrdiff_t>(used));
 }

@@ -28,7 +28,7 @@ class NeighbourLists {
     std::size_t size() const { return begin_.size(); }
     /// Neighbours of point i, itself excluded (a point in the very same place is a neighbour); or of query i.
     std::span<const Index> operator[](std::size_t i) const {
-        return {blocks_[block_[i]].data() + begin_[i], count_[i]};
+        return {blocks_[block_.empty() ? i / kBlock : block_[i]].data() + begin_[i], count_[i]};
     }
     /// Sum of the lengths of all lists.
     std::size_t total() const;
@@ -45,12 +45,13 @@ class NeighbourLists {
         Candidates candidates;
         std::vector<Index> indices;  // of the present block
     };
-    void resize(std::size_t lists, std::size_t places);
+    static constexpr std::size_t kBlock = 1024;
+    void resize(std::size_t lists, std::size_t places, bool in_order);
     void fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end, std::uint32_t block);
 
-    // One block for each fixed chunk of slots, as long as its lists.
-    std::vector<std::vector<Index>> blocks_;
-    std::vector<std::uint32_t> block_, begin_, count_;
+    std::vector<std::vector<Index>> blocks_;  // one for each fixed chunk of slots, as long as its lists
+    std::vector<std::uint32_t> block_;        // of each list; empty: those of kBlock lists in a row
+    std::vector<std::uint32_t> begin_, count_;
     oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };
 

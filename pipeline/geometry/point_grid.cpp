@@ -2,6 +2,7 @@
 
 #include <oneapi/tbb/parallel_sort.h>
 
+#include <functional>
 #include <numeric>
 
 #include "pipeline/base/error.h"
@@ -15,16 +16,15 @@ namespace {
 constexpr double kCellsPerPoint = 8;
 constexpr double kCellsAlways = 4096;
 
-/// Takes few elements out of `order` so that the rest ascends (after Mueller 2016, "drop-merge sort"); returns what was
-/// taken out, or nothing where it would be more than a quarter: then `order` is as it was.
+/// Parts the indices 0..n - 1 into many that ascend and few strays (after Emil Ernerfeldt's drop-merge sort). Gives up
+/// where strays are more than a quarter.
 template <class Before>
-std::vector<Index> take_out_strays(std::vector<Index>& order, Before&& before) {
+bool part_strays(std::size_t n, Before&& before, std::vector<Index>& kept, std::vector<Index>& strays) {
     constexpr std::size_t kRow = 8;  // so many strays in a row mean that what was kept before them is the stray
-    std::vector<Index> kept, strays;
-    kept.reserve(order.size());
+    kept.reserve(n);
     std::size_t row = 0;
-    for (std::size_t i = 0; i < order.size();) {
-        const Index a = order[i];
+    for (std::size_t i = 0; i < n;) {
+        const auto a = static_cast<Index>(i);
         if (kept.empty() || !before(a, kept.back())) {
             kept.push_back(a);
             row = 0;
@@ -44,12 +44,11 @@ std::vector<Index> take_out_strays(std::vector<Index>& order, Before&& before) {
             do {
                 strays.push_back(kept.back());
                 kept.pop_back();
-            } while (!kept.empty() && before(order[i], kept.back()));
+            } while (!kept.empty() && before(static_cast<Index>(i), kept.back()));
         }
-        if (strays.size() > order.size() / 4) return {};
+        if (strays.size() > n / 4) return false;
     }
-    order.swap(kept);
-    return strays;
+    return true;
 }
 
 bool finite(const Vec3& p) { return std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z()); }
@@ -62,22 +61,24 @@ double PointGrid::edge_inverse(Real cell) {
 }
 
 std::vector<Index> PointGrid::order_by(std::span<const std::uint64_t> keys, std::span<const std::int64_t> ids) {
-    std::vector<Index> order(keys.size());
-    std::iota(order.begin(), order.end(), Index(0));
     const auto before = [&](Index a, Index b) {
         if (keys[a] != keys[b]) return keys[a] < keys[b];
         if (!ids.empty() && ids[a] != ids[b]) return ids[a] < ids[b];
         return a < b;
     };
-    if (std::is_sorted(order.begin(), order.end(), before)) return order;
     // From step to step few particles change their cell: those alone are sorted, and merged with the rest.
-    std::vector<Index> strays = take_out_strays(order, before);
-    oneapi::tbb::parallel_sort(strays.empty() ? order.begin() : strays.begin(),
-                               strays.empty() ? order.end() : strays.end(), before);
-    if (strays.empty()) return order;
-    std::vector<Index> sorted(keys.size());
-    std::merge(order.begin(), order.end(), strays.begin(), strays.end(), sorted.begin(), before);
-    return sorted;
+    std::vector<Index> kept, strays;
+    if (part_strays(keys.size(), before, kept, strays)) {
+        if (strays.empty()) return kept;
+        oneapi::tbb::parallel_sort(strays.begin(), strays.end(), before);
+        std::vector<Index> sorted(keys.size());
+        std::merge(kept.begin(), kept.end(), strays.begin(), strays.end(), sorted.begin(), before);
+        return sorted;
+    }
+    kept.resize(keys.size());
+    std::iota(kept.begin(), kept.end(), Index(0));
+    oneapi::tbb::parallel_sort(kept.begin(), kept.end(), before);
+    return kept;
 }
 
 std::vector<Index> PointGrid::sort_order(std::span<const Vec3> points, std::span<const std::int64_t> ids, Real cell) {
@@ -96,10 +97,15 @@ void PointGrid::build(std::span<const Vec3> points, Real cell) {
     edge_inv_ = edge_inverse(cell);
     count_ = points.size();
     THIXO_ASSERT(count_ < kNone, "{} points are more than an index can count", count_);
-    keys_.resize(count_);
-    parallel_for(count_, [&](std::size_t i) { keys_[i] = key(cell_of(points[i])); });
+    // Keys are stored only where something needs them: to sort, and to find cells without a table.
+    keys_.clear();
     order_.clear();
-    if (!std::is_sorted(keys_.begin(), keys_.end())) {
+    const std::size_t descents = parallel_reduce(
+        count_, std::size_t(0),
+        [&](std::size_t i) { return i > 0 && key(cell_of(points[i])) < key(cell_of(points[i - 1])) ? 1u : 0u; },
+        std::plus<std::size_t>());
+    if (descents > 0) {
+        store_keys(points);
         order_ = order_by(keys_, {});
         std::vector<std::uint64_t> sorted(count_);
         parallel_for(count_, [&](std::size_t s) { sorted[s] = keys_[order_[s]]; });
@@ -116,14 +122,16 @@ void PointGrid::build(std::span<const Vec3> points, Real cell) {
         y_[s] = good ? p.y() : nowhere;
         z_[s] = good ? p.z() : nowhere;
     });
-    index_cells();
+    index_cells(points);
 }
 
-void PointGrid::index_cells() {
-    const auto cell_of_key = [](std::uint64_t k) {
-        const auto part = [](std::uint64_t v) { return static_cast<std::int32_t>(v & 0x1fffff) - kLimit - 1; };
-        return Cell{part(k), part(k >> 21), part(k >> 42)};
-    };
+void PointGrid::store_keys(std::span<const Vec3> points) {
+    keys_.resize(count_);
+    parallel_for(count_, [&](std::size_t i) { keys_[i] = key(cell_of(points[i])); });
+}
+
+void PointGrid::index_cells(std::span<const Vec3> points) {
+    const auto cell_at = [&](std::size_t s) { return cell_of(points[index(static_cast<Index>(s))]); };
     start_.clear();
     lower_ = {0, 0, 0};
     upper_ = {-1, -1, -1};
@@ -135,11 +143,11 @@ void PointGrid::index_cells() {
         return Box{{std::min(a.lower.x, b.lower.x), std::min(a.lower.y, b.lower.y), std::min(a.lower.z, b.lower.z)},
                    {std::max(a.upper.x, b.upper.x), std::max(a.upper.y, b.upper.y), std::max(a.upper.z, b.upper.z)}};
     };
-    const Cell first = cell_of_key(keys_[0]);
+    const Cell first = cell_at(0);
     const Box box = parallel_reduce(
         count_, Box{first, first},
         [&](std::size_t s) {
-            const Cell c = cell_of_key(keys_[s]);
+            const Cell c = cell_at(s);
             return Box{c, c};
         },
         join);
@@ -149,12 +157,15 @@ void PointGrid::index_cells() {
     rows_ = static_cast<std::size_t>(upper_.y - lower_.y) + 1;
     const std::size_t layers = static_cast<std::size_t>(upper_.z - lower_.z) + 1;
     const double cells = static_cast<double>(columns_) * static_cast<double>(rows_) * static_cast<double>(layers);
-    if (cells > std::max(kCellsAlways, kCellsPerPoint * static_cast<double>(count_))) return;
+    if (cells > std::max(kCellsAlways, kCellsPerPoint * static_cast<double>(count_))) {
+        if (keys_.empty()) store_keys(points);
+        return;
+    }
     // start_[c] is the first slot whose cell is c or later: slot s fills the cells after its predecessor's up to its
     // own.
     start_.resize(static_cast<std::size_t>(cells) + 1);
     const auto dense = [&](std::size_t s) {
-        const Cell c = cell_of_key(keys_[s]);
+        const Cell c = cell_at(s);
         return dense_key(c.x, c.y, c.z);
     };
     parallel_for(count_ + 1, [&](std::size_t s) {

@@ -94,7 +94,8 @@ class PointGrid {
                static_cast<std::size_t>(x - lower_.x);
     }
     Range sparse_row(std::int32_t x0, std::int32_t x1, std::int32_t y, std::int32_t z) const;
-    void index_cells();
+    void store_keys(std::span<const Vec3> points);
+    void index_cells(std::span<const Vec3> points);
 
     Real cell_ = 0;
     double edge_inv_ = 0;  // 1 / edge [1/m]; the edge exceeds `cell` by a part in 10^5, so that rounding loses no pair
@@ -104,7 +105,7 @@ class PointGrid {
     std::vector<Real> x_, y_, z_;
     std::vector<Index> order_;         // slot -> caller's index; empty: the same
     std::vector<Index> start_;         // dense: first slot of each cell of the box, and the end
-    std::vector<std::uint64_t> keys_;  // key of each slot
+    std::vector<std::uint64_t> keys_;  // sparse: key of each slot
 };
 
 template <class F>

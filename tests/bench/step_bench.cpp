@@ -1,6 +1,7 @@
-// A whole step of the `eos` solver, on one thread. The reference of the same run is one bare sweep over the same
-// neighbour lists: read a step's time in such sweeps, which does not depend on the machine's mood, and items/s
-// (particle-steps a second).
+// A whole step of the `eos` solver. The reference of the same run is one bare sweep over the same neighbour lists: read
+// a step's time in such sweeps, which does not depend on the machine's mood, and items/s (particle-steps a second).
+//   eos_step/threads/support in hundredths of the spacing      a dam of 100,000 in mid splash
+//   steps_by_size/particles                                    time per particle from 10 thousand to a million
 #include <benchmark/benchmark.h>
 
 #include "tests/bench/sim_fixture.h"
@@ -9,32 +10,39 @@ namespace {
 
 using namespace thixo;
 
-Simulation& dam() {
-    static Simulation s = [] {
-        set_thread_count(1);
-        return fixture::fallen_dam(100'000);
-    }();
-    return s;
-}
-
-void eos_step(benchmark::State& state) {
-    Simulation& s = dam();
-    s.stats = StepStats{};
-    for (auto _ : state) {
-        s.clock.next_frame = s.clock.time + 0.1;
-        step(s);
-    }
-    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(s.particles.size()));
-    const auto milliseconds = [&](double seconds) { return 1e3 * seconds / static_cast<double>(s.stats.steps); };
-    state.counters["neighbours_ms"] = milliseconds(s.stats.neighbours_seconds);
-    state.counters["density_ms"] = milliseconds(s.stats.density_seconds);
-    state.counters["forces_ms"] = milliseconds(s.stats.forces_seconds);
-    state.counters["integration_ms"] = milliseconds(s.stats.integration_seconds);
+void report(benchmark::State& state, const Simulation& s) {
+    state.SetItemsProcessed(s.stats.particle_steps);
+    const auto share = [&](double seconds) { return 1e9 * seconds / static_cast<double>(s.stats.particle_steps); };
+    state.counters["neighbours_ns"] = share(s.stats.neighbours_seconds);
+    state.counters["density_ns"] = share(s.stats.density_seconds);
+    state.counters["forces_ns"] = share(s.stats.forces_seconds);
+    state.counters["integration_ns"] = share(s.stats.integration_seconds);
     state.counters["neighbours"] = static_cast<double>(s.stats.pairs) / static_cast<double>(s.stats.particle_steps);
 }
 
+void eos_step(benchmark::State& state) {
+    set_thread_count(2);
+    Simulation& s = fixture::shared_fallen_dam(100'000, 0.01 * static_cast<double>(state.range(1)));
+    set_thread_count(static_cast<int>(state.range(0)));
+    fixture::free_steps(s, 2);
+    s.stats = StepStats{};
+    for (auto _ : state) fixture::free_steps(s, 1);
+    report(state, s);
+}
+
+void steps_by_size(benchmark::State& state) {
+    set_thread_count(1);
+    Simulation s = fixture::standing_dam(static_cast<double>(state.range(0)));
+    fixture::free_steps(s, 3);
+    s.stats = StepStats{};
+    for (auto _ : state) fixture::free_steps(s, 1);
+    report(state, s);
+}
+
 void bare_sweep(benchmark::State& state) {
-    Simulation& s = dam();
+    set_thread_count(2);
+    Simulation& s = fixture::shared_fallen_dam(100'000, 0.01 * static_cast<double>(state.range(0)));
+    set_thread_count(1);
     evaluate(s);
     const Poly6 kernel = s.problem.smoothing.density;
     const auto& x = s.particles.position;
@@ -49,7 +57,10 @@ void bare_sweep(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(s.particles.size()));
 }
 
-BENCHMARK(eos_step)->Unit(benchmark::kMillisecond);
-BENCHMARK(bare_sweep)->Unit(benchmark::kMillisecond);
+BENCHMARK(eos_step)->Args({1, 200})->Args({2, 200})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(bare_sweep)->Arg(200)->Unit(benchmark::kMillisecond);
+BENCHMARK(eos_step)->Args({1, 217})->Args({2, 217})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(bare_sweep)->Arg(217)->Unit(benchmark::kMillisecond);
+BENCHMARK(steps_by_size)->Arg(10'000)->Arg(100'000)->Arg(1'000'000)->Unit(benchmark::kMillisecond);
 
 }  // namespace

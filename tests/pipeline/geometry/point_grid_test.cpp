@@ -142,6 +142,35 @@ TEST(PointGrid, OrderIsAFunctionOfCellAndIdOnly) {
     for (std::size_t k = 0; k < order.size(); ++k) EXPECT_EQ(ids[order[k]], ids_backwards[order_backwards[k]]);
 }
 
+TEST(PointGrid, OrderOfNearlySortedPointsIsThatOfAPlainSort) {
+    // One cell a point along x, so that the order is that of x and ids: few strays, rows of strays, and no order at all.
+    constexpr std::size_t kCount = 3000;
+    const auto stray = [](std::uint64_t kind, std::size_t i) {
+        const double r = random_unit(kind, i, 0, 0);
+        switch (kind) {
+            case 0: return r < 0.05 ? 4000 * random_unit(1, i, 0, 1) : static_cast<double>(i);
+            case 1: return i / 40 % 9 == 4 ? static_cast<double>(i) + 700 : static_cast<double>(i);
+            case 2: return i / 40 % 9 == 4 ? static_cast<double>(i) - 700 : static_cast<double>(i);
+            case 3: return static_cast<double>(kCount - i);
+            default: return std::floor(50 * r);
+        }
+    };
+    for (std::uint64_t kind = 0; kind < 5; ++kind) {
+        std::vector<Vec3> points;
+        std::vector<std::int64_t> ids;
+        for (std::size_t i = 0; i < kCount; ++i) {
+            points.emplace_back(static_cast<Real>(std::floor(stray(kind, i)) + 0.5), Real(0.5), Real(0.5));
+            ids.push_back(static_cast<std::int64_t>(7919 * i % kCount));
+        }
+        std::vector<Index> expected(kCount);
+        std::iota(expected.begin(), expected.end(), Index(0));
+        std::sort(expected.begin(), expected.end(), [&](Index a, Index b) {
+            return std::pair(points[a].x(), ids[a]) < std::pair(points[b].x(), ids[b]);
+        });
+        EXPECT_EQ(PointGrid::sort_order(points, ids, 1), expected) << kind;
+    }
+}
+
 TEST(PointGrid, NearestAreThoseOfBruteForce) {
     for (const auto& points : all_clouds()) {
         PointGrid grid;

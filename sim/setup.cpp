@@ -7,6 +7,7 @@
 #include "pipeline/base/error.h"
 #include "sim/sampling.h"
 #include "sim/scene_shapes.h"
+#include "sim/viscosity_solver.h"
 
 namespace thixo {
 namespace {
@@ -148,6 +149,7 @@ Simulation make_simulation(const scene::Scene& scene) {
                              .expected_speed = speed,
                              .emitters = {}},
                  .walls = make_walls(scene, smoothing.support)};
+    choose_viscosity_solver(scene.solver, smoothing, speed, s.problem.materials);
     s.clock.frame = scene.frames.first;
     s.probes = make_probes(scene);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);

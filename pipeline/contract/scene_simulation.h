@@ -150,6 +150,12 @@ struct Words<Pressure> {
     static constexpr std::array<std::string_view, 1> list{"eos"};
 };
 
+enum class Viscosity { automatic, explicit_force, implicit_solve };
+template <>
+struct Words<Viscosity> {
+    static constexpr std::array<std::string_view, 3> list{"automatic", "explicit", "implicit"};
+};
+
 struct TimeStep {            // fixed = 0: adaptive
     double fixed = 0;        // s
     double maximum = 0.005;  // s
@@ -168,6 +174,8 @@ struct Solver {
     Pressure pressure = Pressure::eos;
     double expected_speed = 0;  // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
     double artificial_viscosity = 0.15;  // Monaghan's alpha, 1
+    Viscosity viscosity = Viscosity::automatic;
+    double viscosity_tolerance = 1e-3;  // 1
     TimeStep time_step;
     std::uint64_t seed = 1;
     int checkpoint_every = 10;  // frames
@@ -181,6 +189,11 @@ void visit(V& v, Solver& s) {
     v.key("expected_speed", s.expected_speed, "m/s", between(0, 1e6),
           "largest speed to expect, for the automatic stiffness; 0: from the scene's height, speeds and gravity");
     v.key("artificial_viscosity", s.artificial_viscosity, "1", between(0, 10), "Monaghan's alpha; damps shocks");
+    v.key("viscosity", s.viscosity, "", any(),
+          "solver of the viscosity; implicit: a linear system, no limit to the step; automatic: implicit where the "
+          "explicit force would set the step");
+    v.key("viscosity_tolerance", s.viscosity_tolerance, "1", inside(0, 1),
+          "part of the momentum that the implicit viscosity's solve may leave as residual");
     v.block("time_step", s.time_step, "time steps");
     v.key("seed", s.seed, "", at_least(0), "seed of all random numbers");
     v.key("checkpoint_every", s.checkpoint_every, "frames", between(1, 999999), "frames between two checkpoints");

@@ -16,6 +16,7 @@
 #include "sim/smoothing.h"
 #include "sim/surface/surface.h"
 #include "sim/sweep.h"
+#include "sim/tension.h"
 #include "sim/time_step.h"
 #include "sim/viscosity_solver.h"
 #include "sim/walls.h"
@@ -74,6 +75,7 @@ struct Simulation {
     PointGrid grid{};
     NeighbourLists neighbours{};
     Sweep sweep{};
+    TensionScratch tension{};
     ViscosityScratch viscosity{};
     ReorderScratch reorder_scratch{};
     Probes probes{};  // nothing of it outlives a frame

@@ -39,6 +39,7 @@ struct Boundary {
     Shape shape;
     bool inside = false;  // true: the shape is the room, matter stays inside it; false: it is an obstacle
     bool no_slip = false;
+    double contact_angle = 180;  // degrees
     std::vector<Key> motion;
     std::string look;  // appearance; empty: the boundary's name
     bool visible = true;
@@ -47,6 +48,8 @@ template <class V>
 void visit(V& v, Boundary& b) {
     v.shape("shape", b.shape, required(), "the solid, or with `inside` the room");
     v.key("inside", b.inside, "", any(), "true: matter stays inside the shape; false: the shape is an obstacle");
+    v.key("contact_angle", b.contact_angle, "degrees", between(0, 180),
+          "angle in the liquid where its surface meets the wall: 0 wets it, 180 does not stick at all");
     v.key("no_slip", b.no_slip, "", any(), "true: fluid sticks to the surface; false: it slides along it");
     v.list("motion", b.motion, "moves the boundary");
     v.reference("look", b.look, Refers::appearance, any(), "appearance; left out: the one of the boundary's own name");

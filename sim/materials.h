@@ -11,11 +11,13 @@ namespace thixo {
 
 struct MaterialParams {
     Real density;      // rho0 [kg/m^3]
-    Real viscosity;    // mu [Pa s]
+    Real viscosity;    // mu of the explicit force [Pa s]
     Real stiffness;    // k_gas [Pa]
     Real gamma;        // exponent of the equation of state [1]
     Real cohesion;     // k_cohesion [Pa m^6/kg^2]: P has the term -k_cohesion rho^2/2
     Real sound_speed;  // c = sqrt(dP/drho) at rho0 [m/s]
+    Real attraction;          // k_cohesion of the force of sim/tension; one of the two cohesions is 0 [Pa m^6/kg^2]
+    Real implicit_viscosity;  // mu of the implicit solve; one of the two is 0 [Pa s]
 };
 
 /// Surface tension that a cohesion k_cohesion gives in the continuum limit [N/m]:

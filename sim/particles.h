@@ -16,6 +16,7 @@ struct Particles {
     std::vector<Vec3> position;          // x [m]
     std::vector<Vec3> velocity;          // v [m/s] at t - dt/2 between steps (leapfrog)
     std::vector<Vec3> acceleration;      // f/m [m/s^2] of the last step
+    std::vector<Vec3> viscous_acceleration;  // the implicit viscosity's share of it [m/s^2]
     std::vector<Real> mass;              // m [kg]
     std::vector<Real> rest_volume;       // V0 = m/rho0 [m^3]
     std::vector<Real> density;           // rho [kg/m^3], summation density with the walls' share
@@ -37,6 +38,7 @@ void for_each_array(P& p, F&& f) {
     f("position", p.position);
     f("velocity", p.velocity);
     f("acceleration", p.acceleration);
+    f("viscous_acceleration", p.viscous_acceleration);
     f("mass", p.mass);
     f("rest_volume", p.rest_volume);
     f("density", p.density);

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "pipeline/base/error.h"
 #include "sim/sampling.h"
 #include "sim/scene_shapes.h"
+#include "sim/tension.h"
+#include "sim/viscosity_solver.h"
 
 namespace thixo {
 namespace {
@@ -148,6 +151,12 @@ Simulation make_simulation(const scene::Scene& scene) {
                              .expected_speed = speed,
                              .emitters = {}},
                  .walls = make_walls(scene, smoothing.support)};
+    for (std::size_t k = 0; k < scene.materials.size(); ++k) {
+        MaterialParams& m = s.problem.materials[k];
+        m.cohesion = 0;  // the force of sim/tension, not the term in P
+        m.attraction = attraction_for(static_cast<Real>(scene.materials[k].surface_tension), m.density, smoothing);
+    }
+    choose_viscosity_solver(scene.solver, smoothing, speed, s.problem.materials);
     s.clock.frame = scene.frames.first;
     s.probes = make_probes(scene);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);

@@ -39,6 +39,12 @@ Real packed_gradient(const Spiky& kernel, Real spacing) {
     return static_cast<Real>(sum * cube(spacing) / 3);
 }
 
+Real packed_gradient(const Poly6& kernel, Real spacing) {
+    const double sum = sum_over_sites(1 / std::sqrt(kernel.h2_inv), spacing,
+                                      [&](Real r, Real) { return -r * r * kernel.gradient_factor(r * r); });
+    return static_cast<Real>(sum * cube(spacing) / 3);
+}
+
 Real packed_laplacian(const ViscosityKernel& kernel, Real spacing) {
     const double sum = sum_over_sites(kernel.h, spacing, [&](Real r, Real) { return r * r * kernel.laplacian(r); });
     return static_cast<Real>(sum * cube(spacing) / 6);

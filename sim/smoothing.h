@@ -15,6 +15,7 @@ Real packing_distance(Real spacing);
 ///   packed_laplacian  sum_j spacing^3 |x_j|^2 lap w / 6
 Real packed_sum(const Poly6& kernel, Real spacing);
 Real packed_gradient(const Spiky& kernel, Real spacing);
+Real packed_gradient(const Poly6& kernel, Real spacing);
 Real packed_laplacian(const ViscosityKernel& kernel, Real spacing);
 
 /// Surface tension that the pair energy -k rho0^2 V_i V_j w_spiky gives a packing cut at a layer, over 3/56 k rho0^2 h,

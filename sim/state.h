@@ -16,7 +16,9 @@
 #include "sim/smoothing.h"
 #include "sim/surface/surface.h"
 #include "sim/sweep.h"
+#include "sim/tension.h"
 #include "sim/time_step.h"
+#include "sim/viscosity_solver.h"
 #include "sim/walls.h"
 
 namespace thixo {
@@ -50,7 +52,9 @@ struct StepStats {
     const char* limit = "";                     // what set the smallest step
     double fastest = 0;                         // largest particle speed [m/s]
     double neighbours_seconds = 0, density_seconds = 0, forces_seconds = 0, integration_seconds = 0,
-           surface_seconds = 0;
+           surface_seconds = 0, viscosity_seconds = 0;
+    int viscosity_iterations = 0, viscosity_unconverged = 0;  // iterations, and solves that did not reach the tolerance
+    double viscosity_residual = 0;                            // largest [1]
     std::int64_t pairs = 0, particle_steps = 0;
     int surface_updates = 0;
     SurfaceReport surface;  // counts summed, the rest of the last update
@@ -71,6 +75,8 @@ struct Simulation {
     PointGrid grid{};
     NeighbourLists neighbours{};
     Sweep sweep{};
+    TensionScratch tension{};
+    ViscosityScratch viscosity{};
     ReorderScratch reorder_scratch{};
     Probes probes{};  // nothing of it outlives a frame
     StepStats stats{};

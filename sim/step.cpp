@@ -48,6 +48,21 @@ void find_forces(Simulation& s) {
     ScopedTimer timer(s.stats.forces_seconds);
     const ForceParams params{s.problem.gravity, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
     compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, params, s.sweep);
+    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials, s.sweep, s.tension);
+}
+
+/// The viscous force acts for as long as the leapfrog's next kick.
+void find_viscosity(Simulation& s, double dt) {
+    ScopedTimer timer(s.stats.viscosity_seconds);
+    const auto& materials = s.problem.materials;
+    if (std::ranges::all_of(materials, [](const MaterialParams& m) { return m.implicit_viscosity <= 0; })) return;
+    const ViscositySolve params{.kick = 0.5 * (s.clock.last_dt + dt),
+                                .tolerance = s.problem.scene.solver.viscosity_tolerance};
+    const ViscosityReport report = solve_viscosity(s.particles, s.neighbours, s.walls, s.problem.smoothing, materials,
+                                                   params, s.sweep, s.viscosity);
+    s.stats.viscosity_iterations += report.iterations;
+    s.stats.viscosity_unconverged += report.converged ? 0 : 1;
+    s.stats.viscosity_residual = std::max(s.stats.viscosity_residual, report.residual);
 }
 
 void emit(Simulation& s) {
@@ -144,6 +159,7 @@ void step(Simulation& s) {
     find_forces(s);      // forces     4.3, 4.4.2
     const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
     const double dt = choose_step(s, wall_speed);  // time_step, health
+    find_viscosity(s, dt);                         // viscosity_solver  4.3.1
     move_on(s, dt, wall_speed);                    // leapfrog   7.2, walls
     update_surface_when_due(s);                    // surface    6.6
     count_step(s);

@@ -1,6 +1,8 @@
 #include "sim/walls.h"
 
+#include <cmath>
 #include <limits>
+#include <set>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/shapes.h"
@@ -8,19 +10,29 @@
 
 namespace thixo {
 
+namespace {
+Real adhesion_of(double contact_angle) {
+    return contact_angle >= 180 ? Real(0) : static_cast<Real>(0.5 + 0.5 * std::cos(contact_angle * kPi / 180));
+}
+}  // namespace
+
 Walls make_walls(const scene::Scene& scene, Real support) {
     Walls walls;
-    for (const bool no_slip : {false, true}) {
+    std::set<std::pair<bool, double>> surfaces;  // slippery ones first, then by contact angle
+    for (const scene::Boundary& b : scene.world.boundaries)
+        if (b.motion.size() < 2) surfaces.emplace(b.no_slip, b.contact_angle);
+    for (const auto& [no_slip, angle] : surfaces) {
         std::vector<Shape> at_rest;
         for (const scene::Boundary& b : scene.world.boundaries)
-            if (b.motion.size() < 2 && b.no_slip == no_slip) at_rest.push_back(wall_solid_at_rest(scene, b));
-        if (!at_rest.empty())
-            walls.list.emplace_back(WallMap(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest), support),
-                                    RigidMotion(), no_slip);
+            if (b.motion.size() < 2 && b.no_slip == no_slip && b.contact_angle == angle)
+                at_rest.push_back(wall_solid_at_rest(scene, b));
+        walls.list.emplace_back(WallMap(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest), support), RigidMotion(),
+                                no_slip, adhesion_of(angle));
     }
     for (const scene::Boundary& b : scene.world.boundaries)
         if (b.motion.size() >= 2)
-            walls.list.emplace_back(WallMap(wall_solid(scene, b), support), motion_of(b.motion), b.no_slip);
+            walls.list.emplace_back(WallMap(wall_solid(scene, b), support), motion_of(b.motion), b.no_slip,
+                                    adhesion_of(b.contact_angle));
     move_walls(walls, 0);
     return walls;
 }

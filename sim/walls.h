@@ -24,11 +24,12 @@ struct WallContact {
 /// One rigid solid: a moving boundary, or all boundaries at rest with the same surface together (what overlaps then
 /// counts once).
 struct Wall {
-    Wall(WallMap map_, RigidMotion motion_, bool no_slip_)
-        : map(std::move(map_)), motion(std::move(motion_)), no_slip(no_slip_) {}
+    Wall(WallMap map_, RigidMotion motion_, bool no_slip_, Real adhesion_)
+        : map(std::move(map_)), motion(std::move(motion_)), no_slip(no_slip_), adhesion(adhesion_) {}
     WallMap map;         // in the wall's own frame
     RigidMotion motion;  // own frame -> world
     bool no_slip;
+    Real adhesion;  // (1 + cos theta)/2 of the contact angle: 0 repels, 1 is wetted completely [1]
     Mat3 turn = Mat3::Identity();  // pose at the walls' present time
     Vec3 shift{0, 0, 0};           // [m]
     Vec3 velocity{0, 0, 0};        // of the frame's origin [m/s]

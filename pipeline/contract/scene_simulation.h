@@ -39,6 +39,7 @@ struct Boundary {
     Shape shape;
     bool inside = false;  // true: the shape is the room, matter stays inside it; false: it is an obstacle
     bool no_slip = false;
+    double contact_angle = 180;  // degrees
     std::vector<Key> motion;
     std::string look;  // appearance; empty: the boundary's name
     bool visible = true;
@@ -47,6 +48,8 @@ template <class V>
 void visit(V& v, Boundary& b) {
     v.shape("shape", b.shape, required(), "the solid, or with `inside` the room");
     v.key("inside", b.inside, "", any(), "true: matter stays inside the shape; false: the shape is an obstacle");
+    v.key("contact_angle", b.contact_angle, "degrees", between(0, 180),
+          "angle in the liquid where its surface meets the wall: 0 wets it, 180 does not stick at all");
     v.key("no_slip", b.no_slip, "", any(), "true: fluid sticks to the surface; false: it slides along it");
     v.list("motion", b.motion, "moves the boundary");
     v.reference("look", b.look, Refers::appearance, any(), "appearance; left out: the one of the boundary's own name");
@@ -150,6 +153,12 @@ struct Words<Pressure> {
     static constexpr std::array<std::string_view, 1> list{"eos"};
 };
 
+enum class Viscosity { automatic, explicit_force, implicit_solve };
+template <>
+struct Words<Viscosity> {
+    static constexpr std::array<std::string_view, 3> list{"automatic", "explicit", "implicit"};
+};
+
 struct TimeStep {            // fixed = 0: adaptive
     double fixed = 0;        // s
     double maximum = 0.005;  // s
@@ -168,6 +177,8 @@ struct Solver {
     Pressure pressure = Pressure::eos;
     double expected_speed = 0;  // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
     double artificial_viscosity = 0.15;  // Monaghan's alpha, 1
+    Viscosity viscosity = Viscosity::automatic;
+    double viscosity_tolerance = 1e-3;  // 1
     TimeStep time_step;
     std::uint64_t seed = 1;
     int checkpoint_every = 10;  // frames
@@ -181,6 +192,11 @@ void visit(V& v, Solver& s) {
     v.key("expected_speed", s.expected_speed, "m/s", between(0, 1e6),
           "largest speed to expect, for the automatic stiffness; 0: from the scene's height, speeds and gravity");
     v.key("artificial_viscosity", s.artificial_viscosity, "1", between(0, 10), "Monaghan's alpha; damps shocks");
+    v.key("viscosity", s.viscosity, "", any(),
+          "solver of the viscosity; implicit: a linear system, no limit to the step; automatic: implicit where the "
+          "explicit force would set the step");
+    v.key("viscosity_tolerance", s.viscosity_tolerance, "1", inside(0, 1),
+          "part of the momentum that the implicit viscosity's solve may leave as residual");
     v.block("time_step", s.time_step, "time steps");
     v.key("seed", s.seed, "", at_least(0), "seed of all random numbers");
     v.key("checkpoint_every", s.checkpoint_every, "frames", between(1, 999999), "frames between two checkpoints");

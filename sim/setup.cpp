@@ -126,11 +126,11 @@ Simulation make_simulation(const scene::Scene& scene) {
     Simulation s{.problem = {.scene = scene,
                              .scene_path = {},
                              .smoothing = smoothing,
-                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing),
+                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing, scene.solver.pressure),
                              .gravity = scene.world.gravity.cast<Real>(),
                              .expected_speed = speed,
                              .emitters = {}},
-                 .walls = make_walls(scene, smoothing.support)};
+                 .walls = make_walls(scene, smoothing)};
     s.clock.frame = scene.frames.first;
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {

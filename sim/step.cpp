@@ -30,9 +30,16 @@ void find_neighbours(Simulation& s) {
     s.neighbours.build(s.grid, s.problem.smoothing.support);
 }
 
+bool implicit(const Simulation& s) { return s.problem.scene.solver.pressure == scene::Pressure::dfsph; }
+
 void find_density(Simulation& s) {
     ScopedTimer timer(s.stats.density_seconds);
-    pack_motion(s.particles, s.clock.last_dt, s.sweep);
+    pack_motion(s.particles, s.clock.last_dt, implicit(s), s.sweep);
+    if (implicit(s)) {
+        find_wall_effects(s.walls, s.particles.position, s.sweep.walls);
+        measure_density(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system);
+        return compute_cohesion(s.particles, s.problem.materials, s.sweep);
+    }
     compute_density(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.sweep);
     compute_pressure(s.particles, s.problem.materials, s.sweep);
 }
@@ -41,6 +48,33 @@ void find_forces(Simulation& s) {
     ScopedTimer timer(s.stats.forces_seconds);
     const ForceParams params{s.problem.gravity, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
     compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, params, s.sweep);
+}
+
+void count_solve(const SolveReport& report, SolveStats& stats) {
+    ++stats.solves;
+    stats.iterations += report.iterations;
+    stats.most = std::max(stats.most, report.iterations);
+    stats.residual = std::max(stats.residual, report.residual);
+    if (!report.converged) ++stats.cut_off;
+}
+
+void solve_divergence(Simulation& s) {
+    ScopedTimer timer(s.stats.pressure_seconds);
+    const scene::Solver& params = s.problem.scene.solver;
+    count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing, s.clock.last_dt,
+                                  {params.divergence_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
+                s.stats.divergence);
+    pack_motion(s.particles, s.clock.last_dt, true, s.sweep);
+    compute_cohesion(s.particles, s.problem.materials, s.sweep);
+}
+
+void solve_density(Simulation& s, double dt) {
+    ScopedTimer timer(s.stats.pressure_seconds);
+    const scene::Solver& params = s.problem.scene.solver;
+    count_solve(hold_density(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing,
+                             0.5 * (s.clock.last_dt + dt), dt, {params.density_tolerance, params.iterations},
+                             s.pressure_system, s.solve_scratch),
+                s.stats.pressure);
 }
 
 void emit(Simulation& s) {
@@ -131,9 +165,11 @@ void step(Simulation& s) {
     emit(s);             // emitter    4.2
     find_neighbours(s);  // geometry   7.1
     find_density(s);     // density    2.3, 4.3.1
-    find_forces(s);      // forces     4.3, 4.4.2
+    if (implicit(s)) solve_divergence(s);
+    find_forces(s);  // forces     4.3, 4.4.2
     const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
     const double dt = choose_step(s, wall_speed);  // time_step, health
+    if (implicit(s)) solve_density(s, dt);
     move_on(s, dt, wall_speed);                    // leapfrog   7.2, walls
     update_surface_when_due(s);                    // surface    6.6
     count_step(s);

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/kernels.h"
 
 namespace thixo {
 namespace {
@@ -62,6 +63,13 @@ WallMap::WallMap(Shape solid, Real support)
     make_stencil();
 }
 
+WallMap::WallMap(Shape solid, const WallKernel& kernel) : WallMap(std::move(solid), kernel.support) {
+    kernel_ = kernel;
+    rows_.clear();
+    weights_.clear();
+    make_stencil();
+}
+
 void WallMap::make_stencil() {
     const Poly6 poly6(support_);
     const Spiky spiky(support_);
@@ -79,16 +87,18 @@ void WallMap::make_stencil() {
                 if (row.x1 == row.x0) row.x0 = x;
                 row.x1 = x + 1;
                 const Vec3 g = spiky.derivative(length) / length * r;
-                weights_.push_back({poly6.value(length * length) * volume, g.x() * volume, g.y() * volume,
+                const Real share = kernel_ ? kernel_->value(length) : poly6.value(length * length);
+                weights_.push_back({share * volume, g.x() * volume, g.y() * volume,
                                     g.z() * volume, viscosity.laplacian(length) * volume});
                 total += weights_.back().share;
                 laplacian_total += weights_.back().laplacian;
             }
             if (row.x1 > row.x0) rows_.push_back(row);
         }
-    // The sums of a filled ball are known exactly: 1 and 15/h^2.
+    // The sums of a filled ball are known exactly: 1 (or that of the kernel) and 15/h^2.
+    const double filled = kernel_ ? static_cast<double>(2 * kernel_->share(0)) : 1.0;
     for (Weight& w : weights_) {
-        w.share = static_cast<Real>(w.share / total);
+        w.share = static_cast<Real>(w.share * filled / total);
         w.laplacian = static_cast<Real>(w.laplacian * (15.0 / square(static_cast<double>(support_))) / laplacian_total);
     }
 }
@@ -150,6 +160,14 @@ WallIntegrals WallMap::sum(const std::vector<Real>& filled, int i, int j, int k)
     return out;
 }
 
+/// The distance of the half-space with the same share; where the share is full or none, the wall's own.
+Real WallMap::depth_of(const WallIntegrals& w) const {
+    const Real most = 2 * kernel_->share(0);
+    if (w.share <= Real(1e-6) * most) return std::max(w.distance, kernel_->distance(Real(1e-6) * most));
+    if (w.share >= Real(1 - 1e-4) * most) return std::min(w.distance, kernel_->distance(Real(1 - 1e-4) * most));
+    return kernel_->distance(w.share);
+}
+
 WallMap::Block WallMap::make_block(const Vec3& origin) const {
     Block b;
     const Vec3 centre = origin + Vec3::Constant(support_ / 2);
@@ -171,6 +189,8 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
                 const Real distance = solid_.distance(x);
                 WallIntegrals w = half_space ? half_space_integrals(distance, support_) : sum(filled, i, j, k);
                 if (half_space) w.gradient = w.gradient.z() * normal;
+                w.distance = distance;
+                if (kernel_) w.share = half_space ? distance : depth_of(w);
                 b.nodes[static_cast<std::size_t>((k * kNodes + j) * kNodes + i)] = {
                     {distance, w.share, w.laplacian, w.gradient.x(), w.gradient.y(), w.gradient.z(), 0, 0}};
                 nearest = std::min(nearest, distance);
@@ -210,6 +230,24 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
         return out;
     }
     const Node* corner = p.block->nodes.data() + (p.cell[2] * kNodes + p.cell[1]) * kNodes + p.cell[0];
+    if (kernel_) {
+        const auto along = [&](int v, const Vec3& part) {  // trilinear
+            const auto row = [&](int n) {
+                return corner[n].value[v] + part.x() * (corner[n + 1].value[v] - corner[n].value[v]);
+            };
+            const auto layer = [&](int n) { return row(n) + part.y() * (row(n + kNodes) - row(n)); };
+            return layer(0) + part.z() * (layer(kNodes * kNodes) - layer(0));
+        };
+        const Real u = along(1, p.part);
+        Vec3 slope;
+        for (int a = 0; a < 3; ++a) {
+            Vec3 low = p.part, high = p.part;
+            low[a] = 0;
+            high[a] = 1;
+            slope[a] = (along(1, high) - along(1, low)) / cell_;
+        }
+        return {along(0, p.part), kernel_->share(u), kernel_->slope(u) * slope, along(2, p.part)};
+    }
     Node sum{};
     for (int c = 0; c < 8; ++c) {
         const int i = c & 1, j = c >> 1 & 1, k = c >> 2;

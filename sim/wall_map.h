@@ -7,11 +7,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/shape.h"
-#include "sim/smoothing.h"
+#include "sim/wall_kernel.h"
 
 namespace thixo {
 
@@ -33,6 +34,10 @@ WallIntegrals half_space_integrals(Real distance, Real support);
 class WallMap {
   public:
     WallMap(Shape solid, Real support);
+    /// The wall of the implicit solver: share and gradient are those of `kernel`, the laplacian as before. The tables
+    /// hold the distance of the half-space with the same share, which is smooth where the share is steep; the gradient
+    /// is exactly that of the interpolated share, so that a wall gives back the energy it takes.
+    WallMap(Shape solid, const WallKernel& kernel);
     WallMap(WallMap&&) = default;
 
   private:
@@ -64,7 +69,8 @@ class WallMap {
     static constexpr int kFine = 2;                            // samples per cell and axis
     static constexpr int kReach = 8;                           // samples per support
     static constexpr int kSide = kCells * kFine + 2 * kReach;  // samples per axis that a block sees
-    /// distance, share, laplacian, gradient x y z, and two to fill a register.
+    /// distance, share (or with a kernel of its own the distance of that share), laplacian, gradient x y z, and two to
+    /// fill a register.
     struct alignas(8 * sizeof(Real)) Node {
         Real value[8];
     };
@@ -90,10 +96,12 @@ class WallMap {
     Block make_block(const Vec3& origin) const;
     bool flat(const Vec3& centre, Real& distance, Vec3& normal) const;
     std::vector<Real> occupancy(const Vec3& origin) const;
+    Real depth_of(const WallIntegrals& w) const;
     WallIntegrals sum(const std::vector<Real>& filled, int i, int j, int k) const;
     void make_stencil();
 
     Shape solid_;
+    std::optional<WallKernel> kernel_;
     Real support_, cell_, sample_;
     std::vector<StencilRow> rows_;
     std::vector<Weight> weights_;

@@ -38,6 +38,22 @@ struct Spiky {
     Real h_inv, scale;
 };
 
+/// The cubic spline (Monaghan & Lattanzio 1985) by positive parts, (a)+ = max(a, 0): w(r) = 16/(pi h^3) ((1 - r/h)+^3 - 4 (1/2 - r/h)+^3).
+/// Smooth enough that one kernel serves density and pressure.
+struct CubicSpline {
+    explicit CubicSpline(Real support) : h_inv(Real(1) / support), scale(Real(16.0 / kPi) / cube(support)) {}
+    Real value(Real r) const {
+        const Real a = Real(1) - r * h_inv, b = Real(0.5) - r * h_inv;
+        return a > 0 ? scale * (a * a * a - (b > 0 ? 4 * b * b * b : Real(0))) : Real(0);
+    }
+    /// dw/dr; grad w = derivative(r) r_vec/r
+    Real derivative(Real r) const {
+        const Real a = Real(1) - r * h_inv, b = Real(0.5) - r * h_inv;
+        return a > 0 ? Real(-3) * scale * h_inv * (a * a - (b > 0 ? 4 * b * b : Real(0))) : Real(0);
+    }
+    Real h_inv, scale;
+};
+
 /// w(r) = 15/(2 pi h^3) (-r^3/(2 h^3) + r^2/h^2 + h/(2 r) - 1), lap w = 45/(pi h^5) (1 - r/h), positive everywhere.
 struct ViscosityKernel {
     explicit ViscosityKernel(Real support)

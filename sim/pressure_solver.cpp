@@ -8,6 +8,8 @@
 namespace thixo {
 namespace {
 
+// A shift is right to first order only: more than this part of the density is restored over several steps.
+constexpr Real kMostRestored = Real(0.02);
 constexpr Real kProjectedStep = Real(0.5);  // of a projected gradient step, in diagonals
 
 /// The bound-constrained quadratic problem  min 1/2 p'Ap - b'p, p >= 0  in the norm of the diagonal, by conjugate gradients on
@@ -158,36 +160,14 @@ class BoundedConjugateGradients {
 
 void resize_scratch(std::size_t n, SolveScratch& s) {
     for (auto* reals : {&s.residual, &s.direction, &s.response, &s.impulse}) reals->resize(n);
-    s.push.resize(n, Vec3::Zero());
+    for (auto* vectors : {&s.push, &s.shift}) vectors->resize(n, Vec3::Zero());
 }
 
 }  // namespace
 
 SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighbours,
-                              const std::vector<WallEffect>& walls, const Smoothing& smoothing, double dt,
+                              const std::vector<WallEffect>& walls, const Smoothing& smoothing, double kick, double dt,
                               const SolveLimits& limits, PressureSystem& system, SolveScratch& scratch) {
-    if (dt <= 0) return {0, 0, true};
-    const Real step = static_cast<Real>(dt);
-    resize_scratch(particles.size(), scratch);
-    parallel_for(
-        particles.size(),
-        [&](std::size_t i) {
-            scratch.residual[i] = step * system.rate[i] - std::max(-system.excess[i], Real(0));
-            scratch.impulse[i] = 0;
-            scratch.push[i].setZero();
-        },
-        4096);
-    const SolveReport report =
-        BoundedConjugateGradients(neighbours, walls, smoothing, dt * dt, system, scratch, scratch.impulse).solve(limits);
-    if (report.iterations > 0)
-        parallel_for(
-            particles.size(), [&](std::size_t i) { particles.velocity[i] += step * scratch.push[i]; }, 4096);
-    return report;
-}
-
-SolveReport hold_density(Particles& particles, const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
-                         const Smoothing& smoothing, double kick, double dt, const SolveLimits& limits,
-                         PressureSystem& system, SolveScratch& scratch) {
     const Real half = static_cast<Real>(kick), step = static_cast<Real>(dt);
     auto& pressure = particles.pressure;
     resize_scratch(particles.size(), scratch);
@@ -209,13 +189,30 @@ SolveReport hold_density(Particles& particles, const NeighbourLists& neighbours,
         },
         4096);
     parallel_for(particles.size(), [&](std::size_t i) {
-        scratch.residual[i] =
-            system.excess[i] + step * density_rate(i, neighbours, walls, smoothing, system, true);
+        scratch.residual[i] = step * density_rate(i, neighbours, walls, smoothing, system, true) +
+                              std::min(system.excess[i], Real(0));
     });
     const SolveReport report =
         BoundedConjugateGradients(neighbours, walls, smoothing, kick * dt, system, scratch, pressure).solve(limits);
     parallel_for(
         particles.size(), [&](std::size_t i) { particles.acceleration[i] += scratch.push[i]; }, 4096);
+    return report;
+}
+
+SolveReport restore_density(const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
+                            const Smoothing& smoothing, const SolveLimits& limits, PressureSystem& system,
+                            SolveScratch& scratch) {
+    parallel_for(
+        scratch.residual.size(),
+        [&](std::size_t i) {
+            scratch.residual[i] += std::clamp(system.excess[i], Real(0), kMostRestored);
+            scratch.impulse[i] = 0;
+            scratch.push[i].setZero();
+        },
+        4096);
+    const SolveReport report =
+        BoundedConjugateGradients(neighbours, walls, smoothing, 1, system, scratch, scratch.impulse).solve(limits);
+    scratch.shift.swap(scratch.push);
     return report;
 }
 

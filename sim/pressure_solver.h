@@ -22,26 +22,27 @@ struct SolveScratch {
     std::vector<Real> residual;   // s* - 1 with the present pressure [1]
     std::vector<Real> direction;  // of the pressure [Pa]
     std::vector<Real> response;   // - change of s* by the direction [1]
-    std::vector<Real> impulse;    // of the divergence solve over its step [Pa]
+    std::vector<Real> impulse;    // the density solve's pressure times time squared [Pa s^2]
+    std::vector<Vec3> shift;      // the density solve's displacement [m]
     std::vector<Vec3> push;       // acceleration by the present pressure [m/s^2]
 };
 
-/// Divergence solve (Bender & Koschier 2015): impulses V0 q that take from the velocities v(t - dt/2) what would compress
-/// particles that are full already,
-///   s' <= max(0, 1 - s)/dt        complementary to q >= 0
-/// dt [s] is the step that led here; no step, no change. The tolerance is that of dt s'. Requires measure_density. Changes
-/// particles.velocity and system.motion.
+/// Divergence solve: the pressures p >= 0 [Pa] with which the next leapfrog step, v <- v + kick (a + F(p)/m), x <- x + dt v,
+/// compresses no particle that is full, and fills no other beyond its rest density,
+///   dt s'_i(v + kick a) - dt kick (A p)_i <= max(0, 1 - s_i)       complementary to p
+/// dt, kick in s. In: particles.acceleration a of all other forces; particles.pressure of the last step, the guess it starts
+/// from. Out: particles.pressure, and particles.acceleration with the pressure's share. Requires measure_density.
 SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighbours,
-                              const std::vector<WallEffect>& walls, const Smoothing& smoothing, double dt,
+                              const std::vector<WallEffect>& walls, const Smoothing& smoothing, double kick, double dt,
                               const SolveLimits& limits, PressureSystem& system, SolveScratch& scratch);
 
-/// Density solve: the pressures p >= 0 [Pa] with which the next leapfrog step, v <- v + kick (a + F(p)/m), x <- x + dt v, leads
-/// to s* <= 1 to first order, complementary to p:
-///   s*_i = s_i + dt s'_i(v + kick a) - dt kick (A p)_i
-/// In: particles.acceleration a of all other forces; particles.pressure of the last step, the guess it starts from. Out:
-/// particles.pressure, and particles.acceleration with the pressure's share.
-SolveReport hold_density(Particles& particles, const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
-                         const Smoothing& smoothing, double kick, double dt, const SolveLimits& limits,
-                         PressureSystem& system, SolveScratch& scratch);
+/// Density solve: scratch.shift, the displacements of least sum m dx^2 that, added to the step of the divergence solve just
+/// made, leave no particle denser than at rest, to first order:
+///   s* = s + dt s'(v) + J dx <= 1
+/// They are not part of the velocities. (DFSPH, Bender & Koschier 2015, adds them to the velocities: what the linearised
+/// step leaves of compression then comes back as speed, makes the next step's error, and a tank never rests.)
+SolveReport restore_density(const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
+                            const Smoothing& smoothing, const SolveLimits& limits, PressureSystem& system,
+                            SolveScratch& scratch);
 
 }  // namespace thixo

@@ -5,21 +5,21 @@
 namespace thixo {
 namespace {
 
-/// The cubic spline on several distances at once, its constant taken out of the sums: w = scale value, grad w = 3 scale/h
-/// slope r_vec with r_vec from the neighbour.
+/// The kernel on several distances at once, its constants taken out of the sums: w = scale value, grad w = gradient slope
+/// r_vec, r_vec from the neighbour.
 struct Spline {
-    explicit Spline(const CubicSpline& kernel)
+    explicit Spline(const ConvexSpline& kernel)
         : h_inv(kernel.h_inv), scale(kernel.scale), gradient(-3 * kernel.scale * kernel.h_inv) {}
     Lanes value(Lanes r) const {
-        const Lanes a = positive(1 - r * h_inv), b = positive(Real(0.5) - r * h_inv);
-        return a * a * a - 4 * (b * b * b);
+        const Lanes q = r * h_inv, a = positive(1 - q), b = positive(Real(0.5) - q), c = positive(third - q);
+        return a * a * a - 4 * (b * b * b) + 3 * (c * c * c);
     }
     /// Two particles in the same place have no direction to part along.
     Lanes slope(Lanes r2, Lanes r) const {
-        const Lanes a = positive(1 - r * h_inv), b = positive(Real(0.5) - r * h_inv);
-        return r2 > 0 ? (a * a - 4 * (b * b)) / r : Lanes{};
+        const Lanes q = r * h_inv, a = positive(1 - q), b = positive(Real(0.5) - q), c = positive(third - q);
+        return r2 > 0 ? (a * a - 4 * (b * b) + 3 * (c * c)) / r : Lanes{};
     }
-    static constexpr Real at_centre = Real(0.5);
+    static constexpr Real third = Real(1.0 / 3), at_centre = Real(11.0 / 18);
     Real h_inv, scale, gradient;
 };
 

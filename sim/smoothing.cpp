@@ -44,12 +44,12 @@ Real packed_laplacian(const ViscosityKernel& kernel, Real spacing) {
     return static_cast<Real>(sum * cube(spacing) / 6);
 }
 
-Real packed_sum(const CubicSpline& kernel, Real spacing) {
+Real packed_sum(const ConvexSpline& kernel, Real spacing) {
     const double sum = sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real) { return kernel.value(r); });
     return static_cast<Real>((sum + static_cast<double>(kernel.value(0))) * cube(spacing));
 }
 
-Real packed_gradient(const CubicSpline& kernel, Real spacing) {
+Real packed_gradient(const ConvexSpline& kernel, Real spacing) {
     const double sum =
         sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real) { return -r * kernel.derivative(r); });
     return static_cast<Real>(sum * cube(spacing) / 3);
@@ -57,14 +57,14 @@ Real packed_gradient(const CubicSpline& kernel, Real spacing) {
 
 namespace {
 
-CubicSpline calibrated(CubicSpline kernel, Real spacing) {
+ConvexSpline calibrated(ConvexSpline kernel, Real spacing) {
     kernel.scale /= packed_sum(kernel, spacing);
     return kernel;
 }
 
 /// The wall that a packing standing half a layer off it does not notice: it gives a particle of the first layer the
 /// share of the missing half of the packing, and, as its own particles do not answer, twice the gradient.
-WallKernel wall_of_packing(const CubicSpline& kernel, Real spacing) {
+WallKernel wall_of_packing(const ConvexSpline& kernel, Real spacing) {
     const Real support = 1 / kernel.h_inv, half = Real(0.5) * packing_layer(spacing);
     const auto missing = [&](auto&& term) {
         return static_cast<Real>(cube(spacing)) * static_cast<Real>(sum_over_sites(support, spacing, [&](Real r, Real z) {
@@ -92,7 +92,7 @@ Real packed_tension(const Spiky& kernel, Real spacing) {
 
 Smoothing::Smoothing(Real spacing_, Real support_)
     : spacing(spacing_), support(support_ * spacing_), density(support), pressure(support), viscosity(support),
-      fluid(calibrated(CubicSpline(support), spacing)),
+      fluid(calibrated(ConvexSpline(support), spacing)),
       fluid_gradient(packed_gradient(fluid, spacing)),
       wall(wall_of_packing(fluid, spacing)) {
     density.scale /= packed_sum(density, spacing);

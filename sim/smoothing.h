@@ -17,8 +17,8 @@ Real packing_distance(Real spacing);
 Real packed_sum(const Poly6& kernel, Real spacing);
 Real packed_gradient(const Spiky& kernel, Real spacing);
 Real packed_laplacian(const ViscosityKernel& kernel, Real spacing);
-Real packed_sum(const CubicSpline& kernel, Real spacing);
-Real packed_gradient(const CubicSpline& kernel, Real spacing);
+Real packed_sum(const ConvexSpline& kernel, Real spacing);
+Real packed_gradient(const ConvexSpline& kernel, Real spacing);
 
 /// Surface tension that the pair energy -k rho0^2 V_i V_j w_spiky gives a packing cut at a layer, over 3/56 k rho0^2 h,
 /// what it gives a continuum [1].
@@ -36,7 +36,7 @@ struct Smoothing {
     Poly6 density;
     Spiky pressure;
     ViscosityKernel viscosity;
-    CubicSpline fluid;    // density and pressure of `dfsph`
+    ConvexSpline fluid;    // density and pressure of `dfsph`
     Real fluid_gradient;  // packed_gradient of it [1]: 0.975 at h = 2 spacings
     WallKernel wall;      // of the walls with `dfsph`
 };

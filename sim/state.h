@@ -54,7 +54,7 @@ struct StepStats {
     double smallest_dt = 1e30, largest_dt = 0;  // [s]
     const char* limit = "";                     // what set the smallest step
     double fastest = 0;                         // largest particle speed [m/s]
-    SolveStats divergence, pressure;            // of `dfsph`
+    SolveStats divergence, density;            // of `dfsph`
     double neighbours_seconds = 0, density_seconds = 0, forces_seconds = 0, pressure_seconds = 0, integration_seconds = 0,
            surface_seconds = 0;
     std::int64_t pairs = 0, particle_steps = 0;

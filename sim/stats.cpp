@@ -55,7 +55,7 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
           {"particle_volume", totals.particle_volume}}},
     };
     if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
-        line["solves"] = {{"density", solves(t.pressure)}, {"divergence", solves(t.divergence)}};
+        line["solves"] = {{"density", solves(t.density)}, {"divergence", solves(t.divergence)}};
     std::ofstream file(out / "stats.jsonl", std::ios::app);
     file << line.dump() << '\n';
     file.flush();

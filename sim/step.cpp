@@ -15,7 +15,7 @@ namespace {
 
 // Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches
 // what no pressure holds: single drops, and what an impact presses on.
-constexpr Real kLeastWallDistance = Real(0.45);
+constexpr Real kLeastWallDistance = Real(0.2);
 
 void sort_particles(Simulation& s) {
     const std::vector<Index> order =
@@ -58,23 +58,16 @@ void count_solve(const SolveReport& report, SolveStats& stats) {
     if (!report.converged) ++stats.cut_off;
 }
 
-void solve_divergence(Simulation& s) {
+void solve_pressure(Simulation& s, double dt) {
     ScopedTimer timer(s.stats.pressure_seconds);
     const scene::Solver& params = s.problem.scene.solver;
-    count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing, s.clock.last_dt,
+    const double kick = 0.5 * (s.clock.last_dt + dt);
+    count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing, kick, dt,
                                   {params.divergence_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
                 s.stats.divergence);
-    pack_motion(s.particles, s.clock.last_dt, true, s.sweep);
-    compute_cohesion(s.particles, s.problem.materials, s.sweep);
-}
-
-void solve_density(Simulation& s, double dt) {
-    ScopedTimer timer(s.stats.pressure_seconds);
-    const scene::Solver& params = s.problem.scene.solver;
-    count_solve(hold_density(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing,
-                             0.5 * (s.clock.last_dt + dt), dt, {params.density_tolerance, params.iterations},
-                             s.pressure_system, s.solve_scratch),
-                s.stats.pressure);
+    count_solve(restore_density(s.neighbours, s.sweep.walls, s.problem.smoothing,
+                                {params.density_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
+                s.stats.density);
 }
 
 void emit(Simulation& s) {
@@ -96,10 +89,16 @@ double choose_step(Simulation& s, double wall_speed) {
     return dt;
 }
 
+void shift(Particles& particles, const std::vector<Vec3>& by) {
+    parallel_for(
+        particles.size(), [&](std::size_t i) { particles.position[i] += by[i]; }, 4096);
+}
+
 void move_on(Simulation& s, double dt, double wall_speed) {
     ScopedTimer timer(s.stats.integration_seconds);
     Clock& c = s.clock;
     leapfrog(s.particles, c.last_dt, dt);
+    if (implicit(s)) shift(s.particles, s.solve_scratch.shift);
     const double rest = c.next_frame - c.time;
     c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
     c.last_dt = dt;
@@ -165,11 +164,10 @@ void step(Simulation& s) {
     emit(s);             // emitter    4.2
     find_neighbours(s);  // geometry   7.1
     find_density(s);     // density    2.3, 4.3.1
-    if (implicit(s)) solve_divergence(s);
-    find_forces(s);  // forces     4.3, 4.4.2
+    find_forces(s);      // forces     4.3, 4.4.2
     const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
     const double dt = choose_step(s, wall_speed);  // time_step, health
-    if (implicit(s)) solve_density(s, dt);
+    if (implicit(s)) solve_pressure(s, dt);
     move_on(s, dt, wall_speed);                    // leapfrog   7.2, walls
     update_surface_when_due(s);                    // surface    6.6
     count_step(s);

@@ -65,9 +65,6 @@ WallMap::WallMap(Shape solid, Real support)
 
 WallMap::WallMap(Shape solid, const WallKernel& kernel) : WallMap(std::move(solid), kernel.support) {
     kernel_ = kernel;
-    rows_.clear();
-    weights_.clear();
-    make_stencil();
 }
 
 void WallMap::make_stencil() {
@@ -87,18 +84,16 @@ void WallMap::make_stencil() {
                 if (row.x1 == row.x0) row.x0 = x;
                 row.x1 = x + 1;
                 const Vec3 g = spiky.derivative(length) / length * r;
-                const Real share = kernel_ ? kernel_->value(length) : poly6.value(length * length);
-                weights_.push_back({share * volume, g.x() * volume, g.y() * volume,
+                weights_.push_back({poly6.value(length * length) * volume, g.x() * volume, g.y() * volume,
                                     g.z() * volume, viscosity.laplacian(length) * volume});
                 total += weights_.back().share;
                 laplacian_total += weights_.back().laplacian;
             }
             if (row.x1 > row.x0) rows_.push_back(row);
         }
-    // The sums of a filled ball are known exactly: 1 (or that of the kernel) and 15/h^2.
-    const double filled = kernel_ ? static_cast<double>(2 * kernel_->share(0)) : 1.0;
+    // The sums of a filled ball are known exactly: 1 and 15/h^2.
     for (Weight& w : weights_) {
-        w.share = static_cast<Real>(w.share * filled / total);
+        w.share = static_cast<Real>(w.share / total);
         w.laplacian = static_cast<Real>(w.laplacian * (15.0 / square(static_cast<double>(support_))) / laplacian_total);
     }
 }
@@ -160,14 +155,6 @@ WallIntegrals WallMap::sum(const std::vector<Real>& filled, int i, int j, int k)
     return out;
 }
 
-/// The distance of the half-space with the same share; where the share is full or none, the wall's own.
-Real WallMap::depth_of(const WallIntegrals& w) const {
-    const Real most = 2 * kernel_->share(0);
-    if (w.share <= Real(1e-6) * most) return std::max(w.distance, kernel_->distance(Real(1e-6) * most));
-    if (w.share >= Real(1 - 1e-4) * most) return std::min(w.distance, kernel_->distance(Real(1 - 1e-4) * most));
-    return kernel_->distance(w.share);
-}
-
 WallMap::Block WallMap::make_block(const Vec3& origin) const {
     Block b;
     const Vec3 centre = origin + Vec3::Constant(support_ / 2);
@@ -181,6 +168,7 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
     Real centre_distance = 0, nearest = std::numeric_limits<Real>::max();
     Vec3 normal;
     const bool half_space = flat(centre, centre_distance, normal);
+    b.flat = half_space;
     const std::vector<Real> filled = half_space ? std::vector<Real>{} : occupancy(origin);
     for (int k = 0; k < kNodes; ++k)
         for (int j = 0; j < kNodes; ++j)
@@ -189,13 +177,11 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
                 const Real distance = solid_.distance(x);
                 WallIntegrals w = half_space ? half_space_integrals(distance, support_) : sum(filled, i, j, k);
                 if (half_space) w.gradient = w.gradient.z() * normal;
-                w.distance = distance;
-                if (kernel_) w.share = half_space ? distance : depth_of(w);
                 b.nodes[static_cast<std::size_t>((k * kNodes + j) * kNodes + i)] = {
                     {distance, w.share, w.laplacian, w.gradient.x(), w.gradient.y(), w.gradient.z(), 0, 0}};
                 nearest = std::min(nearest, distance);
             }
-    if (nearest >= support_) return {std::max(support_, nearest - cell_ / 8), {}};
+    if (nearest >= support_) return {std::max(support_, nearest - cell_ / 8), false, {}};
     return b;
 }
 
@@ -230,24 +216,6 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
         return out;
     }
     const Node* corner = p.block->nodes.data() + (p.cell[2] * kNodes + p.cell[1]) * kNodes + p.cell[0];
-    if (kernel_) {
-        const auto along = [&](int v, const Vec3& part) {  // trilinear
-            const auto row = [&](int n) {
-                return corner[n].value[v] + part.x() * (corner[n + 1].value[v] - corner[n].value[v]);
-            };
-            const auto layer = [&](int n) { return row(n) + part.y() * (row(n + kNodes) - row(n)); };
-            return layer(0) + part.z() * (layer(kNodes * kNodes) - layer(0));
-        };
-        const Real u = along(1, p.part);
-        Vec3 slope;
-        for (int a = 0; a < 3; ++a) {
-            Vec3 low = p.part, high = p.part;
-            low[a] = 0;
-            high[a] = 1;
-            slope[a] = (along(1, high) - along(1, low)) / cell_;
-        }
-        return {along(0, p.part), kernel_->share(u), kernel_->slope(u) * slope, along(2, p.part)};
-    }
     Node sum{};
     for (int c = 0; c < 8; ++c) {
         const int i = c & 1, j = c >> 1 & 1, k = c >> 2;
@@ -256,7 +224,46 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
         const Node& n = corner[(k * kNodes + j) * kNodes + i];
         for (int a = 0; a < 8; ++a) sum.value[a] += weight * n.value[a];
     }
-    return {sum.value[0], sum.value[1], Vec3(sum.value[3], sum.value[4], sum.value[5]), sum.value[2]};
+    WallIntegrals w{sum.value[0], sum.value[1], Vec3(sum.value[3], sum.value[4], sum.value[5]), sum.value[2]};
+    if (kernel_) add_planes(x, *p.block, w);
+    return w;
+}
+
+void WallMap::add_planes(const Vec3& x, const Block& block, WallIntegrals& w) const {
+    const Real h = support_;
+    w.share = 0;
+    const Vec3 towards = -w.gradient.normalized();  // of a flat wall the normal; not a number where the gradient is zero
+    w.gradient.setZero();
+    const auto add = [&](Real d, const Vec3& normal, Real weight) {
+        if (d >= h) return;
+        w.share += weight * kernel_->share(d);
+        w.gradient += weight * kernel_->slope(d) * normal;
+    };
+    if (block.flat) {
+        if (towards.allFinite()) add(w.distance, towards, 1);
+        return;
+    }
+    const Real d1 = solid_.distance(x);
+    if (d1 >= h) return;
+    const Vec3 n1 = solid_.gradient(x, h / 64).normalized();
+    if (!n1.allFinite()) return;
+    add(d1, n1, 1);
+    // A support further on nothing else is nearer than this wall: it has no concave edge within reach.
+    const Real margin = h / 64;
+    const Vec3 beyond = x + h * n1;
+    const Real seen = solid_.distance(beyond);
+    if (seen >= d1 + h - margin) return;
+    const Vec3 n2 = solid_.gradient(beyond, h / 64).normalized();
+    const Real along = n1.dot(n2), d2 = seen - h * along;
+    if (!n2.allFinite()) return;
+    add(d2, n2, clamp01(2 * (1 - along)));
+    if (along < Real(-0.9) || d2 >= h) return;
+    const Vec3 out = (n1 + n2) / (1 + along);
+    const Vec3 corner = x + h * out;
+    const Real left = solid_.distance(corner);
+    if (left >= std::min(d1, d2) + h - margin) return;
+    const Vec3 n3 = solid_.gradient(corner, h / 64).normalized();
+    if (n3.allFinite()) add(left - h * out.dot(n3), n3, clamp01(2 * (1 - std::max(n3.dot(n1), n3.dot(n2)))));
 }
 
 Real WallMap::distance(const Vec3& x, Vec3& normal) const {

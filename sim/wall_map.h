@@ -34,9 +34,10 @@ WallIntegrals half_space_integrals(Real distance, Real support);
 class WallMap {
   public:
     WallMap(Shape solid, Real support);
-    /// The wall of the implicit solver: share and gradient are those of `kernel`, the laplacian as before. The tables
-    /// hold the distance of the half-space with the same share, which is smooth where the share is steep; the gradient
-    /// is exactly that of the interpolated share, so that a wall gives back the energy it takes.
+    /// The wall of the implicit solver: the share is the sum of `kernel` over the planes that the wall is made of near x,
+    /// with the shape's own distances, and the gradient exactly that of the share, so that a wall gives back the energy it
+    /// takes (interpolated, a share so steep is neither). The first plane touches the nearest point of the wall; where a
+    /// support further on another wall is nearer, the edge is concave, and that is the second; and so the third.
     WallMap(Shape solid, const WallKernel& kernel);
     WallMap(WallMap&&) = default;
 
@@ -69,13 +70,13 @@ class WallMap {
     static constexpr int kFine = 2;                            // samples per cell and axis
     static constexpr int kReach = 8;                           // samples per support
     static constexpr int kSide = kCells * kFine + 2 * kReach;  // samples per axis that a block sees
-    /// distance, share (or with a kernel of its own the distance of that share), laplacian, gradient x y z, and two to
-    /// fill a register.
+    /// distance, share, laplacian, gradient x y z, and two to fill a register.
     struct alignas(8 * sizeof(Real)) Node {
         Real value[8];
     };
     struct Block {
         Real far = 0;             // > 0: nothing within reach; a lower bound of the distance
+        bool flat = false;        // the solid is a half-space as far as the kernel reaches
         std::vector<Node> nodes;  // kNodes^3, x fastest
     };
     struct StencilRow {     // one row of samples along x in the kernel's ball
@@ -96,7 +97,7 @@ class WallMap {
     Block make_block(const Vec3& origin) const;
     bool flat(const Vec3& centre, Real& distance, Vec3& normal) const;
     std::vector<Real> occupancy(const Vec3& origin) const;
-    Real depth_of(const WallIntegrals& w) const;
+    void add_planes(const Vec3& x, const Block& block, WallIntegrals& w) const;
     WallIntegrals sum(const std::vector<Real>& filled, int i, int j, int k) const;
     void make_stencil();
 

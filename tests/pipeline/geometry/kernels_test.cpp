@@ -36,7 +36,7 @@ TEST(Kernels, IntegrateToOneOverTheirBall) {
     EXPECT_NEAR(integrate([&](double r) { return poly6.value(r * r); }), 1, kQuadrature);
     EXPECT_NEAR(integrate([&](double r) { return spiky.value(r); }), 1, kQuadrature);
     EXPECT_NEAR(integrate([&](double r) { return viscosity.value(r); }), 1, kQuadrature);
-    EXPECT_NEAR(integrate([&](double r) { return CubicSpline(kSupport).value(r); }), 1, kQuadrature);
+    EXPECT_NEAR(integrate([&](double r) { return ConvexSpline(kSupport).value(r); }), 1, kQuadrature);
 }
 
 TEST(Kernels, VanishBeyondTheSupport) {
@@ -45,8 +45,8 @@ TEST(Kernels, VanishBeyondTheSupport) {
         EXPECT_EQ(Poly6(kSupport).gradient_factor(r * r), 0);
         EXPECT_EQ(Spiky(kSupport).value(r), 0);
         EXPECT_EQ(Spiky(kSupport).derivative(r), 0);
-        EXPECT_EQ(CubicSpline(kSupport).value(r), 0);
-        EXPECT_EQ(CubicSpline(kSupport).derivative(r), 0);
+        EXPECT_EQ(ConvexSpline(kSupport).value(r), 0);
+        EXPECT_EQ(ConvexSpline(kSupport).derivative(r), 0);
         EXPECT_EQ(ViscosityKernel(kSupport).value(r), 0);
         EXPECT_EQ(ViscosityKernel(kSupport).derivative(r), 0);
         EXPECT_EQ(ViscosityKernel(kSupport).laplacian(r), 0);
@@ -57,7 +57,7 @@ TEST(Kernels, GradientsMatchDifferences) {
     const Poly6 poly6(kSupport);
     const Spiky spiky(kSupport);
     const ViscosityKernel viscosity(kSupport);
-    const CubicSpline spline(kSupport);
+    const ConvexSpline spline(kSupport);
     // Slopes are of the size 1/h^4; differences are good to 1e-10 of that, near the pole of w_visc to 1e-6.
     const double scale = 1 / square(square(kSupport));
     for (double q = 0.05; q < 0.99; q += 0.047) {

@@ -8,8 +8,9 @@
 namespace thixo {
 namespace {
 
-// A shift is right to first order only: more than this part of the density is restored over several steps.
-constexpr Real kMostRestored = Real(0.02);
+// A shift is right to first order only. What is off by more than this part of the density is restored over several steps,
+// none longer than this part of a spacing: longer ones make, by their second order, more error than they take away.
+constexpr Real kMostRestored = Real(0.02), kLongestShift = Real(0.02);
 constexpr Real kProjectedStep = Real(0.5);  // of a projected gradient step, in diagonals
 
 /// The bound-constrained quadratic problem  min 1/2 p'Ap - b'p, p >= 0  in the norm of the diagonal, by conjugate gradients on
@@ -213,6 +214,14 @@ SolveReport restore_density(const NeighbourLists& neighbours, const std::vector<
     const SolveReport report =
         BoundedConjugateGradients(neighbours, walls, smoothing, 1, system, scratch, scratch.impulse).solve(limits);
     scratch.shift.swap(scratch.push);
+    const Real most = kLongestShift * smoothing.spacing;
+    parallel_for(
+        scratch.shift.size(),
+        [&](std::size_t i) {
+            const Real length = scratch.shift[i].norm();
+            if (length > most) scratch.shift[i] *= most / length;
+        },
+        4096);
     return report;
 }
 

@@ -13,9 +13,12 @@
 namespace thixo {
 namespace {
 
+bool implicit(const Simulation& s) { return s.problem.scene.solver.pressure == scene::Pressure::dfsph; }
+
 // Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches
-// what no pressure holds: single drops, and what an impact presses on.
-constexpr Real kLeastWallDistance = Real(0.2);
+// what no pressure holds: single drops, and what an impact presses on. The implicit solver's walls hold by themselves:
+// moved back from nearer than they would, particles would be thrust among their neighbours, and it is the last resort.
+Real least_wall_distance(const Simulation& s) { return (implicit(s) ? Real(0.2) : Real(0.45)) * s.problem.smoothing.spacing; }
 
 void sort_particles(Simulation& s) {
     const std::vector<Index> order =
@@ -29,8 +32,6 @@ void find_neighbours(Simulation& s) {
     s.grid.build(s.particles.position, s.problem.smoothing.support);
     s.neighbours.build(s.grid, s.problem.smoothing.support);
 }
-
-bool implicit(const Simulation& s) { return s.problem.scene.solver.pressure == scene::Pressure::dfsph; }
 
 void find_density(Simulation& s) {
     ScopedTimer timer(s.stats.density_seconds);
@@ -75,10 +76,23 @@ void emit(Simulation& s) {
                    s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
 }
 
+/// Walls are stiff springs to what a pressure p presses on them, of frequency sqrt(5 p/rho)/spacing (the curvature of their
+/// share, wall_kernel.h), and a step of explicit places must follow that:
+///   dt <= cfl spacing / sqrt(2 mean(p/rho))      in a tank at rest the mean is half the largest. [s]
+double pressure_limit(const Simulation& s) {
+    const Particles& p = s.particles;
+    const double sum = parallel_sum(p.size(), [&](std::size_t i) {
+        return static_cast<double>(p.pressure[i] * p.rest_volume[i] / p.mass[i]);
+    });
+    return s.problem.scene.solver.time_step.cfl * static_cast<double>(s.problem.smoothing.spacing) /
+           std::sqrt(2 * sum / std::max<double>(1, static_cast<double>(p.size())) + 1e-30);
+}
+
 double choose_step(Simulation& s, double wall_speed) {
     const scene::TimeStep& params = s.problem.scene.solver.time_step;
-    const StepLimits limits =
+    StepLimits limits =
         step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
+    if (implicit(s)) limits.signal = std::min(limits.signal, pressure_limit(s));
     check_health(s, limits);
     const double dt =
         divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
@@ -104,8 +118,7 @@ void move_on(Simulation& s, double dt, double wall_speed) {
     c.last_dt = dt;
     ++c.step;
     move_walls(s.walls, c.time);
-    const Real least = kLeastWallDistance * s.problem.smoothing.spacing;
-    hold_off_walls(s.walls, s.particles, least, s.sweep.walls, dt, wall_speed);
+    hold_off_walls(s.walls, s.particles, least_wall_distance(s), s.sweep.walls, dt, wall_speed);
 }
 
 /// The largest of term(i) [m^2] over all particles, as a length [m].

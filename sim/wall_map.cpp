@@ -245,7 +245,7 @@ void WallMap::add_planes(const Vec3& x, const Block& block, WallIntegrals& w) co
     }
     const Real d1 = solid_.distance(x);
     if (d1 >= h) return;
-    const Vec3 n1 = solid_.gradient(x, h / 64).normalized();
+    const Vec3 n1 = solid_.gradient(x, h / 512).normalized();
     if (!n1.allFinite()) return;
     add(d1, n1, 1);
     // A support further on nothing else is nearer than this wall: it has no concave edge within reach.
@@ -253,7 +253,7 @@ void WallMap::add_planes(const Vec3& x, const Block& block, WallIntegrals& w) co
     const Vec3 beyond = x + h * n1;
     const Real seen = solid_.distance(beyond);
     if (seen >= d1 + h - margin) return;
-    const Vec3 n2 = solid_.gradient(beyond, h / 64).normalized();
+    const Vec3 n2 = solid_.gradient(beyond, h / 512).normalized();
     const Real along = n1.dot(n2), d2 = seen - h * along;
     if (!n2.allFinite()) return;
     add(d2, n2, clamp01(2 * (1 - along)));
@@ -262,7 +262,7 @@ void WallMap::add_planes(const Vec3& x, const Block& block, WallIntegrals& w) co
     const Vec3 corner = x + h * out;
     const Real left = solid_.distance(corner);
     if (left >= std::min(d1, d2) + h - margin) return;
-    const Vec3 n3 = solid_.gradient(corner, h / 64).normalized();
+    const Vec3 n3 = solid_.gradient(corner, h / 512).normalized();
     if (n3.allFinite()) add(left - h * out.dot(n3), n3, clamp01(2 * (1 - std::max(n3.dot(n1), n3.dot(n2)))));
 }
 

@@ -11,6 +11,9 @@ namespace {
 // A shift is right to first order only. What is off by more than this part of the density is restored over several steps,
 // none longer than this part of a spacing: longer ones make, by their second order, more error than they take away.
 constexpr Real kMostRestored = Real(0.02), kLongestShift = Real(0.02);
+// A particle this near to its rest density is full: without the band what a shift leaves a little too light falls until it is
+// stopped, and has to be shifted again.
+constexpr Real kFull = Real(0.002);
 constexpr Real kProjectedStep = Real(0.5);  // of a projected gradient step, in diagonals
 
 /// The bound-constrained quadratic problem  min 1/2 p'Ap - b'p, p >= 0  in the norm of the diagonal, by conjugate gradients on
@@ -191,7 +194,7 @@ SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighb
         4096);
     parallel_for(particles.size(), [&](std::size_t i) {
         scratch.residual[i] = step * density_rate(i, neighbours, walls, smoothing, system, true) +
-                              std::min(system.excess[i], Real(0));
+                              std::min(system.excess[i] + kFull, Real(0));
     });
     const SolveReport report =
         BoundedConjugateGradients(neighbours, walls, smoothing, kick * dt, system, scratch, pressure).solve(limits);
@@ -206,7 +209,7 @@ SolveReport restore_density(const NeighbourLists& neighbours, const std::vector<
     parallel_for(
         scratch.residual.size(),
         [&](std::size_t i) {
-            scratch.residual[i] += std::clamp(system.excess[i], Real(0), kMostRestored);
+            scratch.residual[i] += std::clamp(system.excess[i], -kFull, kMostRestored);
             scratch.impulse[i] = 0;
             scratch.push[i].setZero();
         },

@@ -29,7 +29,7 @@ struct SolveScratch {
 
 /// Divergence solve: the pressures p >= 0 [Pa] with which the next leapfrog step, v <- v + kick (a + F(p)/m), x <- x + dt v,
 /// compresses no particle that is full, and fills no other beyond its rest density,
-///   dt s'_i(v + kick a) - dt kick (A p)_i <= max(0, 1 - s_i)       complementary to p
+///   dt s'_i(v + kick a) - dt kick (A p)_i <= max(0, 0.998 - s_i)       complementary to p
 /// dt, kick in s. In: particles.acceleration a of all other forces; particles.pressure of the last step, the guess it starts
 /// from. Out: particles.pressure, and particles.acceleration with the pressure's share. Requires measure_density.
 SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighbours,

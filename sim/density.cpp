@@ -36,26 +36,42 @@ void compute_density(Particles& particles, const NeighbourLists& neighbours, con
         256);
 }
 
-void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
+namespace {
+
+/// Writes what forces read of a particle; pressure(i, material, rho) is P_i [Pa].
+template <class P>
+void pack_matter(const Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep, P&& pressure) {
     resize_packed(sweep.ghosts, sweep.matter, {0, 0, 0, 0});
     sweep.one_material = materials.size() == 1;
     parallel_for(
         particles.size(),
         [&](std::size_t i) {
             const MaterialParams& m = materials[static_cast<std::size_t>(particles.material[i])];
-            const Real rest = m.density;
-            const Real rho = std::max(particles.density[i], rest);
-            const Real compressed = m.gamma == 1 ? rho / rest : std::pow(rho / rest, m.gamma);
-            const Real pressure = m.stiffness * (compressed - 1) - Real(0.5) * m.cohesion * square(rho);
-            particles.pressure[i] = pressure;
-            sweep.place[i].w = pressure;
-            sweep.matter[i] = {m.viscosity, rest * m.sound_speed, 0, 0};
+            const Real rho = std::max(particles.density[i], m.density);
+            sweep.place[i].w = pressure(i, m, rho);
+            sweep.matter[i] = {m.viscosity, m.density * m.sound_speed, 0, 0};
             sweep.motion[i].w = particles.mass[i] / rho;
         },
         2048);
     refresh_places(sweep.ghosts, sweep.place);
     refresh_ghosts(sweep.ghosts, sweep.motion);
     refresh_ghosts(sweep.ghosts, sweep.matter);
+}
+
+Real cohesive(const MaterialParams& m, Real rho) { return Real(-0.5) * m.cohesion * square(rho); }
+
+}  // namespace
+
+void compute_cohesion(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
+    pack_matter(particles, materials, sweep,
+                [](std::size_t, const MaterialParams& m, Real rho) { return cohesive(m, rho); });
+}
+
+void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
+    pack_matter(particles, materials, sweep, [&](std::size_t i, const MaterialParams& m, Real rho) {
+        const Real compressed = m.gamma == 1 ? rho / m.density : std::pow(rho / m.density, m.gamma);
+        return particles.pressure[i] = m.stiffness * (compressed - 1) + cohesive(m, rho);
+    });
 }
 
 }  // namespace thixo

@@ -19,6 +19,11 @@ namespace thixo {
 void compute_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
                      const Smoothing& smoothing, Sweep& sweep);
 
+/// What the other forces need where the pressure is the implicit solver's: the cohesive part of P,
+///   - k_cohesion max(rho_i, rho0)^2 / 2,
+/// in sweep.place.w, and sweep.motion.w and sweep.matter as below; particles.pressure stays.
+void compute_cohesion(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep);
+
 /// Pressure by the equation of state with cohesion (dissertation 4.8, 4.15):
 ///   P_i = k_gas max((rho_i/rho0)^gamma - 1, 0) - k_cohesion max(rho_i, rho0)^2 / 2
 /// The half of the cohesion is the other side of the half missing in (4.6), see forces.h: the force of cohesion is

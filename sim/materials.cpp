@@ -17,7 +17,7 @@ Real cohesion_for(Real surface_tension, Real density, Real support) {
 Real stiffness_for(Real speed, Real density, Real gamma) { return square(kSoundPerSpeed * speed) * density / gamma; }
 
 std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed,
-                                              const Smoothing& smoothing) {
+                                              const Smoothing& smoothing, scene::Pressure solver) {
     const Real tension = packed_tension(smoothing.pressure, smoothing.spacing);
     std::vector<MaterialParams> resolved;
     for (const scene::Material& m : materials) {
@@ -26,7 +26,8 @@ std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>
         p.viscosity = static_cast<Real>(m.viscosity);
         p.gamma = static_cast<Real>(m.gamma);
         p.cohesion = cohesion_for(static_cast<Real>(m.surface_tension), p.density, smoothing.support) / tension;
-        p.stiffness =
+        const bool elastic = solver == scene::Pressure::eos;
+        p.stiffness = !elastic ? Real(0) :
             m.stiffness > 0 ? static_cast<Real>(m.stiffness) : stiffness_for(expected_speed, p.density, p.gamma);
         p.sound_speed = std::sqrt(p.stiffness * p.gamma / p.density);
         resolved.push_back(p);

@@ -32,10 +32,11 @@ Real cohesion_for(Real surface_tension, Real density, Real support);
 ///   k_gas = c^2 rho0 / gamma.   [Pa]
 Real stiffness_for(Real speed, Real density, Real gamma);
 
-/// Resolves the scene's materials. `expected_speed` U [m/s] is used where a material names no stiffness. A packing has
+/// Resolves the scene's materials. Where the pressure solver is implicit there is no sound: stiffness and sound speed are
+/// zero. `expected_speed` U [m/s] is used where a material names no stiffness. A packing has
 /// no pairs nearer than its spacing, where w_spiky is largest, so the continuum's cohesion would give it less tension
 /// than the scene asks for: the cohesion taken is that of the continuum over packed_tension (0.79 at h = 2 spacings).
 std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed,
-                                              const Smoothing& smoothing);
+                                              const Smoothing& smoothing, scene::Pressure solver = scene::Pressure::eos);
 
 }  // namespace thixo

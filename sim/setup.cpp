@@ -145,12 +145,12 @@ Simulation make_simulation(const scene::Scene& scene) {
     Simulation s{.problem = {.scene = scene,
                              .scene_path = {},
                              .smoothing = smoothing,
-                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing),
+                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing, scene.solver.pressure),
                              .gravity = scene.world.gravity.cast<Real>(),
                              .periodic = make_periodic(scene.world, smoothing.support),
                              .expected_speed = speed,
                              .emitters = {}},
-                 .walls = make_walls(scene, smoothing.support)};
+                 .walls = make_walls(scene, smoothing)};
     for (std::size_t k = 0; k < scene.materials.size(); ++k) {
         MaterialParams& m = s.problem.materials[k];
         m.cohesion = 0;  // the force of sim/tension, not the term in P

@@ -50,6 +50,40 @@ Real packed_laplacian(const ViscosityKernel& kernel, Real spacing) {
     return static_cast<Real>(sum * cube(spacing) / 6);
 }
 
+Real packed_sum(const ConvexSpline& kernel, Real spacing) {
+    const double sum = sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real) { return kernel.value(r); });
+    return static_cast<Real>((sum + static_cast<double>(kernel.value(0))) * cube(spacing));
+}
+
+Real packed_gradient(const ConvexSpline& kernel, Real spacing) {
+    const double sum =
+        sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real) { return -r * kernel.derivative(r); });
+    return static_cast<Real>(sum * cube(spacing) / 3);
+}
+
+namespace {
+
+ConvexSpline calibrated(ConvexSpline kernel, Real spacing) {
+    kernel.scale /= packed_sum(kernel, spacing);
+    return kernel;
+}
+
+/// The wall that a packing standing half a layer off it does not notice: it gives a particle of the first layer the
+/// share of the missing half of the packing, and, as its own particles do not answer, twice the gradient.
+WallKernel wall_of_packing(const ConvexSpline& kernel, Real spacing) {
+    const Real support = 1 / kernel.h_inv, half = Real(0.5) * packing_layer(spacing);
+    const auto missing = [&](auto&& term) {
+        return static_cast<Real>(cube(spacing)) * static_cast<Real>(sum_over_sites(support, spacing, [&](Real r, Real z) {
+                   return z < -half ? static_cast<double>(term(r, z)) : 0.0;
+               }));
+    };
+    const Real share = missing([&](Real r, Real) { return kernel.value(r); });
+    const Real slope = missing([&](Real r, Real z) { return kernel.derivative(r) * z / r; });
+    return WallKernel(support, half, share, -2 * slope);
+}
+
+}  // namespace
+
 Real packed_tension(const Spiky& kernel, Real spacing) {
     // A pair whose distance along the normal is n layers is cut by n of the planes between layers: summed over the
     // pairs of one site this is the energy of one site's area, counted from both ends.
@@ -63,7 +97,10 @@ Real packed_tension(const Spiky& kernel, Real spacing) {
 }
 
 Smoothing::Smoothing(Real spacing_, Real support_)
-    : spacing(spacing_), support(support_ * spacing_), density(support), pressure(support), viscosity(support) {
+    : spacing(spacing_), support(support_ * spacing_), density(support), pressure(support), viscosity(support),
+      fluid(calibrated(ConvexSpline(support), spacing)),
+      fluid_gradient(packed_gradient(fluid, spacing)),
+      wall(wall_of_packing(fluid, spacing)) {
     density.scale /= packed_sum(density, spacing);
     pressure.scale /= packed_gradient(pressure, spacing);
     viscosity.laplacian_scale /= packed_laplacian(viscosity, spacing);

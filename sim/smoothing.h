@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pipeline/geometry/kernels.h"
+#include "sim/wall_kernel.h"
 
 namespace thixo {
 
@@ -17,6 +18,8 @@ Real packed_sum(const Poly6& kernel, Real spacing);
 Real packed_gradient(const Spiky& kernel, Real spacing);
 Real packed_gradient(const Poly6& kernel, Real spacing);
 Real packed_laplacian(const ViscosityKernel& kernel, Real spacing);
+Real packed_sum(const ConvexSpline& kernel, Real spacing);
+Real packed_gradient(const ConvexSpline& kernel, Real spacing);
 
 /// Surface tension that the pair energy -k rho0^2 V_i V_j w_spiky gives a packing cut at a layer, over 3/56 k rho0^2 h,
 /// what it gives a continuum [1].
@@ -25,7 +28,8 @@ Real packed_tension(const Spiky& kernel, Real spacing);
 /// Kernels of support h = support * spacing, each scaled so that its sum over the packing is exact. Particles of mass
 /// rho0 spacing^3 then have both the right mass per volume and, packed, a mean summation density of rho0; a linear
 /// pressure has its gradient and water its hydrostatic pressure; viscosity is what the scene says. (At h = 2 spacings
-/// the bare kernels give 1.013, 0.911 and 0.912.)
+/// the bare kernels give 1.013, 0.911 and 0.912.) The implicit solver takes density and pressure from one kernel, `fluid`,
+/// of which only the sum can be made exact.
 struct Smoothing {
     Smoothing(Real spacing, Real support);
     Real spacing;  // particle spacing at rest [m]
@@ -33,6 +37,9 @@ struct Smoothing {
     Poly6 density;
     Spiky pressure;
     ViscosityKernel viscosity;
+    ConvexSpline fluid;    // density and pressure of `dfsph`
+    Real fluid_gradient;  // packed_gradient of it [1]: 0.975 at h = 2 spacings
+    WallKernel wall;      // of the walls with `dfsph`
 };
 
 }  // namespace thixo

@@ -13,6 +13,7 @@
 #include "sim/particles.h"
 #include "sim/periodic.h"
 #include "sim/probes.h"
+#include "sim/pressure_solver.h"
 #include "sim/smoothing.h"
 #include "sim/surface/surface.h"
 #include "sim/sweep.h"
@@ -45,14 +46,22 @@ struct Clock {
     double next_frame = 0;  // time of frame + 1 [s]
 };
 
+/// Pressure solves of one kind since they were last taken.
+struct SolveStats {
+    int solves = 0, most = 0, cut_off = 0;  // most: iterations of one solve; cut_off: ended by solver.iterations
+    std::int64_t iterations = 0;
+    double residual = 0;  // largest [1]
+};
+
 /// Sums since they were last taken, for stats.jsonl; never part of the state.
 struct StepStats {
     int steps = 0;
     double smallest_dt = 1e30, largest_dt = 0;  // [s]
     const char* limit = "";                     // what set the smallest step
     double fastest = 0;                         // largest particle speed [m/s]
-    double neighbours_seconds = 0, density_seconds = 0, forces_seconds = 0, integration_seconds = 0,
-           surface_seconds = 0, viscosity_seconds = 0;
+    SolveStats divergence, density;            // of `dfsph`
+    double neighbours_seconds = 0, density_seconds = 0, forces_seconds = 0, viscosity_seconds = 0, pressure_seconds = 0,
+           integration_seconds = 0, surface_seconds = 0;
     int viscosity_iterations = 0, viscosity_unconverged = 0;  // iterations, and solves that did not reach the tolerance
     double viscosity_residual = 0;                            // largest [1]
     std::int64_t pairs = 0, particle_steps = 0;
@@ -77,6 +86,8 @@ struct Simulation {
     Sweep sweep{};
     TensionScratch tension{};
     ViscosityScratch viscosity{};
+    PressureSystem pressure_system{};
+    SolveScratch solve_scratch{};
     ReorderScratch reorder_scratch{};
     Probes probes{};  // nothing of it outlives a frame
     StepStats stats{};

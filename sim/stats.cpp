@@ -7,12 +7,22 @@
 #include "pipeline/base/parallel.h"
 
 namespace thixo {
+namespace {
+
+nlohmann::ordered_json solves(const SolveStats& s) {
+    return {{"iterations", s.solves ? static_cast<double>(s.iterations) / s.solves : 0},
+            {"iterations_max", s.most},
+            {"residual_max", s.residual},
+            {"cut_off", s.cut_off}};
+}
+
+}  // namespace
 
 void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds) {
     const StepStats& t = s.stats;
     std::int64_t blocked = 0;
     for (const EmitterState& e : s.emitters) blocked += e.blocked;
-    const nlohmann::ordered_json line = {
+    nlohmann::ordered_json line = {
         {"frame", s.clock.frame},
         {"time", s.clock.time},
         {"particles", s.particles.size()},
@@ -32,6 +42,7 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
           {"density", t.density_seconds},
           {"forces", t.forces_seconds},
           {"viscosity", t.viscosity_seconds},
+          {"pressure", t.pressure_seconds},
           {"integration", t.integration_seconds},
           {"surface", t.surface_seconds}}},
         {"viscosity",
@@ -48,6 +59,8 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
           {"volume", totals.surface_volume},
           {"particle_volume", totals.particle_volume}}},
     };
+    if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
+        line["solves"] = {{"density", solves(t.density)}, {"divergence", solves(t.divergence)}};
     std::ofstream file(out / "stats.jsonl", std::ios::app);
     file << line.dump() << '\n';
     file.flush();

@@ -13,9 +13,12 @@
 namespace thixo {
 namespace {
 
+bool implicit(const Simulation& s) { return s.problem.scene.solver.pressure == scene::Pressure::dfsph; }
+
 // Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches
-// what no pressure holds: single drops, and what an impact presses on.
-constexpr Real kLeastWallDistance = Real(0.45);
+// what no pressure holds: single drops, and what an impact presses on. The implicit solver's walls hold by themselves:
+// moved back from nearer than they would, particles would be thrust among their neighbours, and it is the last resort.
+Real least_wall_distance(const Simulation& s) { return (implicit(s) ? Real(0.2) : Real(0.45)) * s.problem.smoothing.spacing; }
 
 void sort_particles(Simulation& s) {
     const std::vector<Index> order =
@@ -39,7 +42,12 @@ void find_neighbours(Simulation& s) {
 
 void find_density(Simulation& s) {
     ScopedTimer timer(s.stats.density_seconds);
-    pack_motion(s.particles, s.clock.last_dt, s.sweep);
+    pack_motion(s.particles, s.clock.last_dt, implicit(s), s.sweep);
+    if (implicit(s)) {
+        find_wall_effects(s.walls, s.particles.position, s.sweep.walls);
+        measure_density(s.particles, s.neighbours, s.sweep.ghosts, s.sweep.walls, s.problem.smoothing, s.pressure_system);
+        return compute_cohesion(s.particles, s.problem.materials, s.sweep);
+    }
     compute_density(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.sweep);
     compute_pressure(s.particles, s.problem.materials, s.sweep);
 }
@@ -65,15 +73,48 @@ void find_viscosity(Simulation& s, double dt) {
     s.stats.viscosity_residual = std::max(s.stats.viscosity_residual, report.residual);
 }
 
+void count_solve(const SolveReport& report, SolveStats& stats) {
+    ++stats.solves;
+    stats.iterations += report.iterations;
+    stats.most = std::max(stats.most, report.iterations);
+    stats.residual = std::max(stats.residual, report.residual);
+    if (!report.converged) ++stats.cut_off;
+}
+
+void solve_pressure(Simulation& s, double dt) {
+    ScopedTimer timer(s.stats.pressure_seconds);
+    const scene::Solver& params = s.problem.scene.solver;
+    const double kick = 0.5 * (s.clock.last_dt + dt);
+    count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing, kick, dt,
+                                  {params.divergence_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
+                s.stats.divergence);
+    count_solve(restore_density(s.neighbours, s.sweep.walls, s.problem.smoothing,
+                                {params.density_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
+                s.stats.density);
+}
+
 void emit(Simulation& s) {
     emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity,
                    s.problem.periodic, s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
 }
 
+/// Walls are stiff springs to what a pressure p presses on them, of frequency sqrt(5 p/rho)/spacing (the curvature of their
+/// share, wall_kernel.h), and a step of explicit places must follow that:
+///   dt <= cfl spacing / sqrt(2 mean(p/rho))      in a tank at rest the mean is half the largest. [s]
+double pressure_limit(const Simulation& s) {
+    const Particles& p = s.particles;
+    const double sum = parallel_sum(p.size(), [&](std::size_t i) {
+        return static_cast<double>(p.pressure[i] * p.rest_volume[i] / p.mass[i]);
+    });
+    return s.problem.scene.solver.time_step.cfl * static_cast<double>(s.problem.smoothing.spacing) /
+           std::sqrt(2 * sum / std::max<double>(1, static_cast<double>(p.size())) + 1e-30);
+}
+
 double choose_step(Simulation& s, double wall_speed) {
     const scene::TimeStep& params = s.problem.scene.solver.time_step;
-    const StepLimits limits =
+    StepLimits limits =
         step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
+    if (implicit(s)) limits.signal = std::min(limits.signal, pressure_limit(s));
     check_health(s, limits);
     const double dt =
         divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
@@ -84,18 +125,23 @@ double choose_step(Simulation& s, double wall_speed) {
     return dt;
 }
 
+void shift(Particles& particles, const std::vector<Vec3>& by) {
+    parallel_for(
+        particles.size(), [&](std::size_t i) { particles.position[i] += by[i]; }, 4096);
+}
+
 void move_on(Simulation& s, double dt, double wall_speed) {
     ScopedTimer timer(s.stats.integration_seconds);
     Clock& c = s.clock;
     note_positions(s.probes, s.particles);
     leapfrog(s.particles, c.last_dt, dt);
+    if (implicit(s)) shift(s.particles, s.solve_scratch.shift);
     const double rest = c.next_frame - c.time;
     c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
     c.last_dt = dt;
     ++c.step;
     move_walls(s.walls, c.time);
-    const Real least = kLeastWallDistance * s.problem.smoothing.spacing;
-    hold_off_walls(s.walls, s.particles, least, s.sweep.walls, dt, wall_speed);
+    hold_off_walls(s.walls, s.particles, least_wall_distance(s), s.sweep.walls, dt, wall_speed);
     count_passages(s.probes, s.particles, s.problem.smoothing.spacing);
     wrap_particles(s.problem.periodic, s.particles);
 }
@@ -160,6 +206,7 @@ void step(Simulation& s) {
     const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
     const double dt = choose_step(s, wall_speed);  // time_step, health
     find_viscosity(s, dt);                         // viscosity_solver  4.3.1
+    if (implicit(s)) solve_pressure(s, dt);
     move_on(s, dt, wall_speed);                    // leapfrog   7.2, walls
     update_surface_when_due(s);                    // surface    6.6
     count_step(s);

@@ -5,7 +5,7 @@
 
 namespace thixo {
 
-void pack_motion(const Particles& particles, double last_dt, Sweep& sweep) {
+void pack_motion(const Particles& particles, double last_dt, bool impulses, Sweep& sweep) {
     const std::size_t n = particles.size();
     const Real half = static_cast<Real>(0.5 * last_dt);
     THIXO_ASSERT(sweep.ghosts.particles == n, "ghosts of {} particles for {}", sweep.ghosts.particles, n);
@@ -15,7 +15,8 @@ void pack_motion(const Particles& particles, double last_dt, Sweep& sweep) {
         n,
         [&](std::size_t i) {
             const Vec3& x = particles.position[i];
-            const Vec3 v = particles.velocity[i] + half * particles.acceleration[i];
+            const Real ahead = impulses && particles.pressure[i] > 0 ? Real(0) : half;
+            const Vec3 v = particles.velocity[i] + ahead * particles.acceleration[i];
             sweep.place[i] = {x.x(), x.y(), x.z(), particles.rest_volume[i]};
             sweep.motion[i] = {v.x(), v.y(), v.z(), 0};
         },

@@ -28,7 +28,8 @@ struct Sweep {
 /// Fills place with V0, and motion but for the volumes, those of sweep.ghosts too. v(t) is the half-step velocity carried on by the acceleration
 /// of the step before:
 ///   v(t) = v(t - dt0/2) + dt0/2 a(t - dt0)
-/// second order in the step, as dissertation 7.2 asks where a force needs it.
-void pack_motion(const Particles& particles, double last_dt, Sweep& sweep);
+/// second order in the step, as dissertation 7.2 asks where a force needs it. The pressure of the implicit solver is an
+/// impulse of its step, which must not be carried on: with it only particles without pressure are.
+void pack_motion(const Particles& particles, double last_dt, bool impulses, Sweep& sweep);
 
 }  // namespace thixo

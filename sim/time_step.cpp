@@ -56,7 +56,7 @@ StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std
     StepLimits limits;
     limits.fastest = std::max(std::sqrt(e.speed2), wall_speed);
     limits.signal = over(params.cfl * h, sound + limits.fastest);
-    limits.motion = over(0.1 * h, limits.fastest);
+    limits.motion = over((sound > 0 ? 0.1 : params.cfl / 2) * h, limits.fastest);
     limits.viscosity = over(h * h, 40 * thickness);
     limits.force = 0.25 * std::sqrt(over(h, std::sqrt(e.acceleration2)));
     limits.maximum = params.maximum;

@@ -14,7 +14,8 @@ namespace thixo {
 /// Upper bounds of the step [s], and what they come from.
 struct StepLimits {
     double signal = 0;     // cfl h / (c + v)
-    double motion = 0;     // h / (10 v): a particle moves a fifth of a spacing, so that it never passes through a wall
+    double motion = 0;     // h / (10 v): a particle moves a fifth of a spacing, so that it never passes through a wall;
+                           // cfl h / (2 v) where there is no sound
     double viscosity = 0;  // h^2 rho / (40 mu)
     double force = 0;      // sqrt(h / a) / 4
     double maximum = 0;    // the scene's

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/kernels.h"
 
 namespace thixo {
 namespace {
@@ -61,6 +62,10 @@ WallMap::WallMap(Shape solid, Real support)
       pages_(std::make_unique<Table>()) {
     static_assert(kFine * kCells == kReach, "a block is one support wide");
     make_stencil();
+}
+
+WallMap::WallMap(Shape solid, const WallKernel& kernel) : WallMap(std::move(solid), kernel.support) {
+    kernel_ = kernel;
 }
 
 void WallMap::make_stencil() {
@@ -177,6 +182,7 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
     }
     b.nodes.resize(kNodes * kNodes * kNodes);
     const bool half_space = uneven <= kFlatness * support_;
+    b.flat = half_space;
     const std::vector<Real> filled = half_space ? std::vector<Real>{} : occupancy(origin);
     for (int k = 0; k < kNodes; ++k)
         for (int j = 0; j < kNodes; ++j)
@@ -245,8 +251,13 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
         return out;
     }
     if (block.plane()) {
-        out = half_space_integrals(block.normal.dot(x) + block.offset, support_);
+        const Real d = block.normal.dot(x) + block.offset;
+        out = half_space_integrals(d, support_);
         out.gradient = out.gradient.z() * block.normal;
+        if (kernel_ && d < support_) {
+            out.share = kernel_->share(d);
+            out.gradient = kernel_->slope(d) * block.normal;
+        }
         return out;
     }
     const Place p = place(inside);
@@ -259,7 +270,46 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
         const Node& n = corner[(k * kNodes + j) * kNodes + i];
         for (int a = 0; a < 8; ++a) sum.value[a] += weight * n.value[a];
     }
-    return {sum.value[0], sum.value[1], Vec3(sum.value[3], sum.value[4], sum.value[5]), sum.value[2]};
+    WallIntegrals w{sum.value[0], sum.value[1], Vec3(sum.value[3], sum.value[4], sum.value[5]), sum.value[2]};
+    if (kernel_) add_planes(x, block, w);
+    return w;
+}
+
+void WallMap::add_planes(const Vec3& x, const Block& block, WallIntegrals& w) const {
+    const Real h = support_;
+    w.share = 0;
+    const Vec3 towards = -w.gradient.normalized();  // of a flat wall the normal; not a number where the gradient is zero
+    w.gradient.setZero();
+    const auto add = [&](Real d, const Vec3& normal, Real weight) {
+        if (d >= h) return;
+        w.share += weight * kernel_->share(d);
+        w.gradient += weight * kernel_->slope(d) * normal;
+    };
+    if (block.flat) {
+        if (towards.allFinite()) add(w.distance, towards, 1);
+        return;
+    }
+    const Real d1 = solid_.distance(x);
+    if (d1 >= h) return;
+    const Vec3 n1 = solid_.gradient(x, h / 512).normalized();
+    if (!n1.allFinite()) return;
+    add(d1, n1, 1);
+    // A support further on nothing else is nearer than this wall: it has no concave edge within reach.
+    const Real margin = h / 64;
+    const Vec3 beyond = x + h * n1;
+    const Real seen = solid_.distance(beyond);
+    if (seen >= d1 + h - margin) return;
+    const Vec3 n2 = solid_.gradient(beyond, h / 512).normalized();
+    const Real along = n1.dot(n2), d2 = seen - h * along;
+    if (!n2.allFinite()) return;
+    add(d2, n2, clamp01(2 * (1 - along)));
+    if (along < Real(-0.9) || d2 >= h) return;
+    const Vec3 out = (n1 + n2) / (1 + along);
+    const Vec3 corner = x + h * out;
+    const Real left = solid_.distance(corner);
+    if (left >= std::min(d1, d2) + h - margin) return;
+    const Vec3 n3 = solid_.gradient(corner, h / 512).normalized();
+    if (n3.allFinite()) add(left - h * out.dot(n3), n3, clamp01(2 * (1 - std::max(n3.dot(n1), n3.dot(n2)))));
 }
 
 Real WallMap::distance(const Vec3& x, Vec3& normal, Cursor& cursor) const {

@@ -8,11 +8,12 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/shape.h"
-#include "sim/smoothing.h"
+#include "sim/wall_kernel.h"
 
 namespace thixo {
 
@@ -35,6 +36,11 @@ WallIntegrals half_space_integrals(Real distance, Real support);
 class WallMap {
   public:
     WallMap(Shape solid, Real support);
+    /// The wall of the implicit solver: the share is the sum of `kernel` over the planes that the wall is made of near x,
+    /// with the shape's own distances, and the gradient exactly that of the share, so that a wall gives back the energy it
+    /// takes (interpolated, a share so steep is neither). The first plane touches the nearest point of the wall; where a
+    /// support further on another wall is nearer, the edge is concave, and that is the second; and so the third.
+    WallMap(Shape solid, const WallKernel& kernel);
     WallMap(WallMap&&) = default;
 
   private:
@@ -80,6 +86,7 @@ class WallMap {
     struct Block {
         Real far = 0;             // > 0: nothing within reach; a lower bound of the distance
         std::vector<Node> nodes;  // kNodes^3, x fastest; empty: far, or a half-space
+        bool flat = false;        // the solid is nearly a half-space as far as the kernel reaches
         Vec3 normal{0, 0, 0};     // the half-space: distance = normal.x + offset
         Real offset = 0;          // [m]
         bool plane() const { return nodes.empty() && far <= 0; }
@@ -107,10 +114,12 @@ class WallMap {
     Block make_block(const Vec3& origin) const;
     Real unevenness(const Vec3& centre, Real& distance, Vec3& normal) const;
     std::vector<Real> occupancy(const Vec3& origin) const;
+    void add_planes(const Vec3& x, const Block& block, WallIntegrals& w) const;
     WallIntegrals sum(const std::vector<Real>& filled, int i, int j, int k) const;
     void make_stencil();
 
     Shape solid_;
+    std::optional<WallKernel> kernel_;
     Real support_, cell_, sample_;
     std::vector<StencilRow> rows_;
     std::vector<Weight> weights_;

@@ -16,8 +16,12 @@ Real adhesion_of(double contact_angle) {
 }
 }  // namespace
 
-Walls make_walls(const scene::Scene& scene, Real support) {
+Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing) {
     Walls walls;
+    const auto map_of = [&](Shape solid) {
+        return scene.solver.pressure == scene::Pressure::dfsph ? WallMap(std::move(solid), smoothing.wall)
+                                                               : WallMap(std::move(solid), smoothing.support);
+    };
     std::set<std::pair<bool, double>> surfaces;  // slippery ones first, then by contact angle
     for (const scene::Boundary& b : scene.world.boundaries)
         if (b.motion.size() < 2) surfaces.emplace(b.no_slip, b.contact_angle);
@@ -26,12 +30,12 @@ Walls make_walls(const scene::Scene& scene, Real support) {
         for (const scene::Boundary& b : scene.world.boundaries)
             if (b.motion.size() < 2 && b.no_slip == no_slip && b.contact_angle == angle)
                 at_rest.push_back(wall_solid_at_rest(scene, b));
-        walls.list.emplace_back(WallMap(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest), support), RigidMotion(),
+        walls.list.emplace_back(map_of(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest)), RigidMotion(),
                                 no_slip, adhesion_of(angle));
     }
     for (const scene::Boundary& b : scene.world.boundaries)
         if (b.motion.size() >= 2)
-            walls.list.emplace_back(WallMap(wall_solid(scene, b), support), motion_of(b.motion), b.no_slip,
+            walls.list.emplace_back(map_of(wall_solid(scene, b)), motion_of(b.motion), b.no_slip,
                                     adhesion_of(b.contact_angle));
     move_walls(walls, 0);
     return walls;
@@ -75,12 +79,25 @@ WallEffect wall_effect(const Walls& walls, const Vec3& x, WallCursor& cursor) {
         effect.distance = std::min(effect.distance, in.distance);
         if (in.share <= 0) continue;
         effect.share += in.share;
-        effect.gradient += w.turn * in.gradient;
+        const Vec3 gradient = w.turn * in.gradient;
+        effect.gradient += gradient;
+        effect.inflow += gradient.dot(w.velocity_at(x));
         if (!w.no_slip) continue;
         effect.drag += in.laplacian;
         effect.drag_velocity += in.laplacian * w.velocity_at(x);
     }
     return effect;
+}
+
+void find_wall_effects(const Walls& walls, const std::vector<Vec3>& points, std::vector<WallEffect>& effects) {
+    effects.resize(points.size());
+    parallel_chunks(
+        points.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallCursor cursor(walls);
+            for (std::size_t i = begin; i < end; ++i) effects[i] = wall_effect(walls, points[i], cursor);
+        },
+        256);
 }
 
 void hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before,

@@ -46,13 +46,16 @@ struct Walls {
 struct WallEffect {
     Real distance = std::numeric_limits<Real>::max();  // to the nearest wall, or a lower bound beyond one support [m]
     Real share = 0;                                    // of the relative density [1]
-    Vec3 gradient{0, 0, 0};                            // integral of grad w_spiky over the walls' volume [1/m]
+    Vec3 gradient{0, 0, 0};                            // integral of grad w_spiky over the walls' volume [1/m]; with
+                                                       // the implicit solver the gradient of the share
+    Real inflow = 0;              // the gradients times the walls' velocities, summed [1/s]
     Real drag = 0;                // integral of lap w_visc over the volume of no-slip walls [1/m^2]
     Vec3 drag_velocity{0, 0, 0};  // the same times the wall's velocity [1/(m s)]
 };
 
-/// The walls of a scene; shapes are resolved against its named ones. Throws InputError.
-Walls make_walls(const scene::Scene& scene, Real support);
+/// The walls of a scene, with the kernels of its pressure solver; shapes are resolved against its named ones. Throws
+/// InputError.
+Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing);
 
 /// Brings all walls to where they stand at `time` [s].
 void move_walls(Walls& walls, double time);
@@ -71,6 +74,8 @@ struct WallCursor {
     std::vector<WallMap::Cursor> at;
 };
 WallEffect wall_effect(const Walls& walls, const Vec3& x, WallCursor& cursor);
+/// The effects at all points.
+void find_wall_effects(const Walls& walls, const std::vector<Vec3>& points, std::vector<WallEffect>& effects);
 
 /// Keeps what the wall's pressure let through at `least` [m] from the wall: moves the particle there along the normal
 /// and takes away the velocity towards the wall. A particle that leaves the wall is never held. `before` says how near

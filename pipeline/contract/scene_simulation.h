@@ -147,10 +147,10 @@ void visit(V& v, Emitter& e) {
     v.list("motion", e.motion, "moves the emitter");
 }
 
-enum class Pressure { eos };
+enum class Pressure { eos, dfsph };
 template <>
 struct Words<Pressure> {
-    static constexpr std::array<std::string_view, 1> list{"eos"};
+    static constexpr std::array<std::string_view, 2> list{"eos", "dfsph"};
 };
 
 enum class Viscosity { automatic, explicit_force, implicit_solve };
@@ -162,19 +162,22 @@ struct Words<Viscosity> {
 struct TimeStep {            // fixed = 0: adaptive
     double fixed = 0;        // s
     double maximum = 0.005;  // s
-    double cfl = 0.4;        // 1
+    double cfl = 0.4;        // 1; with dfsph in spacings
 };
 template <class V>
 void visit(V& v, TimeStep& t) {
     v.key("fixed", t.fixed, "s", between(0, 1), "step of constant size; 0: adaptive");
     v.key("maximum", t.maximum, "s", above_to(0, 1), "largest adaptive step");
-    v.key("cfl", t.cfl, "1", above_to(0, 1), "part of its support a signal may cross in one adaptive step");
+    v.key("cfl", t.cfl, "1", above_to(0, 1), "part of its support a signal may cross in one adaptive step; with dfsph, spacings a particle may move");
 }
 
 struct Solver {
     double spacing = 0.01;  // m, between particles at rest
     double support = 2;     // kernel support h in spacings
     Pressure pressure = Pressure::eos;
+    double density_tolerance = 0.0005;     // 1, mean over particles
+    double divergence_tolerance = 0.0001;  // 1, mean over particles, in one step
+    int iterations = 100;                  // of one pressure solve, at most
     double expected_speed = 0;  // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
     double artificial_viscosity = 0.15;  // Monaghan's alpha, 1
     Viscosity viscosity = Viscosity::automatic;
@@ -188,7 +191,13 @@ void visit(V& v, Solver& s) {
     v.key("spacing", s.spacing, "m", above_to(0, 1e6),
           "distance of neighbouring particles at rest: the detail of the simulation");
     v.key("support", s.support, "spacings", between(1.2, 6), "support radius of the kernels");
-    v.key("pressure", s.pressure, "", any(), "pressure solver; eos: equation of state");
+    v.key("pressure", s.pressure, "", any(), "pressure solver; eos: equation of state, slightly compressible; dfsph: implicit, incompressible");
+    v.key("density_tolerance", s.density_tolerance, "1", above_to(0, 0.1),
+          "relative density error that `dfsph` leaves, mean over the particles");
+    v.key("divergence_tolerance", s.divergence_tolerance, "1", above_to(0, 0.1),
+          "relative density change in one step that the divergence solve of `dfsph` leaves, mean over the particles");
+    v.key("iterations", s.iterations, "", between(1, 100000),
+          "iterations of one pressure solve of `dfsph`, at most; reaching them is counted in stats.jsonl");
     v.key("expected_speed", s.expected_speed, "m/s", between(0, 1e6),
           "largest speed to expect, for the automatic stiffness; 0: from the scene's height, speeds and gravity");
     v.key("artificial_viscosity", s.artificial_viscosity, "1", between(0, 10), "Monaghan's alpha; damps shocks");

@@ -38,6 +38,27 @@ struct Spiky {
     Real h_inv, scale;
 };
 
+/// The cubic spline (Monaghan & Lattanzio 1985) whose slope keeps inside h/3 the value it has there, its steepest (Thomas & Couchman 1992 do
+/// so with the gradient alone). By positive parts, (a)+ = max(a, 0):
+///   w(r) = 16/(pi (1 + 16/3645) h^3) ((1 - r/h)+^3 - 4 (1/2 - r/h)+^3 + 3 (1/3 - r/h)+^3)
+/// It is smooth enough that one kernel serves density and pressure, and convex, so that no two particles are pressed into one place.
+struct ConvexSpline {
+    explicit ConvexSpline(Real support) : h_inv(Real(1) / support), scale(Real(16.0 / kPi / (1 + 16.0 / 3645)) / cube(support)) {}
+    Real value(Real r) const {
+        const Real q = r * h_inv, a = part(1 - q), b = part(Real(0.5) - q), c = part(Real(1.0 / 3) - q);
+        return scale * (a * a * a - 4 * b * b * b + 3 * c * c * c);
+    }
+    /// dw/dr; grad w = derivative(r) r_vec/r
+    Real derivative(Real r) const {
+        const Real q = r * h_inv, a = part(1 - q), b = part(Real(0.5) - q), c = part(Real(1.0 / 3) - q);
+        return Real(-3) * scale * h_inv * (a * a - 4 * b * b + 3 * c * c);
+    }
+    Real h_inv, scale;
+
+  private:
+    static Real part(Real a) { return a > 0 ? a : Real(0); }
+};
+
 /// w(r) = 15/(2 pi h^3) (-r^3/(2 h^3) + r^2/h^2 + h/(2 r) - 1), lap w = 45/(pi h^5) (1 - r/h), positive everywhere.
 struct ViscosityKernel {
     explicit ViscosityKernel(Real support)

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/shapes.h"
 
 namespace thixo {

@@ -36,6 +36,7 @@ TEST(Kernels, IntegrateToOneOverTheirBall) {
     EXPECT_NEAR(integrate([&](double r) { return poly6.value(r * r); }), 1, kQuadrature);
     EXPECT_NEAR(integrate([&](double r) { return spiky.value(r); }), 1, kQuadrature);
     EXPECT_NEAR(integrate([&](double r) { return viscosity.value(r); }), 1, kQuadrature);
+    EXPECT_NEAR(integrate([&](double r) { return ConvexSpline(kSupport).value(r); }), 1, kQuadrature);
 }
 
 TEST(Kernels, VanishBeyondTheSupport) {
@@ -44,6 +45,8 @@ TEST(Kernels, VanishBeyondTheSupport) {
         EXPECT_EQ(Poly6(kSupport).gradient_factor(r * r), 0);
         EXPECT_EQ(Spiky(kSupport).value(r), 0);
         EXPECT_EQ(Spiky(kSupport).derivative(r), 0);
+        EXPECT_EQ(ConvexSpline(kSupport).value(r), 0);
+        EXPECT_EQ(ConvexSpline(kSupport).derivative(r), 0);
         EXPECT_EQ(ViscosityKernel(kSupport).value(r), 0);
         EXPECT_EQ(ViscosityKernel(kSupport).derivative(r), 0);
         EXPECT_EQ(ViscosityKernel(kSupport).laplacian(r), 0);
@@ -54,6 +57,7 @@ TEST(Kernels, GradientsMatchDifferences) {
     const Poly6 poly6(kSupport);
     const Spiky spiky(kSupport);
     const ViscosityKernel viscosity(kSupport);
+    const ConvexSpline spline(kSupport);
     // Slopes are of the size 1/h^4; differences are good to 1e-10 of that, near the pole of w_visc to 1e-6.
     const double scale = 1 / square(square(kSupport));
     for (double q = 0.05; q < 0.99; q += 0.047) {
@@ -61,6 +65,7 @@ TEST(Kernels, GradientsMatchDifferences) {
         EXPECT_NEAR(poly6.gradient_factor(r * r) * r, difference([&](double s) { return poly6.value(s * s); }, r),
                     1e-8 * scale);
         EXPECT_NEAR(spiky.derivative(r), difference([&](double s) { return spiky.value(s); }, r), 1e-8 * scale);
+        EXPECT_NEAR(spline.derivative(r), difference([&](double s) { return spline.value(s); }, r), 1e-8 * scale);
         EXPECT_NEAR(viscosity.derivative(r), difference([&](double s) { return viscosity.value(s); }, r), 1e-5 * scale);
     }
 }

@@ -38,6 +38,8 @@ TEST(TimeStep, StiffnessAndViscosityLimitIt) {
     EXPECT_STREQ(limits().cause(), "signal");
     EXPECT_NEAR(limits().smallest(), 0.4 * 0.02 / std::sqrt(1000.0), 1e-7);
     scene.materials[0].viscosity = 1000;
+    EXPECT_STREQ(limits().cause(), "signal") << "so thick it is solved implicitly, which is stable at any step";
+    scene.solver.viscosity = scene::Viscosity::explicit_force;
     EXPECT_STREQ(limits().cause(), "viscosity");
     EXPECT_NEAR(limits().smallest(), 0.02 * 0.02 / 40, 1e-8);  // nu = 1 m^2/s
 }

@@ -58,19 +58,16 @@ void pack_matter(const Particles& particles, const std::vector<MaterialParams>& 
     refresh_ghosts(sweep.ghosts, sweep.matter);
 }
 
-Real cohesive(const MaterialParams& m, Real rho) { return Real(-0.5) * m.cohesion * square(rho); }
-
 }  // namespace
 
-void compute_cohesion(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
-    pack_matter(particles, materials, sweep,
-                [](std::size_t, const MaterialParams& m, Real rho) { return cohesive(m, rho); });
+void pack_without_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
+    pack_matter(particles, materials, sweep, [](std::size_t, const MaterialParams&, Real) { return Real(0); });
 }
 
 void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
     pack_matter(particles, materials, sweep, [&](std::size_t i, const MaterialParams& m, Real rho) {
         const Real compressed = m.gamma == 1 ? rho / m.density : std::pow(rho / m.density, m.gamma);
-        return particles.pressure[i] = m.stiffness * (compressed - 1) + cohesive(m, rho);
+        return particles.pressure[i] = m.stiffness * (compressed - 1);
     });
 }
 

@@ -7,25 +7,16 @@ namespace {
 constexpr Real kSoundPerSpeed = 10;
 }
 
-Real surface_tension_of(Real cohesion, Real density, Real support) {
-    return Real(3.0 / 56.0) * cohesion * square(density) * support;
-}
-Real cohesion_for(Real surface_tension, Real density, Real support) {
-    return surface_tension / (Real(3.0 / 56.0) * square(density) * support);
-}
-
 Real stiffness_for(Real speed, Real density, Real gamma) { return square(kSoundPerSpeed * speed) * density / gamma; }
 
 std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed,
-                                              const Smoothing& smoothing, scene::Pressure solver) {
-    const Real tension = packed_tension(smoothing.pressure, smoothing.spacing);
+                                              scene::Pressure solver) {
     std::vector<MaterialParams> resolved;
     for (const scene::Material& m : materials) {
         MaterialParams p{};
         p.density = static_cast<Real>(m.density);
         p.viscosity = static_cast<Real>(m.viscosity);
         p.gamma = static_cast<Real>(m.gamma);
-        p.cohesion = cohesion_for(static_cast<Real>(m.surface_tension), p.density, smoothing.support) / tension;
         const bool elastic = solver == scene::Pressure::eos;
         p.stiffness = !elastic ? Real(0) :
             m.stiffness > 0 ? static_cast<Real>(m.stiffness) : stiffness_for(expected_speed, p.density, p.gamma);

@@ -145,7 +145,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     Simulation s{.problem = {.scene = scene,
                              .scene_path = {},
                              .smoothing = smoothing,
-                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), smoothing, scene.solver.pressure),
+                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), scene.solver.pressure),
                              .gravity = scene.world.gravity.cast<Real>(),
                              .periodic = make_periodic(scene.world, smoothing.support),
                              .expected_speed = speed,
@@ -153,7 +153,6 @@ Simulation make_simulation(const scene::Scene& scene) {
                  .walls = make_walls(scene, smoothing)};
     for (std::size_t k = 0; k < scene.materials.size(); ++k) {
         MaterialParams& m = s.problem.materials[k];
-        m.cohesion = 0;  // the force of sim/tension, not the term in P
         m.attraction = attraction_for(static_cast<Real>(scene.materials[k].surface_tension), m.density, smoothing);
     }
     choose_viscosity_solver(scene.solver, smoothing, speed, s.problem.materials);

@@ -84,18 +84,6 @@ WallKernel wall_of_packing(const ConvexSpline& kernel, Real spacing) {
 
 }  // namespace
 
-Real packed_tension(const Spiky& kernel, Real spacing) {
-    // A pair whose distance along the normal is n layers is cut by n of the planes between layers: summed over the
-    // pairs of one site this is the energy of one site's area, counted from both ends.
-    const double layer = packing_layer(spacing);
-    const double sum = sum_over_sites(1 / kernel.h_inv, spacing, [&](Real r, Real z) {
-        return static_cast<double>(kernel.value(r)) * std::round(std::abs(static_cast<double>(z)) / layer);
-    });
-    const double volume = cube(static_cast<double>(spacing));
-    const double per_area = 0.5 * sum * volume * volume / (volume / layer);  // work of parting, over k rho0^2
-    return static_cast<Real>(0.5 * per_area / (3.0 / 56.0 / static_cast<double>(kernel.h_inv)));
-}
-
 Smoothing::Smoothing(Real spacing_, Real support_)
     : spacing(spacing_), support(support_ * spacing_), density(support), pressure(support), viscosity(support),
       fluid(calibrated(ConvexSpline(support), spacing)),

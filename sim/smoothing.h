@@ -21,10 +21,6 @@ Real packed_laplacian(const ViscosityKernel& kernel, Real spacing);
 Real packed_sum(const ConvexSpline& kernel, Real spacing);
 Real packed_gradient(const ConvexSpline& kernel, Real spacing);
 
-/// Surface tension that the pair energy -k rho0^2 V_i V_j w_spiky gives a packing cut at a layer, over 3/56 k rho0^2 h,
-/// what it gives a continuum [1].
-Real packed_tension(const Spiky& kernel, Real spacing);
-
 /// Kernels of support h = support * spacing, each scaled so that its sum over the packing is exact. Particles of mass
 /// rho0 spacing^3 then have both the right mass per volume and, packed, a mean summation density of rho0; a linear
 /// pressure has its gradient and water its hydrostatic pressure; viscosity is what the scene says. (At h = 2 spacings

@@ -46,7 +46,7 @@ void find_density(Simulation& s) {
     if (implicit(s)) {
         find_wall_effects(s.walls, s.particles.position, s.sweep.walls);
         measure_density(s.particles, s.neighbours, s.sweep.ghosts, s.sweep.walls, s.problem.smoothing, s.pressure_system);
-        return compute_cohesion(s.particles, s.problem.materials, s.sweep);
+        return pack_without_pressure(s.particles, s.problem.materials, s.sweep);
     }
     compute_density(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.sweep);
     compute_pressure(s.particles, s.problem.materials, s.sweep);

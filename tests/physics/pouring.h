@@ -1,4 +1,4 @@
-// Water through a funnel into a glass, both thin-walled.
+// Water through a funnel into a glass, both thin-walled; the funnel is high enough for what splashes up in it.
 #pragma once
 
 #include <fmt/core.h>
@@ -22,7 +22,7 @@ inline scene::Scene funnel_scene(double spacing, double fill_radius) {
     scene::Boundary funnel;
     funnel.name = "funnel";
     funnel.shape.kind = scene::Revolve{
-        {{0.02, 0.12}, {0.028, 0.12}, {0.098, 0.22}, {0.098, 0.5}, {0.09, 0.5}, {0.09, 0.222}, {0.02, 0.125}}};
+        {{0.02, 0.12}, {0.028, 0.12}, {0.098, 0.22}, {0.098, 1.2}, {0.09, 1.2}, {0.09, 0.222}, {0.02, 0.125}}};
     s.world.boundaries = {glass, funnel};
     s.bodies = {body("charge", shape_at({0, 0, 0.285}, scene::Cylinder{fill_radius, 0.09, 0}))};
     return s;

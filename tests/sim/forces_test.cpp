@@ -119,38 +119,5 @@ TEST(Forces, AgreeWithTheFormulaWrittenPlainly) {
     EXPECT_LT(worst, 1e-5 * largest);
 }
 
-// Work of parting a packing at a plane, by the pair energy of the cohesive force, -k_cohesion rho0^2 V_i V_j w_spiky,
-// summed plainly pair by pair: twice the surface tension times the area.
-double tension_of_packing(Real cohesion, const Spiky& spiky, Real d, Real rho) {
-    double work = 0;  // of one column of sites: layers k < 0 against layers k >= 0
-    for (int below = 1; below <= 10; ++below)
-        for (int above = 0; above <= 10; ++above)
-            for (int j = -12; j <= 12; ++j)
-                for (int i = -12; i <= 12; ++i)
-                    work += static_cast<double>(cohesion * square(rho * cube(d))) *
-                            static_cast<double>(
-                                spiky.value((packing_site(i, j, above, d) - packing_site(0, 0, -below, d)).norm()));
-    return work / static_cast<double>(cube(d) / packing_layer(d)) / 2;
-}
-
-TEST(Forces, CohesionTendsToTheSurfaceTensionOfTheContinuum) {
-    // A packing has no pairs nearer than its spacing, where the spiky kernel is largest. What that costs falls with the
-    // square of spacing over support: a tenth at 4, a twentieth at 6, a fortieth at 8 spacings.
-    for (const auto& [spacings, tolerance] : {std::pair(4, 0.1), std::pair(6, 0.05), std::pair(8, 0.025)}) {
-        const Real d = Real(0.01), support = Real(spacings) * d, tension = Real(0.07), rho = 1000;
-        const Real cohesion = cohesion_for(tension, rho, support);
-        EXPECT_NEAR(tension_of_packing(cohesion, Spiky(support), d, rho), tension, tolerance * tension);
-        EXPECT_NEAR(surface_tension_of(cohesion, rho, support), tension, 1e-6);
-    }
-}
-
-TEST(Forces, CohesionOfAPackingIsTheSurfaceTensionOfTheScene) {
-    const Smoothing smoothing(Real(0.01), 2);
-    scene::Material water = fixture::water();
-    water.surface_tension = 0.07;
-    const MaterialParams m = resolve_materials({water}, 1, smoothing)[0];
-    EXPECT_NEAR(tension_of_packing(m.cohesion, smoothing.pressure, smoothing.spacing, m.density), 0.07, 1e-5);
-}
-
 }  // namespace
 }  // namespace thixo

@@ -10,7 +10,7 @@
 namespace {
 
 std::vector<double> figures(const std::string& program) {
-    FILE* pipe = popen((std::string(THIXO_BIN_DIR) + "/" + program).c_str(), "r");
+    FILE* pipe = popen(("'" THIXO_BIN_DIR "/" + program + "'").c_str(), "r");
     std::string text;
     char buffer[256];
     while (pipe && std::fgets(buffer, sizeof buffer, pipe)) text += buffer;

@@ -44,7 +44,7 @@ class CheckProgram : public ::testing::Test {
     }
     int run(const std::string& words) {
         const std::string command =
-            "cd " + folder_.path().string() + " && " THIXO_BIN_DIR "/thixo-check " + words + " >out 2>err";
+            "cd '" + folder_.path().string() + "' && '" THIXO_BIN_DIR "/thixo-check' " + words + " >out 2>err";
         const int status = std::system(command.c_str());
         return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
     }

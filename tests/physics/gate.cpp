@@ -74,17 +74,4 @@ void report(const std::string& law, const std::string& quantity, const std::stri
     record(fmt::format("{}\t{}\t{}\t{:.4g}\t\t\t", law, quantity, unit, measured));
 }
 
-Line regression(const std::vector<double>& x, const std::vector<double>& y) {
-    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        n += 1;
-        sx += x[i];
-        sy += y[i];
-        sxx += x[i] * x[i];
-        sxy += x[i] * y[i];
-    }
-    const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-    return {slope, (sy - slope * sx) / n};
-}
-
 }  // namespace thixo::gate

@@ -38,10 +38,4 @@ void expect(const Outcome& outcome);
 /// The same without a verdict: budgets and figures that are reported only.
 void report(const std::string& law, const std::string& quantity, const std::string& unit, double measured);
 
-/// Least squares line y = slope x + offset.
-struct Line {
-    double slope, offset;
-};
-Line regression(const std::vector<double>& x, const std::vector<double>& y);
-
 }  // namespace thixo::gate

@@ -56,21 +56,13 @@ TEST(Incompressible, TankAtRest) {
         slope, drift, height, ideal, speed, error, iterations,
         static_cast<double>(s.stats.divergence.iterations) / s.stats.steps,
         static_cast<double>(s.stats.density.iterations) / s.stats.steps);
-    // A disordered packing answers pressure up to a twentieth otherwise than the close one it is calibrated on.
+    // The aims are 1 % of the slope and 2 mm/s: neither is reached yet. These two bounds only tell when it gets worse.
     EXPECT_NEAR(slope, 1, 0.06);
     EXPECT_LT(std::abs(drift), 1e-3);
     EXPECT_NEAR(height, ideal, 0.5 * kSpacing);
-    // The first layer swings on the walls' stiff share; free fall over one spacing gives 0.3 m/s.
     EXPECT_LT(speed, 0.02);
     EXPECT_LT(error, 1e-3);
     EXPECT_EQ(s.stats.divergence.cut_off + s.stats.density.cut_off, 0);
-}
-
-Vec3d angular_momentum(const Particles& p) {
-    Vec3d sum(0, 0, 0);
-    for (std::size_t i = 0; i < p.size(); ++i)
-        sum += static_cast<double>(p.mass[i]) * p.position[i].cast<double>().cross(p.velocity[i].cast<double>());
-    return sum;
 }
 
 TEST(Incompressible, MomentumIsConserved) {
@@ -79,15 +71,15 @@ TEST(Incompressible, MomentumIsConserved) {
     scene.bodies = {fixture::body("left", fixture::shape_at({-0.045, 0.01, 0}, scene::Sphere{0.04}), {0.3, 0, 0}),
                     fixture::body("right", fixture::shape_at({0.045, -0.01, 0}, scene::Sphere{0.04}), {-0.3, 0, 0})};
     Simulation s = make_simulation(scene);
-    const Vec3d linear = fixture::momentum(s.particles), angular = angular_momentum(s.particles);
+    const Vec3d linear = fixture::momentum(s.particles), angular = fixture::angular_momentum(s.particles);
     const double scale = fixture::motion(s.particles);
     fixture::steps(s, 1000, 5e-4);
     const double lost = (fixture::momentum(s.particles) - linear).norm() / scale;
-    const double turned = (angular_momentum(s.particles) - angular).norm() / (0.05 * scale);
+    const double turned = (fixture::angular_momentum(s.particles) - angular).norm() / (0.05 * scale);
     fmt::print("two balls collide, 1000 steps: linear {:.2e} of sum m|v|, angular {:.2e}\n", lost, turned);
     // Rounding: 6e-8 sqrt(1000 n)/n of each kick.
     EXPECT_LT(lost, 1e-6);
-    // A shift changes x cross v only by shift cross v, of no one direction.
+    // Pressure is central and keeps it; the density solve's shifts, which move x and not v, do not. A bound on those only.
     EXPECT_LT(turned, 1e-2);
 }
 

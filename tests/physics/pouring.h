@@ -2,6 +2,7 @@
 #pragma once
 
 #include <fmt/core.h>
+#include <gtest/gtest.h>
 
 #include <map>
 #include <string>
@@ -53,6 +54,18 @@ inline Outcome pour(const scene::Scene& scene, int frames) {
         }
     }
     return o;
+}
+
+/// Pours at this spacing: nothing leaves funnel and glass, nothing is not a number, nothing stays behind.
+inline void expect_no_leak(double spacing, std::size_t least_particles) {
+    const Outcome o = pour(funnel_scene(spacing, 0.055), 30);
+    EXPECT_GT(o.particles, least_particles);
+    EXPECT_TRUE(o.finite);
+    std::string where;
+    for (const auto& [id, place] : o.outside) where += place;
+    EXPECT_TRUE(o.outside.empty()) << where;
+    // None stuck: what hangs back in the funnel is less than 1 %.
+    EXPECT_LT(o.in_funnel, o.particles / 100);
 }
 
 }  // namespace thixo::fixture

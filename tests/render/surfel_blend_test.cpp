@@ -97,10 +97,7 @@ TEST(SurfelBlend, HasNoHolesAndARayThatEntersLeaves) {
         }
         phantoms += impact(ray) > 1.0005f;
         EXPECT_LT(hit.normal.dot(ray.direction), 0);
-        const float cosine = -hit.normal.dot(ray.direction), eta = 1 / 1.33f;
-        const Vec3f refracted =
-            (eta * ray.direction + (eta * cosine - std::sqrt(1 - eta * eta * (1 - cosine * cosine))) * hit.normal)
-                .normalized();
+        const Vec3f refracted = shapes::refracted_into_water(hit, ray.direction);
         Interior inside;
         inside.add(0);
         Hit out;

@@ -20,10 +20,7 @@ Counts follow(const RayScene& scene, std::uint64_t i) {
     const Ray ray{from, (to - from).normalized()};
     Hit hit;
     if (!scene.intersect(ray, {}, hit)) return {1, 0};
-    const float cosine = -hit.normal.dot(ray.direction), eta = 1 / 1.33f;
-    const Vec3f refracted =
-        (eta * ray.direction + (eta * cosine - std::sqrt(1 - eta * eta * (1 - cosine * cosine))) * hit.normal)
-            .normalized();
+    const Vec3f refracted = shapes::refracted_into_water(hit, ray.direction);
     Interior inside;
     inside.add(0);
     Hit out;

@@ -67,6 +67,13 @@ inline SurfelCloud torus(std::size_t n, float R, float a) {
     return cloud;
 }
 
+/// The direction a ray takes into a medium of index 1.33 behind the hit.
+inline Vec3f refracted_into_water(const Hit& hit, const Vec3f& direction) {
+    const float cosine = -hit.normal.dot(direction), eta = 1 / 1.33f;
+    return (eta * direction + (eta * cosine - std::sqrt(1 - eta * eta * (1 - cosine * cosine))) * hit.normal)
+        .normalized();
+}
+
 /// One object (0) of one layer.
 inline SurfelSet one_object(SurfelCloud cloud) {
     SurfelSet set;

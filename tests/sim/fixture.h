@@ -59,6 +59,13 @@ inline Vec3d momentum(const Particles& p) {
     for (std::size_t i = 0; i < p.size(); ++i) sum += static_cast<double>(p.mass[i]) * p.velocity[i].cast<double>();
     return sum;
 }
+/// About the origin.
+inline Vec3d angular_momentum(const Particles& p) {
+    Vec3d sum(0, 0, 0);
+    for (std::size_t i = 0; i < p.size(); ++i)
+        sum += static_cast<double>(p.mass[i]) * p.position[i].cast<double>().cross(p.velocity[i].cast<double>());
+    return sum;
+}
 /// sum m |v|, what a momentum is compared with.
 inline double motion(const Particles& p) {
     double sum = 0;

@@ -68,17 +68,11 @@ TEST(Forces, PressureKeepsAngularMomentum) {
     scene.materials[0].viscosity = 0;
     scene.solver.artificial_viscosity = 0;
     Simulation s = stirred_ball(scene, 0.5);
-    const auto angular = [](const Particles& p) {
-        Vec3d sum(0, 0, 0);
-        for (std::size_t i = 0; i < p.size(); ++i)
-            sum += static_cast<double>(p.mass[i]) * p.position[i].cast<double>().cross(p.velocity[i].cast<double>());
-        return sum;
-    };
-    const Vec3d before = angular(s.particles);
+    const Vec3d before = fixture::angular_momentum(s.particles);
     fixture::steps(s, 200, 1e-4);
     // Central forces keep x cross v exactly at each kick, and each drift adds v cross v = 0: rounding alone, against
     // radius sum m|v|.
-    EXPECT_LT((angular(s.particles) - before).norm(), 1e-5 * 0.05 * fixture::motion(s.particles));
+    EXPECT_LT((fixture::angular_momentum(s.particles) - before).norm(), 1e-5 * 0.05 * fixture::motion(s.particles));
 }
 
 TEST(Forces, AgreeWithTheFormulaWrittenPlainly) {

@@ -28,12 +28,6 @@ void stir(Simulation& s, double speed) {
                                            1));
 }
 
-Vec3d angular_momentum(const Particles& p) {
-    Vec3d sum(0, 0, 0);
-    for (std::size_t i = 0; i < p.size(); ++i)
-        sum += static_cast<double>(p.mass[i]) * p.position[i].cast<double>().cross(p.velocity[i].cast<double>());
-    return sum;
-}
 double energy(const Particles& p) {
     double sum = 0;
     for (std::size_t i = 0; i < p.size(); ++i) sum += 0.5 * static_cast<double>(p.mass[i] * p.velocity[i].squaredNorm());
@@ -136,11 +130,11 @@ TEST(ViscositySolver, KeepsBothMomentaAtAnyTolerance) {
         scene.bodies[0].angular_velocity = {1, 2, 3};
         Simulation s = make_simulation(scene);
         stir(s, 0.2);
-        const Vec3d linear = fixture::momentum(s.particles), angular = angular_momentum(s.particles);
+        const Vec3d linear = fixture::momentum(s.particles), angular = fixture::angular_momentum(s.particles);
         const double motion = fixture::motion(s.particles);
         fixture::steps(s, 100, 2e-3);
         EXPECT_LT((fixture::momentum(s.particles) - linear).norm(), 2e-6 * motion);
-        EXPECT_LT((angular_momentum(s.particles) - angular).norm(), 1e-5 * 0.05 * motion);
+        EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-5 * 0.05 * motion);
     }
 }
 

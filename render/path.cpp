@@ -41,7 +41,8 @@ class Path {
     }
 
     Vec3f follow() {
-        // Clear passages do not count as bounces; the larger limit ends rays caught in damaged geometry.
+        // Clear passages and total reflections do not count as bounces: nothing is lost at them, and glass is dark
+        // where light guided along its walls is cut. The larger limit ends rays that are caught.
         for (int segments = 0; segments < 16 * (world_.settings.max_bounces + 2); ++segments) {
             Hit hit;
             const bool found = nearest_hit(world_, s_.ray, s_.interior, hit);
@@ -147,13 +148,13 @@ class Path {
             s_.ray = {pass(hit, s_.ray.direction), s_.ray.direction};
             return true;
         }
-        if (++s_.bounces > world_.settings.max_bounces) return false;
-        if (!material.smooth()) return scatter_rough(hit, material, interface);
+        if (!material.smooth())
+            return ++s_.bounces <= world_.settings.max_bounces && scatter_rough(hit, material, interface);
         const float choose = sampler_.next();
         // The smooth normal decides unless it sends the ray to the wrong side of the surface; then the surface itself
         // does.
         if (!refract(hit, interface, hit.normal, choose)) refract(hit, interface, hit.geometric, choose);
-        return true;
+        return s_.bounces <= world_.settings.max_bounces;
     }
 
     bool refract(const Hit& hit, const Interface& interface, const Vec3f& outward, float choose) {
@@ -170,12 +171,14 @@ class Path {
             if (side.dot(r) <= 0 && outward != hit.geometric) return false;
             s_.ray = {leave(hit, r), r.normalized(), 0, kInfinity, true};
             if (s_.chain != Chain::mirrored) s_.chain = Chain::clear_reflected;
+            if (reflectance < 1) ++s_.bounces;
             return true;
         }
         const Vec3f t = d / eta + (cosine / eta - cos_t) * n;
         if (side.dot(t) >= 0 && outward != hit.geometric) return false;
         s_.ray = {pass(hit, d), t.normalized()};
         s_.interior = interface.behind;
+        ++s_.bounces;
         if (s_.chain == Chain::direct) s_.chain = Chain::clear;
         s_.throughput /= eta * eta;  // radiance is densest where the index is highest
         s_.compression *= eta * eta;

@@ -13,7 +13,7 @@ namespace thixo::render {
 
 /// How light is followed (scene::Output).
 struct PathSettings {
-    int max_bounces = 12;  // hits of a path
+    int max_bounces = 12;  // hits of a path, but for total reflections
     bool straight_shadows = true;
     float clamp = 20;  // W/(m^2 sr), of indirect radiance of one sample; 0: none
     bool transparent_background = false;

@@ -156,7 +156,7 @@ void visit(V& v, Output& o) {
     v.key("noise", o.noise, "1", between(0, 1),
           "visible noise at which a tile of 16 x 16 pixels has enough samples, as a part of white on a display; 0.01 is clean; "
           "0: every pixel gets all samples");
-    v.key("max_bounces", o.max_bounces, "", between(0, 1000), "longest path, in hits");
+    v.key("max_bounces", o.max_bounces, "", between(0, 1000), "longest path, in hits; total reflections do not count");
     v.key("exposure", o.exposure, "stops", between(-50, 50), "brightness of PNG and film; EXR is untouched");
     v.key("view", o.view, "", any(), "view transform of PNG and film");
     v.key("straight_shadows", o.straight_shadows, "", any(),

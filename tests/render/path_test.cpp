@@ -157,6 +157,30 @@ TEST(Path, AMattFloorUnderGlassVanishesInAWhiteFurnaceWithStraightShadowsOrWitho
     }
 }
 
+TEST(Path, TotalReflectionsGuideLightThroughALongRod) {
+    // Seen obliquely through its end, a rod passes the light of a white furnace on by some forty total reflections.
+    World world;
+    scene::Appearance glass;
+    glass.type = AppearanceType::dielectric;
+    glass.ior = 1.5;
+    MeshObject rod;
+    rod.object = add_object(world, glass);
+    rod.solid = true;
+    for (const float x : {0.0f, 2.0f})
+        for (const float y : {-0.02f, 0.02f})
+            for (const float z : {-0.02f, 0.02f}) rod.mesh.vertices.emplace_back(x, y, z);
+    rod.mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
+                          {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+    std::vector<MeshObject> meshes;
+    meshes.push_back(std::move(rod));
+    world.rays = std::make_unique<RayScene>(SurfelSet{}, std::move(meshes));
+    add_sky(world);
+    look(world, {-0.5, 0.3, 0.5}, {0, 0, 0}, 0.5, 16, 16);
+    world.settings = {8, false, 0, false};
+    const Image image = picture(world, 64);
+    EXPECT_NEAR(mean_colour(image).y(), 1, 0.01);
+}
+
 TEST(Path, TheClampLimitsOnlyIndirectLight) {
     World world = matt_ground();
     scene::Light lamp;

@@ -8,6 +8,7 @@
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/tessellate.h"
 #include "sim/scene_shapes.h"
+#include "sim/step.h"
 
 namespace thixo {
 namespace {
@@ -59,7 +60,7 @@ PointSet particle_points(const Simulation& s) {
     points.add("id", p.id);
     points.add("pscale", std::vector<float>(n, static_cast<float>(s.problem.smoothing.spacing / 2)));
     points.add("density", floats(p.density));
-    points.add("pressure", floats(p.pressure));
+    points.add("pressure", collect<float>(n, [&](std::size_t i) { return static_cast<float>(shown_pressure(s, i)); }));
     points.add("temperature", floats(p.temperature));
     points.add("body", p.body);
     points.add("material", p.material);

@@ -133,4 +133,20 @@ Real density_rate(std::size_t i, const NeighbourLists& neighbours, const std::ve
     return spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - (moving ? w.inflow : Real(0));
 }
 
+Real virial_pressure(std::size_t i, const std::vector<Real>& pressure, const NeighbourLists& neighbours,
+                     const std::vector<WallEffect>& walls, const Smoothing& smoothing, const PressureSystem& system) {
+    const ConvexSpline& kernel = smoothing.fluid;
+    const std::size_t n = pressure.size();
+    const Vec3 x = xyz(system.place[i]);
+    Real sum = 0;
+    for (const Index j : neighbours[i]) {
+        const Real r = (x - xyz(system.place[j])).norm();
+        const Real other = pressure[j < n ? j : system.ghosts->source[j - n]];
+        sum -= system.motion[j].w * (pressure[i] + other) * r * kernel.derivative(r) / 2;
+    }
+    const WallEffect& w = walls[i];
+    if (w.share > 0) sum += pressure[i] * std::max(w.distance, Real(0)) * w.gradient.norm();
+    return sum / (3 * smoothing.fluid_gradient);
+}
+
 }  // namespace thixo

@@ -48,4 +48,11 @@ inline void refresh_motion(PressureSystem& system) { refresh_ghosts(*system.ghos
 Real density_rate(std::size_t i, const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
                   const Smoothing& smoothing, const PressureSystem& system, bool moving);
 
+/// The pressure that the forces between particles, and mirrored by walls, carry through i: a third of their virial's trace,
+///   (sum_j V0_j (p_i + p_j) (-r.grad W_ij)/2 - p_i d dc/dd) / (3 k)     [Pa]
+/// The multipliers p differ from it by what a packing's structure does: 4 % in water that has settled. Requires measure_density
+/// of the present places; p may be older.
+Real virial_pressure(std::size_t i, const std::vector<Real>& pressure, const NeighbourLists& neighbours,
+                     const std::vector<WallEffect>& walls, const Smoothing& smoothing, const PressureSystem& system);
+
 }  // namespace thixo

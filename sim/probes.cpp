@@ -32,7 +32,7 @@ double quantity(const Simulation& s, Quantity what, std::size_t i) {
         case Quantity::one: return 1;
         case Quantity::volume: return static_cast<double>(p.rest_volume[i] / p.mass[i]);
         case Quantity::density: return static_cast<double>(p.density[i]);
-        case Quantity::pressure: return static_cast<double>(p.pressure[i]);
+        case Quantity::pressure: return static_cast<double>(shown_pressure(s, i));
         case Quantity::temperature: return static_cast<double>(p.temperature[i]);
         case Quantity::speed: return velocity(s, i).norm();
         case Quantity::energy: return 0.5 * velocity(s, i).squaredNorm();

@@ -198,6 +198,12 @@ void evaluate(Simulation& s) {
     find_density(s);
 }
 
+Real shown_pressure(const Simulation& s, std::size_t i) {
+    const auto& pressure = s.particles.pressure;
+    return implicit(s) ? virial_pressure(i, pressure, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system)
+                       : pressure[i];
+}
+
 void step(Simulation& s) {
     emit(s);             // emitter    4.2
     find_neighbours(s);  // geometry   7.1

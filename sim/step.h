@@ -11,6 +11,9 @@ namespace thixo {
 /// pressure (and what the walls add) at the present time. This is also the state a frame shows.
 void evaluate(Simulation& s);
 
+/// Pressure of particle i as frames and probes show it [Pa]. Requires evaluate.
+Real shown_pressure(const Simulation& s, std::size_t i);
+
 /// One step of the animation loop towards clock.next_frame; the last one ends on it exactly. Throws DivergedError.
 void step(Simulation& s);
 

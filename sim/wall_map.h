@@ -36,10 +36,11 @@ WallIntegrals half_space_integrals(Real distance, Real support);
 class WallMap {
   public:
     WallMap(Shape solid, Real support);
-    /// The wall of the implicit solver: the share is the sum of `kernel` over the planes that the wall is made of near x,
-    /// with the shape's own distances, and the gradient exactly that of the share, so that a wall gives back the energy it
-    /// takes (interpolated, a share so steep is neither). The first plane touches the nearest point of the wall; where a
-    /// support further on another wall is nearer, the edge is concave, and that is the second; and so the third.
+    /// The wall of the implicit solver: the share is that of `kernel` at the distance from the planes that the wall is made of
+    /// near x, by the shape's own distances and with concave edges rounded off to half a support, and the gradient exactly that
+    /// of the share, so that a wall gives back the energy it takes (interpolated, it would not). The first plane touches the
+    /// nearest point of the wall; where a support further on another wall is nearer, the edge is concave, and that is the
+    /// second; and so the third.
     WallMap(Shape solid, const WallKernel& kernel);
     WallMap(WallMap&&) = default;
 
@@ -114,7 +115,17 @@ class WallMap {
     Block make_block(const Vec3& origin) const;
     Real unevenness(const Vec3& centre, Real& distance, Vec3& normal) const;
     std::vector<Real> occupancy(const Vec3& origin) const;
-    void add_planes(const Vec3& x, const Block& block, WallIntegrals& w) const;
+    struct Plane {
+        Real distance = 0;     // signed, > 0 outside of the wall [m]
+        Vec3 normal{0, 0, 0};  // unit, from the wall
+    };
+    struct Planes {
+        std::array<Plane, 3> list;
+        int count = 0;
+    };
+    static Vec3 way_off(const Planes& planes, Real radius);
+    Planes planes_near(const Block& block, const Vec3& x, Real distance, const Vec3& gradient) const;
+    void take_rounded_planes(const Vec3& x, const Block& block, WallIntegrals& w) const;
     WallIntegrals sum(const std::vector<Real>& filled, int i, int j, int k) const;
     void make_stencil();
 

@@ -176,7 +176,7 @@ struct Solver {
     double support = 2;     // kernel support h in spacings
     Pressure pressure = Pressure::eos;
     double density_tolerance = 0.0005;     // 1, mean over particles
-    double divergence_tolerance = 0.0001;  // 1, mean over particles, in one step
+    double divergence_tolerance = 0.00002; // 1, mean over particles, in one step
     int iterations = 100;                  // of one pressure solve, at most
     double expected_speed = 0;  // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
     double artificial_viscosity = 0.15;  // Monaghan's alpha, 1

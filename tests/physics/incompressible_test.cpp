@@ -19,52 +19,6 @@ double root_mean_square(const std::vector<Vec3>& v) {
     return std::sqrt(sum / static_cast<double>(v.size()));
 }
 
-double mean_height(const Particles& p) {
-    double sum = 0;
-    for (const Vec3& x : p.position) sum += static_cast<double>(x.z());
-    return sum / static_cast<double>(p.size());
-}
-
-TEST(Incompressible, TankAtRest) {
-    constexpr double kWidth = 0.05, kSpacing = 0.005;
-    scene::Scene scene = implicit(fixture::tank({kWidth, kWidth, 0.15}, 0.1, kSpacing));
-    scene.materials[0].viscosity = 0.05;
-    Simulation s = make_simulation(scene);
-    for (int f = 0; f < 48; ++f) advance_frame(s);
-    const double before = mean_height(s.particles);
-    const double ideal = static_cast<double>(s.particles.size()) * cube(kSpacing) / square(kWidth);
-    s.stats = StepStats{};
-    double n = 0, sz = 0, sp = 0, szz = 0, szp = 0, speed = 0, error = 0;
-    for (int f = 0; f < 24; ++f) {
-        advance_frame(s);
-        speed = std::max(speed, root_mean_square(s.particles.velocity));
-        for (std::size_t i = 0; i < s.particles.size(); ++i) {
-            const double z = s.particles.position[i].z(), p = s.particles.pressure[i];
-            error += std::max(static_cast<double>(s.particles.density[i]) / 1000 - 1, 0.0);
-            if (z < 2 * kSpacing || z > ideal - 2 * kSpacing) continue;
-            n += 1, sz += z, sp += p, szz += z * z, szp += z * p;
-        }
-    }
-    const double slope = -(n * szp - sz * sp) / (n * szz - sz * sz) / 9810;
-    const double drift = mean_height(s.particles) / before - 1;
-    error /= 24 * static_cast<double>(s.particles.size());
-    const double iterations = static_cast<double>(s.stats.divergence.iterations + s.stats.density.iterations) / s.stats.steps;
-    const double height = 2 * mean_height(s.particles);
-    fmt::print(
-        "slope/(rho g) {:.4f}; drift {:.5f} in 1 s; height {:.4f} of {:.4f} m; rms speed at most {:.4f} m/s; density error "
-        "{:.5f}; iterations a step {:.1f} (divergence {:.1f}, density {:.1f})\n",
-        slope, drift, height, ideal, speed, error, iterations,
-        static_cast<double>(s.stats.divergence.iterations) / s.stats.steps,
-        static_cast<double>(s.stats.density.iterations) / s.stats.steps);
-    // The aims are 1 % of the slope and 2 mm/s: neither is reached yet. These two bounds only tell when it gets worse.
-    EXPECT_NEAR(slope, 1, 0.06);
-    EXPECT_LT(std::abs(drift), 1e-3);
-    EXPECT_NEAR(height, ideal, 0.5 * kSpacing);
-    EXPECT_LT(speed, 0.02);
-    EXPECT_LT(error, 1e-3);
-    EXPECT_EQ(s.stats.divergence.cut_off + s.stats.density.cut_off, 0);
-}
-
 TEST(Incompressible, MomentumIsConserved) {
     scene::Scene scene = implicit(fixture::empty_space());
     scene.materials[0].viscosity = 0;

@@ -33,8 +33,8 @@ def call(*words, code=0, cwd=None, env=None, before=None):
     return done
 
 
-def sim(out, *words, **how):
-    return call("thixo-sim", f"--out={out}", *words, SCENE, **how)
+def sim(out, *words, scene=SCENE, **how):
+    return call("thixo-sim", f"--out={out}", *words, scene, **how)
 
 
 def render(out, *words, **how):
@@ -61,6 +61,7 @@ def pictures(folder):
 
 class Case(unittest.TestCase):
     """Each class makes one uninterrupted output, the reference, and tries things in folders beside it."""
+    scene = SCENE
     parts = ("cache", "frames")
 
     @classmethod
@@ -69,7 +70,7 @@ class Case(unittest.TestCase):
         cls.folder = pathlib.Path(cls.scratch.name)
         cls.reference = cls.folder / "reference"
         start = time.monotonic()
-        sim(cls.reference)
+        sim(cls.reference, scene=cls.scene)
         cls.sim_seconds = time.monotonic() - start
         start = time.monotonic()
         render(cls.reference)
@@ -157,6 +158,9 @@ class Kills(Case):
             process.wait()
             return True
 
+    def finish(self, out):
+        sim(out, scene=self.scene)
+
     def try_kills(self, name, words, seconds, finish, part, prepare=lambda out: None):
         """Five runs, each killed four times at random instants, then finished."""
         chance = random.Random(20260101)
@@ -172,7 +176,7 @@ class Kills(Case):
         self.assertGreaterEqual(hits, 5, "too few kills met a running program")
 
     def test_a_killed_simulation_continues_to_the_same_bytes(self):
-        self.try_kills("sim", ["thixo-sim", SCENE], self.sim_seconds, sim, "cache")
+        self.try_kills("sim", ["thixo-sim", self.scene], self.sim_seconds, self.finish, "cache")
 
     def test_a_killed_rendering_continues_to_the_same_bytes(self):
         self.try_kills("render", ["thixo-render"], self.render_seconds, render, "frames",
@@ -182,16 +186,16 @@ class Kills(Case):
         """Not by the clock: the process kills itself within its nth write of a file."""
         for nth in range(1, 14):
             out = self.folder / f"write {nth}"
-            done = subprocess.run([bin_folder / "thixo-sim", f"--out={out}", SCENE], env={**os.environ, "THIXO_WRITE_FAULT": f"{nth}:100:kill"},
+            done = subprocess.run([bin_folder / "thixo-sim", f"--out={out}", self.scene], env={**os.environ, "THIXO_WRITE_FAULT": f"{nth}:100:kill"},
                                   capture_output=True, check=False)
             self.assertEqual(-signal.SIGKILL, done.returncode, f"write {nth} of the simulation")
-            sim(out)
+            self.finish(out)
             with self.subTest(nth=nth):
                 self.assert_same(out, "cache")
 
     def test_an_interrupted_run_continues_to_the_same_bytes(self):
         out = self.folder / "interrupted"
-        with subprocess.Popen([bin_folder / "thixo", "run", SCENE, "--out", out], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+        with subprocess.Popen([bin_folder / "thixo", "run", self.scene, "--out", out], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                               text=True) as process:
             for line in process.stderr:
                 if line.startswith("sim 2/"):
@@ -200,8 +204,26 @@ class Kills(Case):
             words = process.stderr.read()
         self.assertEqual(130, process.returncode, words)
         self.assertLess(len(pictures(out)), LAST_FRAME)
-        call("thixo", "run", SCENE, "--out", out)
+        call("thixo", "run", self.scene, "--out", out)
         self.assert_same(out)
+
+
+class ImplicitSolvers(Kills):
+    """The same with solvers that start from what the step before found."""
+    scene = HERE / "tiny_implicit.yaml"
+
+    def test_they_are_at_work(self):
+        solves = [json.loads(line)["solves"] for line in (self.reference / "stats.jsonl").read_text().splitlines()]
+        self.assertGreater(max(s["divergence"]["iterations"] for s in solves), 0)
+        frames = [json.loads(line)["viscosity"]["iterations"] for line in (self.reference / "stats.jsonl").read_text().splitlines()]
+        self.assertGreater(max(frames), 0)
+
+    def test_at_any_thread_count(self):
+        for threads in (1, 2, 3):
+            out = self.folder / f"threads {threads}"
+            sim(out, f"--threads={threads}", scene=self.scene)
+            with self.subTest(threads=threads):
+                self.assert_same(out, "cache")
 
 
 class Refusals(Case):

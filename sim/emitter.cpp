@@ -135,7 +135,7 @@ void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vect
                 particles.mass[i] = static_cast<Real>(layout.mass);
                 particles.rest_volume[i] = cube(smoothing.spacing);
                 particles.density[i] = static_cast<Real>(layout.mass / cube(d));
-                particles.temperature[i] = static_cast<Real>(emitter.temperature);
+                particles.temperature[i] = emitter.temperature;
                 particles.material[i] = layout.material;
                 particles.body[i] = layout.body;
                 particles.kind[i] = Kind::liquid;

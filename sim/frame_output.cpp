@@ -24,7 +24,8 @@ std::vector<T> collect(std::size_t n, F&& f) {
 std::vector<Vec3f> floats(const std::vector<Vec3>& a) {
     return collect<Vec3f>(a.size(), [&](std::size_t i) -> Vec3f { return a[i].template cast<float>(); });
 }
-std::vector<float> floats(const std::vector<Real>& a) {
+template <std::floating_point T>
+std::vector<float> floats(const std::vector<T>& a) {
     return collect<float>(a.size(), [&](std::size_t i) { return static_cast<float>(a[i]); });
 }
 

@@ -21,7 +21,7 @@ struct Particles {
     std::vector<Real> rest_volume;       // V0 = m/rho0 [m^3]
     std::vector<Real> density;           // rho [kg/m^3], summation density with the walls' share
     std::vector<Real> pressure;          // P [Pa]
-    std::vector<Real> temperature;       // T [degC]
+    std::vector<double> temperature;     // T [degC]; in single precision a slow change of one step would be lost
     std::vector<Vec3> surface_position;  // x at the last surface update [m]; written by sim/surface
     std::vector<std::int32_t> material;  // index into Scene::materials
     std::vector<std::int32_t> body;      // id of the body (emitters and scene bodies give the first ones)

@@ -120,7 +120,7 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
         p.rest_volume[i] = volume;
         p.density[i] = s.problem.materials[static_cast<std::size_t>(material)].density;
         p.mass[i] = p.density[i] * p.rest_volume[i];
-        p.temperature[i] = static_cast<Real>(body.temperature);
+        p.temperature[i] = body.temperature;
         p.material[i] = material;
         p.body[i] = number;
         p.kind[i] = Kind::liquid;
@@ -146,6 +146,7 @@ Simulation make_simulation(const scene::Scene& scene) {
                              .scene_path = {},
                              .smoothing = smoothing,
                              .materials = resolve_materials(scene.materials, static_cast<Real>(speed), scene.solver.pressure),
+                             .heat = make_heat(scene),
                              .gravity = scene.world.gravity.cast<Real>(),
                              .periodic = make_periodic(scene.world, smoothing.support),
                              .expected_speed = speed,

@@ -9,6 +9,7 @@
 #include "pipeline/geometry/neighbour_lists.h"
 #include "pipeline/geometry/point_grid.h"
 #include "sim/emitter.h"
+#include "sim/heat.h"
 #include "sim/materials.h"
 #include "sim/particles.h"
 #include "sim/periodic.h"
@@ -30,6 +31,7 @@ struct Problem {
     std::string scene_path;  // as the user wrote it, for messages; may be empty
     Smoothing smoothing;
     std::vector<MaterialParams> materials;
+    HeatParams heat;
     Vec3 gravity{0, 0, 0};                // [m/s^2]
     Periodic periodic;
     double expected_speed = 0;            // U [m/s]
@@ -64,6 +66,8 @@ struct StepStats {
            integration_seconds = 0, surface_seconds = 0;
     int viscosity_iterations = 0, viscosity_unconverged = 0;  // iterations, and solves that did not reach the tolerance
     double viscosity_residual = 0;                            // largest [1]
+    double heat_seconds = 0;
+    int heat_steps = 0;
     std::int64_t pairs = 0, particle_steps = 0;
     int surface_updates = 0;
     SurfaceReport surface;  // counts summed, the rest of the last update
@@ -86,6 +90,7 @@ struct Simulation {
     Sweep sweep{};
     TensionScratch tension{};
     ViscosityScratch viscosity{};
+    HeatScratch heat{};
     PressureSystem pressure_system{};
     SolveScratch solve_scratch{};
     ReorderScratch reorder_scratch{};

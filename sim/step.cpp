@@ -73,6 +73,12 @@ void find_viscosity(Simulation& s, double dt) {
     s.stats.viscosity_residual = std::max(s.stats.viscosity_residual, report.residual);
 }
 
+void conduct(Simulation& s, double dt) {
+    ScopedTimer timer(s.stats.heat_seconds);
+    s.stats.heat_steps += conduct_heat(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.heat, s.sweep,
+                                       s.clock.time, dt, s.heat);
+}
+
 void count_solve(const SolveReport& report, SolveStats& stats) {
     ++stats.solves;
     stats.iterations += report.iterations;
@@ -213,6 +219,7 @@ void step(Simulation& s) {
     const double dt = choose_step(s, wall_speed);  // time_step, health
     find_viscosity(s, dt);                         // viscosity_solver  4.3.1
     if (implicit(s)) solve_pressure(s, dt);
+    conduct(s, dt);                                // heat       6.5
     move_on(s, dt, wall_speed);                    // leapfrog   7.2, walls
     update_surface_when_due(s);                    // surface    6.6
     count_step(s);

@@ -22,21 +22,30 @@ Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing) {
         return scene.solver.pressure == scene::Pressure::dfsph ? WallMap(std::move(solid), smoothing.wall)
                                                                : WallMap(std::move(solid), smoothing.support);
     };
-    std::set<std::pair<bool, double>> surfaces;  // slippery ones first, then by contact angle
+    struct Surface {  // slippery ones first, then by contact angle, then by temperature
+        bool no_slip;
+        double angle;
+        std::optional<double> temperature;
+        auto operator<=>(const Surface&) const = default;
+    };
+    const auto surface_of = [](const scene::Boundary& b) {
+        return Surface{b.no_slip, b.contact_angle, b.isothermal ? std::optional(b.temperature) : std::nullopt};
+    };
+    const auto add = [&](Shape solid, RigidMotion motion, const Surface& surface) {
+        walls.list.emplace_back(map_of(std::move(solid)), std::move(motion), surface.no_slip, adhesion_of(surface.angle),
+                                surface.temperature);
+    };
+    std::set<Surface> surfaces;
     for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.motion.size() < 2) surfaces.emplace(b.no_slip, b.contact_angle);
-    for (const auto& [no_slip, angle] : surfaces) {
+        if (b.motion.size() < 2) surfaces.insert(surface_of(b));
+    for (const Surface& surface : surfaces) {
         std::vector<Shape> at_rest;
         for (const scene::Boundary& b : scene.world.boundaries)
-            if (b.motion.size() < 2 && b.no_slip == no_slip && b.contact_angle == angle)
-                at_rest.push_back(wall_solid_at_rest(scene, b));
-        walls.list.emplace_back(map_of(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest)), RigidMotion(),
-                                no_slip, adhesion_of(angle));
+            if (b.motion.size() < 2 && surface_of(b) == surface) at_rest.push_back(wall_solid_at_rest(scene, b));
+        add(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest), RigidMotion(), surface);
     }
     for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.motion.size() >= 2)
-            walls.list.emplace_back(map_of(wall_solid(scene, b)), motion_of(b.motion), b.no_slip,
-                                    adhesion_of(b.contact_angle));
+        if (b.motion.size() >= 2) add(wall_solid(scene, b), motion_of(b.motion), surface_of(b));
     move_walls(walls, 0);
     return walls;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,12 +25,13 @@ struct WallContact {
 /// One rigid solid: a moving boundary, or all boundaries at rest with the same surface together (what overlaps then
 /// counts once).
 struct Wall {
-    Wall(WallMap map_, RigidMotion motion_, bool no_slip_, Real adhesion_)
-        : map(std::move(map_)), motion(std::move(motion_)), no_slip(no_slip_), adhesion(adhesion_) {}
+    Wall(WallMap map_, RigidMotion motion_, bool no_slip_, Real adhesion_, std::optional<double> temperature_)
+        : map(std::move(map_)), motion(std::move(motion_)), no_slip(no_slip_), adhesion(adhesion_), temperature(temperature_) {}
     WallMap map;         // in the wall's own frame
     RigidMotion motion;  // own frame -> world
     bool no_slip;
     Real adhesion;  // (1 + cos theta)/2 of the contact angle: 0 repels, 1 is wetted completely [1]
+    std::optional<double> temperature;  // of an isothermal wall; else no heat passes [degC]
     Mat3 turn = Mat3::Identity();  // pose at the walls' present time
     Vec3 shift{0, 0, 0};           // [m]
     Vec3 velocity{0, 0, 0};        // of the frame's origin [m/s]

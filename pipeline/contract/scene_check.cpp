@@ -49,6 +49,16 @@ void check_motion(const std::vector<Key>& motion, const std::string& path, const
                       fmt::format("\"time\" must ascend: {} is not after {}", motion[k].time, motion[k - 1].time));
 }
 
+void check_heat(const Scene& scene, const Checker& check) {
+    for (const Material& m : scene.materials)
+        check.require(m.thermal.latent_heat <= 0 || m.thermal.liquidus > m.thermal.solidus,
+                      fmt::format("materials.{}.latent_heat", m.name),
+                      "\"latent_heat\" needs a \"liquidus\" above the \"solidus\"");
+    for (const HeatSource& source : scene.world.heat_sources)
+        check.require(source.to > source.from, fmt::format("world.heat_sources.{}.to", source.name),
+                      fmt::format("\"to\" ({}) is not after \"from\" ({})", source.to, source.from));
+}
+
 void check_kind(const BoxShape& s, const std::string& path, const Checker& check) {
     check.require(s.rounding <= 0.5 * s.size.minCoeff(), path + ".box.rounding",
                   "\"rounding\" is more than half the shortest edge");
@@ -244,6 +254,7 @@ void check_scene(const Scene& scene, ReadContext& context) {
     }
     for (const Probe& p : scene.probes)
         check.refer(p.material, materials, "probes." + p.name + ".material", "material");
+    check_heat(scene, check);
     check_periodic(scene, check);
     check_look(scene.look, context);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/base/math.h"
+#include "pipeline/contract/scene_heat.h"
 #include "pipeline/contract/scene_key.h"
 #include "pipeline/contract/scene_shapes.h"
 
@@ -40,6 +41,8 @@ struct Boundary {
     bool inside = false;  // true: the shape is the room, matter stays inside it; false: it is an obstacle
     bool no_slip = false;
     double contact_angle = 180;  // degrees
+    bool isothermal = false;
+    double temperature = 20;  // degC
     std::vector<Key> motion;
     std::string look;  // appearance; empty: the boundary's name
     bool visible = true;
@@ -51,6 +54,8 @@ void visit(V& v, Boundary& b) {
     v.key("contact_angle", b.contact_angle, "degrees", between(0, 180),
           "angle in the liquid where its surface meets the wall: 0 wets it, 180 does not stick at all");
     v.key("no_slip", b.no_slip, "", any(), "true: fluid sticks to the surface; false: it slides along it");
+    v.key("isothermal", b.isothermal, "", any(), "true: its surface is kept at `temperature`; false: it takes no heat");
+    v.key("temperature", b.temperature, "degC", between(-273.15, 1e5), "temperature of an isothermal boundary");
     v.list("motion", b.motion, "moves the boundary");
     v.reference("look", b.look, Refers::appearance, any(), "appearance; left out: the one of the boundary's own name");
     v.key("visible", b.visible, "", any(), "false: not drawn");
@@ -77,6 +82,7 @@ struct World {
     Vec3d gravity{0, 0, -9.81};  // m/s^2
     std::vector<Boundary> boundaries;
     std::vector<PeriodicAxis> periodic;
+    std::vector<HeatSource> heat_sources;
 };
 template <class V>
 void visit(V& v, World& w) {
@@ -84,6 +90,7 @@ void visit(V& v, World& w) {
     v.named("boundaries", w.boundaries, "walls, floors and vessels");
     v.list("periodic", w.periodic,
            "periodic axes: what leaves through one face comes back through the other; boundaries are not repeated");
+    v.named("heat_sources", w.heat_sources, "where heat is made");
 }
 
 struct Material {
@@ -93,6 +100,7 @@ struct Material {
     double surface_tension = 0;  // N/m
     double stiffness = 0;        // Pa, k_gas of the `eos` solver; 0: from the expected speed (1 % compression)
     double gamma = 1;            // exponent of the `eos` solver
+    Thermal thermal;
     std::string look;            // appearance; empty: the material's name
 };
 template <class V>
@@ -103,6 +111,7 @@ void visit(V& v, Material& m) {
     v.key("stiffness", m.stiffness, "Pa", between(0, 1e12),
           "resistance to compression of the `eos` solver; 0: from the expected speed, for 1 % compression");
     v.key("gamma", m.gamma, "1", between(1, 10), "exponent of the equation of state");
+    visit(v, m.thermal);
     v.reference("look", m.look, Refers::appearance, any(), "appearance; left out: the one of the material's own name");
 }
 

@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/face_tree.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
@@ -48,6 +49,12 @@ struct Transformed final : Shape::Node {
         if (mesh) transform_mesh(*mesh, exact_factor, rotation, exact_translation);
         return mesh;
     }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        const auto inner = shape.node().faces(by * inverse_factor);
+        if (!inner) return nullptr;
+        return std::make_shared<FaceTree>(mapped(
+            *inner, [&](const Shape& face) { return transformed(face, exact_factor, rotation, exact_translation); }));
+    }
     Shape shape;
     Real factor, inverse_factor;
     Mat3 inverse_rotation;
@@ -71,6 +78,7 @@ struct Offset final : Shape::Node {
         return outside > 0 ? std::max(d, outside) : d;
     }
     std::optional<Box3> bounds() const override { return box; }
+    std::shared_ptr<const FaceTree> faces(Real more) const override { return shape.node().faces(by + more); }
     Shape shape;
     Real by;
     std::optional<Box3> box;
@@ -84,6 +92,10 @@ struct Shell final : Shape::Node {
         return std::max(d, -d - thickness);
     }
     std::optional<Box3> bounds() const override { return shape.bounds(); }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        return std::make_shared<FaceTree>(FaceTree::of(
+            FaceTree::Op::all, {faces_of(shape, by), complement(faces_of(shape, -thickness - by))}));
+    }
     Shape shape;
     Real thickness;
 };
@@ -96,6 +108,10 @@ struct Inverted final : Shape::Node {
         auto mesh = shape.node().exact_mesh(segments);
         if (mesh) flip_mesh(*mesh);
         return mesh;
+    }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        const auto inner = shape.node().faces(-by);
+        return inner ? std::make_shared<FaceTree>(complement(*inner)) : nullptr;
     }
     Shape shape;
 };

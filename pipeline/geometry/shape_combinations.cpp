@@ -5,6 +5,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/face_tree.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
 
@@ -36,6 +37,12 @@ struct Union final : Shape::Node {
         return d;
     }
     std::optional<Box3> bounds() const override { return box; }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        if (smooth > 0) return nullptr;
+        FaceTree tree{FaceTree::Op::any};
+        for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, by));
+        return std::make_shared<FaceTree>(std::move(tree));
+    }
     std::vector<Shape> shapes;
     Real smooth;
     std::optional<Box3> box;
@@ -62,6 +69,12 @@ struct Intersection final : Shape::Node {
         return box ? std::max(d, outside(x)) : d;
     }
     std::optional<Box3> bounds() const override { return box; }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        if (smooth > 0) return nullptr;
+        FaceTree tree{less ? FaceTree::Op::except : FaceTree::Op::all};
+        for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, less && !tree.parts.empty() ? -by : by));
+        return std::make_shared<FaceTree>(std::move(tree));
+    }
 
     /// Distance to the box where x is out of it; no bound within.
     Real outside(const Vec3& x) const {

@@ -6,6 +6,7 @@
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/face_tree.h"
 #include "pipeline/geometry/mesh_repair.h"
+#include "pipeline/geometry/point_surfels.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
 
@@ -55,6 +56,14 @@ struct Transformed final : Shape::Node {
         return std::make_shared<FaceTree>(mapped(
             *inner, [&](const Shape& face) { return transformed(face, exact_factor, rotation, exact_translation); }));
     }
+    std::optional<Vec3f> colour(const Vec3& x) const override {
+        return shape.node().colour(inverse_rotation * (x - translation) * inverse_factor);
+    }
+    std::shared_ptr<const PointSurfels> own_surfels() const override {
+        const auto inner = shape.node().own_surfels();
+        if (!inner) return nullptr;
+        return std::make_shared<PointSurfels>(moved(*inner, exact_factor, rotation, exact_translation));
+    }
     Shape shape;
     Real factor, inverse_factor;
     Mat3 inverse_rotation;
@@ -79,6 +88,7 @@ struct Offset final : Shape::Node {
     }
     std::optional<Box3> bounds() const override { return box; }
     std::shared_ptr<const FaceTree> faces(Real more) const override { return shape.node().faces(by + more); }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
     Shape shape;
     Real by;
     std::optional<Box3> box;
@@ -96,6 +106,7 @@ struct Shell final : Shape::Node {
         return std::make_shared<FaceTree>(FaceTree::of(
             FaceTree::Op::all, {faces_of(shape, by), complement(faces_of(shape, -thickness - by))}));
     }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
     Shape shape;
     Real thickness;
 };
@@ -113,6 +124,7 @@ struct Inverted final : Shape::Node {
         const auto inner = shape.node().faces(-by);
         return inner ? std::make_shared<FaceTree>(complement(*inner)) : nullptr;
     }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
     Shape shape;
 };
 

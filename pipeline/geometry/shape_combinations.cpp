@@ -18,6 +18,18 @@ Real smooth_min(Real a, Real b, Real radius) {
     return std::min(a, b) - (overlap > 0 ? overlap * overlap / (4 * radius) : Real(0));
 }
 
+/// Of the shape whose surface is nearest.
+std::optional<Vec3f> colour_of_nearest(const std::vector<Shape>& shapes, const Vec3& x) {
+    const Shape* nearest = nullptr;
+    Real best = std::numeric_limits<Real>::max();
+    for (const Shape& s : shapes)
+        if (const Real d = std::abs(s.distance(x)); d < best) {
+            best = d;
+            nearest = &s;
+        }
+    return nearest ? nearest->node().colour(x) : std::nullopt;
+}
+
 struct Union final : Shape::Node {
     Union(std::vector<Shape> list, Real radius) : shapes(std::move(list)), smooth(radius) {
         box = shapes[0].bounds();
@@ -43,6 +55,7 @@ struct Union final : Shape::Node {
         for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, by));
         return std::make_shared<FaceTree>(std::move(tree));
     }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
     std::vector<Shape> shapes;
     Real smooth;
     std::optional<Box3> box;
@@ -81,6 +94,7 @@ struct Intersection final : Shape::Node {
         const Real d = distance_to(*box, x);
         return d > 0 ? d : std::numeric_limits<Real>::lowest();
     }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
     std::vector<Shape> shapes;
     Real smooth;
     bool less;

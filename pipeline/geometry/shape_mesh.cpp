@@ -37,6 +37,18 @@ struct Mesh final : Shape::Node {
         if (mesh.normals.size() != mesh.vertices.size()) add_vertex_normals(mesh);
         return mesh;
     }
+    /// Of the closest triangle's corners.
+    std::optional<Vec3f> colour(const Vec3& x) const override {
+        const TriangleMesh& mesh = query->mesh();
+        if (mesh.colours.size() != mesh.vertices.size()) return std::nullopt;
+        const auto closest = query->closest(x);
+        const auto& corner = mesh.triangles[closest.triangle];
+        const Vec3f p = closest.point.cast<float>(), &a = mesh.vertices[corner[0]], &b = mesh.vertices[corner[1]],
+                    &c = mesh.vertices[corner[2]];
+        const Vec3f n = (b - a).cross(c - a);
+        const float v = n.dot((c - a).cross(a - p)) / n.squaredNorm(), w = n.dot((a - p).cross(b - a)) / n.squaredNorm();
+        return Vec3f((1 - v - w) * mesh.colours[corner[0]] + v * mesh.colours[corner[1]] + w * mesh.colours[corner[2]]);
+    }
     std::shared_ptr<const MeshQuery> query;
     Box3 box;
     bool closed;

@@ -8,6 +8,7 @@
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/even_points.h"
 #include "pipeline/geometry/point_grid.h"
+#include "pipeline/geometry/point_surfels.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/sheet_guides.h"
 
@@ -120,12 +121,32 @@ std::vector<Real> radii_of(const Sheet& sheet, const FacePoints& points, Real sp
     return radius;
 }
 
+void add_colours(const Shape& shape, SampledSurface& surface) {
+    std::vector<std::optional<Vec3f>> found(surface.surfels.size());
+    parallel_for(found.size(), [&](std::size_t i) { found[i] = shape.node().colour(surface.surfels.position[i]); });
+    if (std::none_of(found.begin(), found.end(), [](const auto& c) { return c.has_value(); })) return;
+    for (const auto& c : found) surface.colour.push_back(c.value_or(Vec3f::Ones()));
+}
+
+SampledSurface one_for_every_point(const Shape& shape) {
+    const auto points = shape.node().own_surfels();
+    if (!points) throw InputError("a surface needs a count of surfels or their spacing, unless it is a set of points");
+    SampledSurface result;
+    result.surfels = points->surfels;
+    result.colour = points->colour;
+    result.sheet.assign(result.surfels.size(), 0);
+    result.area = points->area;
+    result.spacing = std::sqrt(points->area / static_cast<double>(result.surfels.size()));
+    return result;
+}
+
 }  // namespace
 
 SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& sampling) {
     size_not_negative(sampling.spacing, "surfel spacing");
-    if ((sampling.count > 0) == (sampling.spacing > 0))
+    if (sampling.count > 0 && sampling.spacing > 0)
         throw InputError("a surface is sampled by a count of surfels or by their spacing; give one of the two");
+    if (sampling.count == 0 && sampling.spacing == 0) return one_for_every_point(shape);
     const FacedSolid solid(shape);
     SampledSurface result;
     const SolidPoints points = find_points(solid, sampling, result.spacing);
@@ -165,6 +186,7 @@ SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& samplin
     }
     result.sheets = 1 + *std::max_element(number.begin(), number.end());
     if (result.sheets > 1) result.trim = std::move(tree);
+    add_colours(shape, result);
     return result;
 }
 

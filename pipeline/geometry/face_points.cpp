@@ -128,7 +128,7 @@ FacePoints face_points(const FacedSolid& solid, int k, double spacing, double re
                 Real mean;
                 const Vec3 g = quick_gradient(face, c.position, Real(0.05) * size, mean);
                 if (!(std::abs(d) < layer * g.norm()) || !project_onto(face, size, c.position, c.normal)) continue;
-                c.on_surface = solid.on_surface(c.position, k, size);
+                c.on_surface = solid.on_surface(c.position, c.normal, k, size);
                 found[chunk].push_back(c);
             }
     });
@@ -169,12 +169,16 @@ FacedSolid::FacedSolid(const Shape& s) : shape(s), tree(without_differences(face
     faces = number_faces(tree);
 }
 
-bool FacedSolid::on_surface(const Vec3& x, int k, Real spacing) const {
+bool FacedSolid::on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const {
     if (single()) return true;
     if (!(std::abs(shape.distance(x)) <= Real(0.5) * spacing)) return false;
     const Real rounding = Real(4e-6) * std::max(bounds.lower.cwiseAbs().maxCoeff(), bounds.upper.cwiseAbs().maxCoeff());
-    return bounds_solid(tree, k, std::max(Real(1e-3) * spacing, rounding),
-                        [&](int f) { return faces[static_cast<std::size_t>(f)].distance(x); });
+    if (!bounds_solid(tree, k, std::max(Real(1e-3) * spacing, rounding),
+                      [&](int f) { return faces[static_cast<std::size_t>(f)].distance(x); }))
+        return false;
+    // Where a face of the other side lies in the same place it is not this one that bounds the solid.
+    const Real step = std::max(Real(0.02) * spacing, 4 * rounding);
+    return shape.distance(x + step * normal) > 0 && shape.distance(x - step * normal) < 0;
 }
 
 SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reach, std::uint64_t seed) {

@@ -16,8 +16,8 @@ struct FacedSolid {
     FaceTree tree;
     std::vector<Shape> faces;
     bool single() const { return faces.size() == 1; }
-    /// Whether x, on face k, lies on the solid's surface. `spacing` [m] sets what is near.
-    bool on_surface(const Vec3& x, int k, Real spacing) const;
+    /// Whether x, on face k with its normal there, lies on the solid's surface. `spacing` [m] sets what is near.
+    bool on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const;
 };
 
 /// Points of one face: on the solid's surface (beyond = 0), or on the face past its edges.

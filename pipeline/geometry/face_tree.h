@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "pipeline/geometry/boolean_tree.h"
 #include "pipeline/geometry/shape.h"
 
 namespace thixo {
@@ -56,15 +57,15 @@ bool evaluate(const Tree& tree, Inside&& inside) {
     return tree.op != Op::any;
 }
 
-/// Whether a point of face `own` bounds the solid of a tree without differences: it changes with the side of that face. distance(k) is the
-/// point's signed distance to face k; nearer than `tolerance` [m] it counts as whichever side makes a boundary, so that
-/// of coinciding faces all are one.
+/// Whether a point of face `own` bounds the solid of a tree without differences: it changes with the side of that face.
+/// distance(k) is the point's signed distance to face k; nearer than `tolerance` [m] it counts as whichever side makes a
+/// boundary, so that of coinciding faces all are one.
 template <class Tree, class Distance>
 bool bounds_solid(const Tree& tree, int own, Real tolerance, Distance&& distance) {
-    const auto with = [&](bool own_inside, Real limit) {
-        return evaluate(tree, [&](int k) { return k == own ? own_inside : distance(k) < limit; });
-    };
-    return with(true, tolerance) && !with(false, -tolerance);
+    return outcomes(tree, [&](const Tree& leaf) {
+               return leaf.number == own ? unsigned(kOwnSide) : outcome_of_side(distance(leaf.number), tolerance);
+           }) &
+           kOwnSide;
 }
 
 /// Distance by minima and maxima of the faces' distances: the sign of the solid, and as smooth as they are.

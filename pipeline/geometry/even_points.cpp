@@ -58,7 +58,7 @@ std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const 
     return kept;
 }
 
-void relax(const Shape& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
+void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
            Real spacing, int sweeps) {
     const Real reach = Real(1.8) * spacing;
     PointGrid grid;

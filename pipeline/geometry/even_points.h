@@ -17,7 +17,7 @@ std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const 
 
 /// Pushes points of a face apart along it: every sweep moves each by the sum of its neighbours' repulsion (1 - d/R)^2 and
 /// brings it back onto the face. Points with `fixed` stay.
-void relax(const Shape& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
+void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
            Real spacing, int sweeps);
 
 }  // namespace thixo

@@ -20,13 +20,17 @@ struct Cell {
     std::int32_t x, y, z;
 };
 
+InputError too_many(double spacing) {
+    return InputError("a surface at spacing {} m needs too many surfels; ask for fewer or a larger spacing", spacing);
+}
+
 /// Gradient by four distances around x; the mean of them is the distance to second order.
-Vec3 quick_gradient(const Shape& shape, const Vec3& x, Real h, Real& mean) {
+Vec3 quick_gradient(const Face& face, const Vec3& x, Real h, Real& mean) {
     const std::array<Vec3, 4> corner{Vec3(1, -1, -1), Vec3(-1, -1, 1), Vec3(-1, 1, -1), Vec3(1, 1, 1)};
     Vec3 g = Vec3::Zero();
     mean = 0;
     for (const Vec3& c : corner) {
-        const Real d = shape.distance(x + h * c);
+        const Real d = face.distance(x + h * c);
         g += d * c;
         mean += d / 4;
     }
@@ -36,7 +40,7 @@ Vec3 quick_gradient(const Shape& shape, const Vec3& x, Real h, Real& mean) {
 /// Cubes of the final edge that the layer about the face may pass through, near the solid's surface.
 class CellSearch {
   public:
-    CellSearch(const FacedSolid& solid, const Shape& face, double spacing, double reach)
+    CellSearch(const FacedSolid& solid, const Face& face, double spacing, double reach)
         : solid_(solid), face_(face), reach_(reach), edge_(spacing / 2) {
         const Box3 box = grown(solid.bounds, static_cast<Real>(reach + spacing));
         origin_ = box.lower.cast<double>();
@@ -75,8 +79,7 @@ class CellSearch {
     }
     void split() {
         if (8.0 * static_cast<double>(cells_.size()) > kMostCells)
-            throw InputError("a surface at spacing {} m needs too many surfels; ask for fewer or a larger spacing",
-                             2 * edge_);
+            throw too_many(2 * edge_);
         std::vector<Cell> parts;
         parts.reserve(8 * cells_.size());
         for (const Cell& c : cells_)
@@ -87,7 +90,7 @@ class CellSearch {
     }
 
     const FacedSolid& solid_;
-    const Shape& face_;
+    const Face& face_;
     double reach_, edge_, size_ = 0;
     Vec3d origin_;
     std::vector<Cell> cells_;
@@ -111,12 +114,18 @@ struct Candidate {
     bool on_surface;
 };
 
-FacePoints face_points(const FacedSolid& solid, int k, double spacing, double reach, std::uint64_t seed) {
-    const Shape& face = solid.faces[static_cast<std::size_t>(k)];
+using Found = std::vector<std::vector<Candidate>>;  // by chunk
+
+/// Area that a point stands for: a cell's volume is shared by its points; that of the layer is 2 kLayer edge times the
+/// area.
+double area_of_point(double spacing) { return square(spacing / 2) / (kPerCell * 2 * kLayer); }
+
+Found points_in_layer(const FacedSolid& solid, int k, double spacing, double reach, std::uint64_t seed) {
+    const Face& face = solid.faces[static_cast<std::size_t>(k)];
     const CellSearch search(solid, face, spacing, reach);
     const std::vector<Cell>& cells = search.cells();
     const Real layer = static_cast<Real>(kLayer * search.edge()), size = static_cast<Real>(spacing);
-    std::vector<std::vector<Candidate>> found((cells.size() + kChunk - 1) / kChunk);
+    Found found((cells.size() + kChunk - 1) / kChunk);
     parallel_chunks(cells.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         for (std::size_t i = begin; i < end; ++i)
             for (int j = 0; j < kPerCell; ++j) {
@@ -132,6 +141,31 @@ FacePoints face_points(const FacedSolid& solid, int k, double spacing, double re
                 found[chunk].push_back(c);
             }
     });
+    return found;
+}
+
+Found points_of_surface(const FacedSolid& solid, int k, double spacing, std::uint64_t seed) {
+    const DirectSurface& surface = *solid.faces[static_cast<std::size_t>(k)].surface;
+    const double wanted = surface.area() / area_of_point(spacing);
+    if (!(wanted < kMostCells)) throw too_many(spacing);
+    const auto count = static_cast<std::size_t>(std::ceil(wanted));
+    Found found((count + kChunk - 1) / kChunk);
+    parallel_chunks(count, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto random = [&](std::uint64_t use) { return random_unit(seed, i, static_cast<std::uint64_t>(k), use); };
+            Candidate c;
+            surface.point((static_cast<double>(i) + random(3)) / static_cast<double>(count), random(4), random(5), c.position,
+                          c.normal);
+            c.on_surface = solid.on_surface(c.position, c.normal, k, static_cast<Real>(spacing));
+            found[chunk].push_back(c);
+        }
+    });
+    return found;
+}
+
+FacePoints face_points(const FacedSolid& solid, int k, double spacing, double reach, std::uint64_t seed) {
+    const Found found = solid.faces[static_cast<std::size_t>(k)].surface ? points_of_surface(solid, k, spacing, seed)
+                                                                         : points_in_layer(solid, k, spacing, reach, seed);
     FacePoints points;
     std::vector<Vec3> seen;  // on the surface
     for (const auto& chunk : found)
@@ -166,7 +200,7 @@ FacedSolid::FacedSolid(const Shape& s) : shape(s), tree(without_differences(face
     const auto box = shape.bounds();
     if (!box) throw InputError("an unbounded shape has no closed surface to sample; intersect it with a box");
     bounds = *box;
-    faces = number_faces(tree);
+    for (const Shape& face : number_faces(tree)) faces.push_back({face, face.node().direct_surface()});
 }
 
 bool FacedSolid::on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const {
@@ -185,12 +219,15 @@ SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reac
     SolidPoints points;
     for (std::size_t k = 0; k < solid.faces.size(); ++k)
         points.faces.push_back(face_points(solid, static_cast<int>(k), spacing, reach, seed));
-    // A cell's volume is shared by its points; that of the layer is 2 kLayer edge times the area.
-    points.area = square(spacing / 2) / (kPerCell * 2 * kLayer);
+    points.area = area_of_point(spacing);
     return points;
 }
 
-bool project_onto(const Shape& face, Real spacing, Vec3& x, Vec3& normal) {
+bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
+    if (face.surface) {
+        face.surface->project(x, normal);
+        return true;
+    }
     const Real h = Real(0.05) * spacing;
     Vec3 y = x, g;
     for (int i = 0; i < 4; ++i) {

@@ -4,9 +4,18 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/geometry/direct_surface.h"
 #include "pipeline/geometry/face_tree.h"
 
 namespace thixo {
+
+/// A face: by its distance, and where it is made of a surface, that.
+struct Face {
+    Shape shape;
+    std::shared_ptr<const DirectSurface> surface;
+    Real distance(const Vec3& x) const { return shape.distance(x); }
+    Vec3 gradient(const Vec3& x, Real step) const { return shape.gradient(x, step); }
+};
 
 /// A solid taken apart: the shape, its faces, and the tree over their numbers, without differences.
 struct FacedSolid {
@@ -14,7 +23,7 @@ struct FacedSolid {
     Shape shape;
     Box3 bounds;
     FaceTree tree;
-    std::vector<Shape> faces;
+    std::vector<Face> faces;
     bool single() const { return faces.size() == 1; }
     /// Whether x, on face k with its normal there, lies on the solid's surface. `spacing` [m] sets what is near.
     bool on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const;
@@ -34,11 +43,11 @@ struct SolidPoints {
 
 /// Points about eight to a square of `spacing` [m], to `reach` [m] past the edges. Cells of half the spacing around the
 /// surface hold random points; those within a thin layer about the face are brought onto it, which makes them even by
-/// area (the layer's volume is its thickness times the area).
+/// area (the layer's volume is its thickness times the area). A face that is made of a surface gives its own points.
 SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reach, std::uint64_t seed);
 
-/// x brought onto the zero set of the distance by Newton steps, with the unit normal there; false where that fails.
-/// `spacing` [m] is the size of what matters.
-bool project_onto(const Shape& face, Real spacing, Vec3& x, Vec3& normal);
+/// x brought onto the face (by Newton steps of its distance, where it is not made of a surface), with the unit normal
+/// there; false where that fails. `spacing` [m] is the size of what matters.
+bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal);
 
 }  // namespace thixo

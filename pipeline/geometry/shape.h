@@ -14,6 +14,7 @@ struct Box3 {
     Vec3 lower{0, 0, 0}, upper{0, 0, 0};
 };
 
+class DirectSurface;  // direct_surface.h
 struct FaceTree;      // face_tree.h
 struct PointSurfels;  // point_surfels.h
 
@@ -39,6 +40,8 @@ class Shape {
         virtual std::shared_ptr<const FaceTree> faces(Real /*by*/) const { return nullptr; }
         /// Colour (linear) of the surface near x; empty where the shape has none of its own.
         virtual std::optional<Vec3f> colour(const Vec3& /*x*/) const { return std::nullopt; }
+        /// The surface itself, where the shape is made of one (a mesh); null for all others.
+        virtual std::shared_ptr<const DirectSurface> direct_surface() const { return nullptr; }
         /// The surfels a point set was given as; null for all other shapes.
         virtual std::shared_ptr<const PointSurfels> own_surfels() const { return nullptr; }
     };

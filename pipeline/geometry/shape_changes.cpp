@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/direct_surface.h"
 #include "pipeline/geometry/face_tree.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/point_surfels.h"
@@ -12,6 +13,29 @@
 
 namespace thixo {
 namespace {
+
+struct MovedSurface final : DirectSurface {
+    MovedSurface(std::shared_ptr<const DirectSurface> i, double f, const Quatd& r, const Vec3d& t)
+        : inner(std::move(i)), factor(Real(f)), turn(r.toRotationMatrix().cast<Real>()), shift(t.cast<Real>()) {}
+    double area() const override { return square(static_cast<double>(factor)) * inner->area(); }
+    void point(double u, double v, double w, Vec3& x, Vec3& normal) const override {
+        inner->point(u, v, w, x, normal);
+        place(x, normal);
+    }
+    void project(Vec3& x, Vec3& normal) const override {
+        x = turn.transpose() * (x - shift) / factor;
+        inner->project(x, normal);
+        place(x, normal);
+    }
+    void place(Vec3& x, Vec3& normal) const {
+        x = factor * (turn * x) + shift;
+        normal = turn * normal;
+    }
+    std::shared_ptr<const DirectSurface> inner;
+    Real factor;
+    Mat3 turn;
+    Vec3 shift;
+};
 
 struct Transformed final : Shape::Node {
     Transformed(Shape s, double f, const Quatd& r, const Vec3d& t)
@@ -58,6 +82,11 @@ struct Transformed final : Shape::Node {
     }
     std::optional<Vec3f> colour(const Vec3& x) const override {
         return shape.node().colour(inverse_rotation * (x - translation) * inverse_factor);
+    }
+    std::shared_ptr<const DirectSurface> direct_surface() const override {
+        auto inner = shape.node().direct_surface();
+        if (!inner) return nullptr;
+        return std::make_shared<MovedSurface>(std::move(inner), exact_factor, rotation, exact_translation);
     }
     std::shared_ptr<const PointSurfels> own_surfels() const override {
         const auto inner = shape.node().own_surfels();

@@ -62,7 +62,7 @@ std::vector<Probe> probes_of(const std::vector<Sheet>& sheets) {
 }
 
 /// Foot point on the face, from afar.
-bool foot_point(const Shape& face, Real spacing, Vec3& x, Vec3& normal) {
+bool foot_point(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
     for (int i = 0; i < 100; ++i) {
         const Real d = face.distance(x);
         if (std::abs(d) < spacing) break;
@@ -123,7 +123,7 @@ std::size_t add_guides(const FacedSolid& solid, std::vector<Sheet>& sheets, cons
 }
 
 /// The side of an empty sheet's face on which all surfels are; none: on both.
-std::optional<bool> common_side(const Shape& face, const std::vector<Sheet>& sheets) {
+std::optional<bool> common_side(const Face& face, const std::vector<Sheet>& sheets) {
     std::optional<bool> side;
     for (const Sheet& s : sheets)
         for (const Vec3& x : s.position) {

@@ -82,7 +82,7 @@ std::vector<std::size_t> shares(const std::vector<std::size_t>& points, std::siz
     return share;
 }
 
-Sheet sample_face(const Shape& face, const FacePoints& points, const std::vector<Index>& within, std::size_t count,
+Sheet sample_face(const Face& face, const FacePoints& points, const std::vector<Index>& within, std::size_t count,
                   Real spacing) {
     std::vector<Vec3> position, normal;
     for (const Index i : within) {

@@ -1,20 +1,10 @@
-// Fractal gradient noise in material coordinates, and the bumps made of it (dissertation 5.6.3).
+// Bumps made of fractal gradient noise in material coordinates (dissertation 5.6.3).
 #pragma once
 
+#include "pipeline/geometry/gradient_noise.h"
 #include "render/ray.h"
 
 namespace thixo::render {
-
-/// Gradient noise (Perlin 1985 and 2002): zero at the points of the integer lattice, smooth to the second derivative,
-/// about -0.9 to 0.9. Value and gradient, which is exact.
-struct NoiseSample {
-    float value = 0;
-    Vec3f gradient{0, 0, 0};
-};
-NoiseSample gradient_noise(const Vec3f& p);
-
-/// sum over octaves k of 2^-k noise(2^k p): each half as wide and half as high as the one before.
-NoiseSample fractal_noise(const Vec3f& p, int octaves);
 
 struct Bump {
     float amplitude = 0;  // m; 0: none

@@ -88,20 +88,22 @@ void SheetField::gather(std::size_t begin, std::size_t end, const Vec3f& x, Sums
     if (side > -widest_) gather(middle + 1, end, x, sums);
 }
 
-void SheetField::nearest(std::size_t begin, std::size_t end, const Vec3f& x, float& best, const Disc*& found) const {
-    if (begin >= end) return;
+/// `away`: how far x is from the range's box along each axis; its square is the least that a disc of the range can be
+/// away (Arya and Mount 1993).
+void SheetField::nearest(std::size_t begin, std::size_t end, const Vec3f& x, Vec3f& away, Nearest& best) const {
+    if (begin >= end || away.squaredNorm() >= best.distance2) return;
     const std::size_t middle = (begin + end) / 2;
     const Disc& d = discs_[middle];
-    const float side = x[axis_[middle]] - d.place[axis_[middle]];
-    const auto lower = [&] { nearest(begin, middle, x, best, found); };
-    const auto upper = [&] { nearest(middle + 1, end, x, best, found); };
-    side < 0 ? lower() : upper();
-    const float r2 = (d.place - x).squaredNorm();
-    if (r2 < best) {
-        best = r2;
-        found = &d;
-    }
-    if (square(side) < best) side < 0 ? upper() : lower();
+    const int axis = axis_[middle];
+    const float side = x[axis] - d.place[axis], before = away[axis];
+    if (const float r2 = (d.place - x).squaredNorm(); r2 < best.distance2) best = {r2, &d};
+    const auto search = [&](bool upper) {
+        upper ? nearest(middle + 1, end, x, away, best) : nearest(begin, middle, x, away, best);
+    };
+    search(side >= 0);
+    away[axis] = side;
+    search(side < 0);
+    away[axis] = before;
 }
 
 float SheetField::distance(const Vec3f& x) const {
@@ -110,10 +112,10 @@ float SheetField::distance(const Vec3f& x) const {
     Sums s;
     gather(0, discs_.size(), x, s);
     if (!(s.weight > 1e-9f)) {
-        float best = std::numeric_limits<float>::max();
-        const Disc* d = nullptr;
-        nearest(0, discs_.size(), x, best, d);
-        return d ? d->normal.dot(x - d->place) : best;
+        Vec3f away = Vec3f::Zero();
+        Nearest best;
+        nearest(0, discs_.size(), x, away, best);
+        return best.disc ? best.disc->normal.dot(x - best.disc->place) : best.distance2;
     }
     const Vec3f place = s.place / s.weight, normal = s.normal / s.weight;
     const float size = s.size / s.weight, spread = s.squares / s.weight - place.squaredNorm();

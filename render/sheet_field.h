@@ -1,6 +1,7 @@
 // The signed distance to a sheet of surfels anywhere, for trimming (dissertation 5.6.3).
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "pipeline/geometry/surfel.h"
@@ -23,7 +24,11 @@ class SheetField {
     };
     struct Sums;
     void gather(std::size_t begin, std::size_t end, const Vec3f& x, Sums& sums) const;
-    void nearest(std::size_t begin, std::size_t end, const Vec3f& x, float& best, const Disc*& found) const;
+    struct Nearest {
+        float distance2 = std::numeric_limits<float>::max();
+        const Disc* disc = nullptr;
+    };
+    void nearest(std::size_t begin, std::size_t end, const Vec3f& x, Vec3f& away, Nearest& best) const;
     void find_plane();
     void sort(std::size_t begin, std::size_t end);
 

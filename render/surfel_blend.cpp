@@ -26,7 +26,7 @@ struct Group {
 };
 
 /// Surfaces one window can hold; of more, which takes a heap of crossed discs, the weakest are left out.
-constexpr int kMaxGroups = 6;
+constexpr int kMaxGroups = 12;
 
 /// The fit at one point of the ray.
 struct Fit {

@@ -1,6 +1,7 @@
 #include "render/trim.h"
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/boolean_tree.h"
 
 namespace thixo::render {
 namespace {
@@ -23,15 +24,6 @@ TrimNode without_differences(const TrimNode& node, bool negated, std::vector<sig
         result.parts.push_back(
             without_differences(node.parts[k], negated != (node.op == Op::except && k > 0), side));
     return result;
-}
-
-template <class Inside>
-bool evaluate(const TrimNode& node, Inside&& inside) {
-    if (node.op == Op::sheet) return inside(std::uint32_t(node.sheet));
-    const bool all = node.op == Op::all;
-    for (const TrimNode& part : node.parts)
-        if (evaluate(part, inside) != all) return !all;
-    return all;
 }
 
 void check_sheets(const TrimNode& node, std::span<const Index> object, Index own) {
@@ -63,14 +55,12 @@ Trims::Trims(const std::vector<std::optional<TrimNode>>& tree, std::span<const I
 }
 
 bool Trims::keeps(Index object, std::uint32_t layer, const Vec3f& x, float radius) const {
-    const TrimNode& tree = *trees_[object];
     const float overlap = kTrimOverlap * radius;
-    const auto with = [&](bool inside_of_own, float tolerance) {
-        return evaluate(tree, [&](std::uint32_t l) {
-            return l == layer ? inside_of_own : fields_[l]->distance(x) < tolerance;
-        });
+    const auto leaf = [&](const TrimNode& node) -> unsigned {
+        const auto l = std::uint32_t(node.sheet);
+        return l == layer ? unsigned(kOwnSide) : outcome_of_side(fields_[l]->distance(x), overlap);
     };
-    return with(true, overlap) && !with(false, -overlap);
+    return outcomes(*trees_[object], leaf) & kOwnSide;
 }
 
 }  // namespace thixo::render

@@ -26,8 +26,8 @@ class Trims {
           std::span<const std::uint32_t> layer, SurfelCloud& cloud);
 
     bool trimmed(Index object) const { return object < trees_.size() && trees_[object].has_value(); }
-    /// Whether a crossing of `layer` at x bounds the object: the tree is true with the layer's inside and false with its
-    /// outside, every other sheet's side being that of x, to `radius` times kTrimOverlap.
+    /// Whether a crossing of `layer` at x bounds the object: the tree changes with the layer's side, every other sheet's
+    /// side being that of x. Where x is nearer to another sheet than `radius` times kTrimOverlap, either side of it will do.
     bool keeps(Index object, std::uint32_t layer, const Vec3f& x, float radius) const;
 
   private:

@@ -11,8 +11,6 @@ namespace {
 
 constexpr double kMostSites = 2147483647.0;
 
-int remainder2(int a) { return a & 1; }
-
 // Sites from the first to the last that fit into `extent`, centred: the count and the coordinate of the first.
 struct Row {
     int count;
@@ -24,12 +22,6 @@ Row centred_row(double lower, double upper, double step) {
     return {static_cast<int>(fit), 0.5 * (lower + upper) - 0.5 * (fit - 1) * step};
 }
 
-/// Distances of the packing's sites, rows and layers along x, y, z [m].
-Vec3d packing_steps(Real spacing) {
-    const double a = packing_distance(spacing);
-    return {a, a * std::sqrt(3.0) / 2, packing_layer(spacing)};
-}
-
 // Rows and layers repeat after two.
 int sites_in_period(const Periodic& periodic, int a, double step) {
     const double period = periodic.period(a);
@@ -38,15 +30,6 @@ int sites_in_period(const Periodic& periodic, int a, double step) {
 }
 
 }  // namespace
-
-Real packing_layer(Real spacing) { return packing_distance(spacing) * std::sqrt(Real(2.0 / 3.0)); }
-
-Vec3 packing_site(int i, int j, int k, Real spacing) {
-    const Real a = packing_distance(spacing);
-    const Real odd_layer = remainder2(k) ? Real(1) : Real(0);
-    return a * Vec3(Real(i) + Real(0.5) * static_cast<Real>(remainder2(j + k)),
-                    std::sqrt(Real(3)) / 2 * (Real(j) + odd_layer / 3), std::sqrt(Real(2.0 / 3.0)) * Real(k));
-}
 
 Vec3d packing_stretch(Real spacing, const Periodic& periodic) {
     const Vec3d steps = packing_steps(spacing);

@@ -4,16 +4,12 @@
 #include <functional>
 #include <vector>
 
+#include "pipeline/geometry/packing.h"
 #include "pipeline/geometry/shape.h"
 #include "sim/periodic.h"
 #include "sim/smoothing.h"
 
 namespace thixo {
-
-/// Site (i, j, k) of the packing with layers normal to z; site (0, 0, 0) is the origin. One site per spacing^3.
-Vec3 packing_site(int i, int j, int k, Real spacing);
-/// Distance between two layers of the packing [m].
-Real packing_layer(Real spacing);
 
 /// The sites of a packing that lie inside `shape` (distance < 0) and where `allowed` holds, in ascending order of (k,
 /// j, i). The packing is centred in the shape's box, so that in a box the outermost layers stand half a layer inside

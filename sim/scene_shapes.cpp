@@ -46,12 +46,26 @@ class ShapeBuilder {
     static Shape make(const scene::MeshFile& k, const scene::Shape& s, int) {
         TriangleMesh mesh = read_mesh(k.file);
         const MeshReport report = inspect_mesh(mesh);
-        if (report.triangles == 0) throw InputError("{}: mesh {} has no triangles", s.where, k.file);
+        if (report.triangles == 0 && mesh.normals.empty())
+            throw InputError("{}: mesh {} has neither triangles nor points with normals", s.where, k.file);
         const double extent = static_cast<double>(report.bounds.upper.z() - report.bounds.lower.z());
         if (k.scale <= 0 && !(extent > 0))
             throw InputError("{}: mesh {} is flat along z; give scale instead of height", s.where, k.file);
-        transform_mesh(mesh, k.scale > 0 ? k.scale : k.height / extent, Quatd::Identity(), Vec3d::Zero());
-        return mesh_shape(std::move(mesh));
+        const double scale = k.scale > 0 ? k.scale : k.height / extent;
+        transform_mesh(mesh, scale, Quatd::Identity(), -scale * origin_of(report.bounds, k.place));
+        return report.triangles == 0 ? point_shape(std::move(mesh)) : mesh_shape(std::move(mesh));
+    }
+    /// What comes to the origin.
+    static Vec3d origin_of(const Box3& box, scene::Place place) {
+        if (place == scene::Place::file) return Vec3d::Zero();
+        Vec3d at = (0.5 * (box.lower + box.upper)).cast<double>();
+        if (place == scene::Place::base) at.z() = static_cast<double>(box.lower.z());
+        return at;
+    }
+    static Shape make(const scene::Sweep& k, const scene::Shape&, int) {
+        std::vector<SweepPoint> points;
+        for (const scene::SweepPoint& p : k.points) points.push_back({p.at, p.radius});
+        return swept(points, k.closed);
     }
     Shape make(const scene::Union& k, const scene::Shape&, int depth) const {
         return union_of(children(k, depth), k.smooth);
@@ -62,11 +76,24 @@ class ShapeBuilder {
     Shape make(const scene::Difference& k, const scene::Shape&, int depth) const {
         return difference_of(children(k, depth), k.smooth);
     }
+    Shape make(const scene::Mirror& k, const scene::Shape&, int depth) const {
+        return mirrored(together(k, depth), k.normal, k.offset, k.smooth);
+    }
+    Shape make(const scene::Repeat& k, const scene::Shape&, int depth) const {
+        return repeated(together(k, depth), k.count, k.step, k.turn, k.smooth);
+    }
+    Shape make(const scene::Twist& k, const scene::Shape&, int depth) const { return twisted(together(k, depth), k.rate); }
+    Shape make(const scene::Bend& k, const scene::Shape&, int depth) const { return bent(together(k, depth), k.angle); }
+    Shape make(const scene::Noise& k, const scene::Shape&, int depth) const {
+        return roughened(together(k, depth), k.amplitude, k.scale, k.octaves);
+    }
     Shape make(const scene::NamedShape& k, const scene::Shape& s, int depth) const {
         for (const auto& [name, shape] : scene_.shapes)
             if (name == k.name) return build(shape, depth + 1);
         throw InputError("{}: there is no shape named '{}' in `shapes`", s.where, k.name);
     }
+    /// The shapes of a list as one.
+    Shape together(const scene::ShapeList& list, int depth) const { return union_of(children(list, depth), list.smooth); }
     std::vector<Shape> children(const scene::ShapeList& list, int depth) const {
         std::vector<Shape> shapes;
         for (const scene::Shape& s : list.shapes) shapes.push_back(build(s, depth + 1));

@@ -2,11 +2,7 @@
 
 #include <cmath>
 
-#include "sim/sampling.h"
-
 namespace thixo {
-
-Real packing_distance(Real spacing) { return std::pow(Real(2), Real(1.0 / 6.0)) * spacing; }
 
 namespace {
 

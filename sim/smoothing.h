@@ -2,12 +2,10 @@
 #pragma once
 
 #include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/packing.h"
 #include "sim/wall_kernel.h"
 
 namespace thixo {
-
-/// Distance of nearest neighbours in a hexagonal close packing with one particle per spacing^3: 2^(1/6) spacing [m].
-Real packing_distance(Real spacing);
 
 /// What SPH sums over that packing give of a constant, a linear and a quadratic field [1]; all tend to 1 for a wide
 /// kernel:

@@ -101,6 +101,10 @@ void check_kind(const MeshFile& s, const std::string& path, const Checker& check
 void check_kind(const Difference& s, const std::string& path, const Checker& check) {
     check.require(s.shapes.size() != 1, path + ".difference", "a difference needs at least two shapes");
 }
+void check_kind(const Sweep& s, const std::string& path, const Checker& check) {
+    check.require(s.points.size() >= (s.closed ? 3u : 2u), path + ".sweep",
+                  fmt::format("a sweep needs at least {} points", s.closed ? 3 : 2));
+}
 template <class K>
 void check_kind(const K&, const std::string&, const Checker&) {}
 

@@ -100,17 +100,47 @@ void visit(V& v, Revolve& s) {
           "closed polygon of points [r, z] with r >= 0, turned about the z axis");
 }
 
+struct SweepPoint {
+    Vec3d at{0, 0, 0};    // m
+    double radius = 0.1;  // m
+};
+template <class V>
+void visit(V& v, SweepPoint& p) {
+    v.key("at", p.at, "m", required(), "a point of the curve");
+    v.key("radius", p.radius, "m", above(0), "radius there");
+}
+struct Sweep {  // a ball along a smooth curve
+    std::vector<SweepPoint> points;
+    bool closed = false;
+};
+template <class V>
+void visit(V& v, Sweep& s) {
+    v.list("points", s.points, "points the curve runs through, at least two (closed: three)");
+    v.key("closed", s.closed, "", any(), "true: the curve runs back to its first point");
+}
+
+/// Which point of a mesh comes to the origin.
+enum class Place { file, base, centre };
+template <>
+struct Words<Place> {
+    static constexpr std::array<std::string_view, 3> list{"file", "base", "centre"};
+};
+
 struct MeshFile {  // file units carry no size: one of scale, height
     std::string file;
     double scale = 0;     // m per file unit; 0: from height
     double height = 0;    // m; 0: from scale
+    Place place = Place::file;
     std::string content;  // hash of the file's bytes, filled in when the scene is loaded
 };
 template <class V>
 void visit(V& v, MeshFile& s) {
-    v.file("file", s.file, required(), "closed triangle mesh, OBJ or PLY");
+    v.file("file", s.file, required(),
+           "closed triangle mesh (OBJ, PLY or STL), or a closed surface of points with normals (PLY)");
     v.key("scale", s.scale, "m", at_least(0), "length of one unit of the file; 0: from height");
     v.key("height", s.height, "m", at_least(0), "extent along z after reading; 0: from scale");
+    v.key("place", s.place, "", any(),
+          "what comes to the origin: the file's own origin, the middle of the lowest face of its box, or the box's centre");
     v.key("content", s.content, "", any(),
           "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
 }
@@ -122,7 +152,26 @@ struct ShapeList {
 struct Union : ShapeList {};
 struct Intersection : ShapeList {};
 struct Difference : ShapeList {};  // the first less all others
-struct NamedShape {                // an entry of `shapes`
+struct Mirror : ShapeList {        // the shapes and their image
+    Vec3d normal{1, 0, 0};
+    double offset = 0;  // m
+};
+struct Repeat : ShapeList {  // copies in a row, in a ring or on a stair
+    int count = 2;
+    Vec3d step{0, 0, 0};  // m
+    double turn = 0;      // degrees about z
+};
+struct Twist : ShapeList {
+    double rate = 90;  // degrees/m
+};
+struct Bend : ShapeList {
+    double angle = 45;  // degrees
+};
+struct Noise : ShapeList {
+    double amplitude = 0.01, scale = 0.1;  // m
+    int octaves = 4;
+};
+struct NamedShape {  // an entry of `shapes`
     std::string name;
 };
 template <class V>
@@ -131,13 +180,44 @@ void visit(V& v, ShapeList& s) {
     v.key("smooth", s.smooth, "m", at_least(0), "blending radius where two of them meet; 0: a sharp edge");
 }
 template <class V>
+void visit(V& v, Mirror& s) {
+    visit(v, static_cast<ShapeList&>(s));
+    v.key("normal", s.normal, "", direction(), "direction across the mirror; any length");
+    v.key("offset", s.offset, "m", any(), "distance of the mirror from the origin along its normal");
+}
+template <class V>
+void visit(V& v, Repeat& s) {
+    visit(v, static_cast<ShapeList&>(s));
+    v.key("count", s.count, "", between(1, 10000), "number of copies, the first one in place");
+    v.key("step", s.step, "m", any(), "shift from a copy to the next");
+    v.key("turn", s.turn, "degrees", any(), "turn about z from a copy to the next, before the shift");
+}
+template <class V>
+void visit(V& v, Twist& s) {
+    visit(v, static_cast<ShapeList&>(s));
+    v.key("rate", s.rate, "degrees/m", any(), "turn about z over a metre of height");
+}
+template <class V>
+void visit(V& v, Bend& s) {
+    visit(v, static_cast<ShapeList&>(s));
+    v.key("angle", s.angle, "degrees", between(-180, 180),
+          "bends the z axis, from the lowest to the highest point, into an arc of this angle towards x");
+}
+template <class V>
+void visit(V& v, Noise& s) {
+    visit(v, static_cast<ShapeList&>(s));
+    v.key("amplitude", s.amplitude, "m", any(), "about how far the surface is raised and pressed in");
+    v.key("scale", s.scale, "m", above(0), "width of the largest bumps");
+    v.key("octaves", s.octaves, "", between(1, 12), "layers of bumps, each half as wide and half as high as the one before");
+}
+template <class V>
 void visit(V& v, NamedShape& s) {
     v.reference("name", s.name, Refers::shape, required(), "an entry of the top-level block `shapes`");
 }
 
 struct Shape {
     std::variant<std::monostate, Sphere, Ellipsoid, BoxShape, Cylinder, RoundedCone, Capsule, Torus, Plane, Revolve,
-                 MeshFile, Union, Intersection, Difference, NamedShape>
+                 Sweep, MeshFile, Union, Intersection, Difference, Mirror, Repeat, Twist, Bend, Noise, NamedShape>
         kind;
     double scale = 1;          // applied first
     Vec3d rotate{0, 0, 0};     // degrees about x, then y, then z; applied second
@@ -177,10 +257,16 @@ void for_each_shape_kind(F&& f) {
     f(ShapeKind<Torus>{"torus", "", "ring about z"});
     f(ShapeKind<Plane>{"plane", "", "half-space"});
     f(ShapeKind<Revolve>{"revolve", "profile", "polygon turned about z, such as a glass"});
-    f(ShapeKind<MeshFile>{"mesh", "", "closed mesh from a file"});
+    f(ShapeKind<Sweep>{"sweep", "", "ball along a smooth curve, such as an arm"});
+    f(ShapeKind<MeshFile>{"mesh", "", "closed mesh or point set from a file"});
     f(ShapeKind<Union>{"union", "shapes", "what is in any of the shapes"});
     f(ShapeKind<Intersection>{"intersection", "shapes", "what is in all of the shapes"});
     f(ShapeKind<Difference>{"difference", "shapes", "the first shape less all others"});
+    f(ShapeKind<Mirror>{"mirror", "shapes", "the shapes and their image in a plane"});
+    f(ShapeKind<Repeat>{"repeat", "shapes", "copies of the shapes in a row, a ring or a screw"});
+    f(ShapeKind<Twist>{"twist", "shapes", "the shapes turned about z more and more with their height"});
+    f(ShapeKind<Bend>{"bend", "shapes", "the shapes bent along z"});
+    f(ShapeKind<Noise>{"noise", "shapes", "the shapes with bumps of fractal noise"});
     f(ShapeKind<NamedShape>{"named", "name", "an entry of the top-level block `shapes`"});
 }
 

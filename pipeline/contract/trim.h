@@ -15,4 +15,13 @@ struct TrimNode {
     std::vector<TrimNode> parts;  // of the others, at least one
 };
 
+/// The same tree from another type of that form, whose leaves have a `number` (SheetTree of pipeline/geometry).
+template <class Tree>
+TrimNode trim_node(const Tree& tree) {
+    if (tree.parts.empty()) return {TrimNode::Op::sheet, tree.number, {}};
+    TrimNode node{tree.op == Tree::Op::any ? TrimNode::Op::any : TrimNode::Op::all, 0, {}};
+    for (const Tree& part : tree.parts) node.parts.push_back(trim_node(part));
+    return node;
+}
+
 }  // namespace thixo

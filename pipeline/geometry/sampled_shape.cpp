@@ -66,6 +66,10 @@ class Sampled final : public Shape::Node {
     }
     std::optional<Box3> bounds() const override { return bounds_; }
     std::optional<TriangleMesh> exact_mesh(int segments) const override { return shape_.node().exact_mesh(segments); }
+    std::shared_ptr<const FaceTree> faces(Real by) const override { return shape_.node().faces(by); }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return shape_.node().colour(x); }
+    std::shared_ptr<const DirectSurface> direct_surface() const override { return shape_.node().direct_surface(); }
+    std::shared_ptr<const PointSurfels> own_surfels() const override { return shape_.node().own_surfels(); }
 
   private:
     std::size_t block_count() const { return std::size_t(blocks_.x()) * blocks_.y() * blocks_.z(); }

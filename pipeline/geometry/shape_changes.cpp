@@ -4,12 +4,38 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/direct_surface.h"
+#include "pipeline/geometry/face_tree.h"
 #include "pipeline/geometry/mesh_repair.h"
+#include "pipeline/geometry/point_surfels.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
 
 namespace thixo {
 namespace {
+
+struct MovedSurface final : DirectSurface {
+    MovedSurface(std::shared_ptr<const DirectSurface> i, double f, const Quatd& r, const Vec3d& t)
+        : inner(std::move(i)), factor(Real(f)), turn(r.toRotationMatrix().cast<Real>()), shift(t.cast<Real>()) {}
+    double area() const override { return square(static_cast<double>(factor)) * inner->area(); }
+    void point(double u, double v, double w, Vec3& x, Vec3& normal) const override {
+        inner->point(u, v, w, x, normal);
+        place(x, normal);
+    }
+    void project(Vec3& x, Vec3& normal) const override {
+        x = turn.transpose() * (x - shift) / factor;
+        inner->project(x, normal);
+        place(x, normal);
+    }
+    void place(Vec3& x, Vec3& normal) const {
+        x = factor * (turn * x) + shift;
+        normal = turn * normal;
+    }
+    std::shared_ptr<const DirectSurface> inner;
+    Real factor;
+    Mat3 turn;
+    Vec3 shift;
+};
 
 struct Transformed final : Shape::Node {
     Transformed(Shape s, double f, const Quatd& r, const Vec3d& t)
@@ -48,6 +74,25 @@ struct Transformed final : Shape::Node {
         if (mesh) transform_mesh(*mesh, exact_factor, rotation, exact_translation);
         return mesh;
     }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        const auto inner = shape.node().faces(by * inverse_factor);
+        if (!inner) return nullptr;
+        return std::make_shared<FaceTree>(mapped(
+            *inner, [&](const Shape& face) { return transformed(face, exact_factor, rotation, exact_translation); }));
+    }
+    std::optional<Vec3f> colour(const Vec3& x) const override {
+        return shape.node().colour(inverse_rotation * (x - translation) * inverse_factor);
+    }
+    std::shared_ptr<const DirectSurface> direct_surface() const override {
+        auto inner = shape.node().direct_surface();
+        if (!inner) return nullptr;
+        return std::make_shared<MovedSurface>(std::move(inner), exact_factor, rotation, exact_translation);
+    }
+    std::shared_ptr<const PointSurfels> own_surfels() const override {
+        const auto inner = shape.node().own_surfels();
+        if (!inner) return nullptr;
+        return std::make_shared<PointSurfels>(moved(*inner, exact_factor, rotation, exact_translation));
+    }
     Shape shape;
     Real factor, inverse_factor;
     Mat3 inverse_rotation;
@@ -71,6 +116,8 @@ struct Offset final : Shape::Node {
         return outside > 0 ? std::max(d, outside) : d;
     }
     std::optional<Box3> bounds() const override { return box; }
+    std::shared_ptr<const FaceTree> faces(Real more) const override { return shape.node().faces(by + more); }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
     Shape shape;
     Real by;
     std::optional<Box3> box;
@@ -84,6 +131,11 @@ struct Shell final : Shape::Node {
         return std::max(d, -d - thickness);
     }
     std::optional<Box3> bounds() const override { return shape.bounds(); }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        return std::make_shared<FaceTree>(FaceTree::of(
+            FaceTree::Op::all, {faces_of(shape, by), complement(faces_of(shape, -thickness - by))}));
+    }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
     Shape shape;
     Real thickness;
 };
@@ -97,6 +149,11 @@ struct Inverted final : Shape::Node {
         if (mesh) flip_mesh(*mesh);
         return mesh;
     }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        const auto inner = shape.node().faces(-by);
+        return inner ? std::make_shared<FaceTree>(complement(*inner)) : nullptr;
+    }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
     Shape shape;
 };
 

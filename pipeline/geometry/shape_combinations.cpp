@@ -5,6 +5,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/face_tree.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
 
@@ -15,6 +16,18 @@ namespace {
 Real smooth_min(Real a, Real b, Real radius) {
     const Real overlap = radius - std::abs(a - b);
     return std::min(a, b) - (overlap > 0 ? overlap * overlap / (4 * radius) : Real(0));
+}
+
+/// Of the shape whose surface is nearest.
+std::optional<Vec3f> colour_of_nearest(const std::vector<Shape>& shapes, const Vec3& x) {
+    const Shape* nearest = nullptr;
+    Real best = std::numeric_limits<Real>::max();
+    for (const Shape& s : shapes)
+        if (const Real d = std::abs(s.distance(x)); d < best) {
+            best = d;
+            nearest = &s;
+        }
+    return nearest ? nearest->node().colour(x) : std::nullopt;
 }
 
 struct Union final : Shape::Node {
@@ -36,6 +49,13 @@ struct Union final : Shape::Node {
         return d;
     }
     std::optional<Box3> bounds() const override { return box; }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        if (smooth > 0) return nullptr;
+        FaceTree tree{FaceTree::Op::any};
+        for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, by));
+        return std::make_shared<FaceTree>(std::move(tree));
+    }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
     std::vector<Shape> shapes;
     Real smooth;
     std::optional<Box3> box;
@@ -62,12 +82,19 @@ struct Intersection final : Shape::Node {
         return box ? std::max(d, outside(x)) : d;
     }
     std::optional<Box3> bounds() const override { return box; }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        if (smooth > 0) return nullptr;
+        FaceTree tree{less ? FaceTree::Op::except : FaceTree::Op::all};
+        for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, less && !tree.parts.empty() ? -by : by));
+        return std::make_shared<FaceTree>(std::move(tree));
+    }
 
     /// Distance to the box where x is out of it; no bound within.
     Real outside(const Vec3& x) const {
         const Real d = distance_to(*box, x);
         return d > 0 ? d : std::numeric_limits<Real>::lowest();
     }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
     std::vector<Shape> shapes;
     Real smooth;
     bool less;

@@ -1,14 +1,71 @@
 // A triangle mesh as a shape.
+#include <algorithm>
 #include <cmath>
 
 #include "pipeline/base/log.h"
 #include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/direct_surface.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/vertex_normals.h"
 
 namespace thixo {
 namespace {
+
+/// The triangles, with normals smooth but for edges sharper than 40 degrees.
+struct Triangles final : DirectSurface {
+    explicit Triangles(std::shared_ptr<const MeshQuery> q) : query(std::move(q)) {
+        const TriangleMesh& given = query->mesh();
+        if (given.normals.size() == given.vertices.size()) {
+            smooth = given;
+        } else {
+            smooth = welded(given);
+            add_vertex_normals(smooth);
+        }
+        double sum = 0;
+        for (const auto& [a, b, c] : given.triangles) {
+            const Vec3d p = given.vertices[a].cast<double>();
+            sum += 0.5 * (given.vertices[b].cast<double>() - p).cross(given.vertices[c].cast<double>() - p).norm();
+            up_to.push_back(sum);
+        }
+    }
+    double area() const override { return up_to.back(); }
+    void point(double u, double v, double w, Vec3& x, Vec3& normal) const override {
+        const auto at = std::upper_bound(up_to.begin(), up_to.end(), u * area());
+        const std::size_t k = std::min(static_cast<std::size_t>(at - up_to.begin()), up_to.size() - 1);
+        if (v + w > 1) {
+            v = 1 - v;
+            w = 1 - w;
+        }
+        const auto& t = query->mesh().triangles[k];
+        const auto corner = [&](int i) { return query->mesh().vertices[t[std::size_t(i)]].cast<Real>(); };
+        x = Real(1 - v - w) * corner(0) + Real(v) * corner(1) + Real(w) * corner(2);
+        normal = normal_at(static_cast<Index>(k), Real(v), Real(w));
+    }
+    void project(Vec3& x, Vec3& normal) const override {
+        const auto closest = query->closest(x);
+        x = closest.point;
+        const Vec2 at = barycentric(query->mesh(), closest.triangle, x);
+        normal = normal_at(closest.triangle, at.x(), at.y());
+    }
+    static Vec2 barycentric(const TriangleMesh& mesh, Index k, const Vec3& x) {
+        const auto& t = mesh.triangles[k];
+        const Vec3 a = mesh.vertices[t[0]].cast<Real>(), b = mesh.vertices[t[1]].cast<Real>(), c = mesh.vertices[t[2]].cast<Real>();
+        const Vec3 n = (b - a).cross(c - a);
+        const Real scale = 1 / n.squaredNorm();
+        return {n.dot((c - a).cross(a - x)) * scale, n.dot((a - x).cross(b - a)) * scale};
+    }
+    Vec3 normal_at(Index k, Real v, Real w) const {
+        const auto& t = smooth.triangles[k];
+        const auto corner = [&](int i) { return smooth.normals[t[std::size_t(i)]].cast<Real>(); };
+        const Vec3 n = (1 - v - w) * corner(0) + v * corner(1) + w * corner(2);
+        const Real length = n.norm();
+        return length > Real(1e-3) ? Vec3(n / length) : corner(0);
+    }
+    std::shared_ptr<const MeshQuery> query;
+    TriangleMesh smooth;        // the same triangles over vertices with normals
+    std::vector<double> up_to;  // area of the triangles up to each
+};
 
 struct Mesh final : Shape::Node {
     Mesh(std::shared_ptr<const MeshQuery> q, bool closed_)
@@ -37,6 +94,17 @@ struct Mesh final : Shape::Node {
         if (mesh.normals.size() != mesh.vertices.size()) add_vertex_normals(mesh);
         return mesh;
     }
+    /// Of the closest triangle's corners.
+    std::optional<Vec3f> colour(const Vec3& x) const override {
+        const TriangleMesh& mesh = query->mesh();
+        if (mesh.colours.size() != mesh.vertices.size()) return std::nullopt;
+        const auto closest = query->closest(x);
+        const auto& corner = mesh.triangles[closest.triangle];
+        const Vec2f at = Triangles::barycentric(mesh, closest.triangle, closest.point).cast<float>();
+        const float v = at.x(), w = at.y();
+        return Vec3f((1 - v - w) * mesh.colours[corner[0]] + v * mesh.colours[corner[1]] + w * mesh.colours[corner[2]]);
+    }
+    std::shared_ptr<const DirectSurface> direct_surface() const override { return std::make_shared<Triangles>(query); }
     std::shared_ptr<const MeshQuery> query;
     Box3 box;
     bool closed;

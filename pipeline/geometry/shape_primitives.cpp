@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/geometry/face_tree.h"
 #include "pipeline/geometry/primitive_mesh.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
@@ -30,8 +31,25 @@ struct Box final : Shape::Node {
         return Box3{-half, half};
     }
     std::optional<TriangleMesh> exact_mesh(int segments) const override { return box_mesh(core, rounding, segments); }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        if (rounding + by > 0) return nullptr;
+        FaceTree tree{FaceTree::Op::all};
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double side : {1.0, -1.0})
+                tree.parts.push_back(
+                    FaceTree::leaf(plane(side * Vec3d::Unit(axis), static_cast<double>(core[axis] + rounding + by))));
+        return std::make_shared<FaceTree>(std::move(tree));
+    }
     Vec3 core;  // half edge lengths of the box that, grown by rounding, is this one
     Real rounding;
+};
+
+/// The side of a cylinder: all along the z axis.
+struct Tube final : Shape::Node {
+    explicit Tube(Real r) : radius(r) {}
+    Real distance(const Vec3& x) const override { return length_of(x.x(), x.y()) - radius; }
+    std::optional<Box3> bounds() const override { return std::nullopt; }
+    Real radius;
 };
 
 struct Cylinder final : Shape::Node {
@@ -46,6 +64,15 @@ struct Cylinder final : Shape::Node {
     }
     std::optional<TriangleMesh> exact_mesh(int segments) const override {
         return cylinder_mesh(radius, half_height, rounding, segments);
+    }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        if (rounding + by > 0) return nullptr;
+        FaceTree tree{FaceTree::Op::all};
+        tree.parts.push_back(FaceTree::leaf(Shape(std::make_shared<Tube>(radius + by))));
+        for (const double side : {1.0, -1.0})
+            tree.parts.push_back(
+                FaceTree::leaf(plane(side * Vec3d::UnitZ(), static_cast<double>(half_height + by))));
+        return std::make_shared<FaceTree>(std::move(tree));
     }
     Real radius, half_height, rounding;
 };

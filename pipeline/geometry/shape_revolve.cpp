@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "pipeline/geometry/primitive_mesh.h"
+#include "pipeline/geometry/revolve_faces.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
 
@@ -48,6 +49,7 @@ struct Revolve final : Shape::Node {
     }
     std::optional<Box3> bounds() const override { return box; }
     std::optional<TriangleMesh> exact_mesh(int segments) const override { return lathe_mesh(profile, segments); }
+    std::shared_ptr<const FaceTree> faces(Real by) const override { return revolve_faces(profile, by); }
 
     std::vector<Vec2d> profile;  // counter-clockwise
     std::vector<Edge> edges;

@@ -29,6 +29,20 @@ Shape plane(const Vec3d& normal, double offset);  // solid where normal.x < offs
 /// the polygon crosses itself.
 Shape revolve(const std::vector<Vec2d>& profile);
 
+/// A ball that runs along a smooth curve through the points (cubic Hermite, tangents from both neighbours), its radius
+/// running with it. `closed` joins the last point to the first. Throws InputError for fewer than two points (closed:
+/// three), or two in one place.
+struct SweepPoint {
+    Vec3d at{0, 0, 0};  // m
+    double radius = 0;  // m
+};
+Shape swept(const std::vector<SweepPoint>& points, bool closed = false);
+
+/// A closed surface of points with outward normals (vertices and normals of `points`; triangles are not looked at):
+/// distance to the plane of the nearest points where it is small, to the nearest disc elsewhere, sign by the winding
+/// number of the discs (Barill et al. 2018). Throws InputError where points or normals are missing or not finite.
+Shape point_shape(TriangleMesh points);
+
 /// A triangle mesh: distance to the closest triangle, sign by the winding number, so that holes and self-intersections
 /// do no harm. A mesh turned inside out is taken the right way round, with a warning.
 Shape mesh_shape(TriangleMesh mesh);
@@ -44,6 +58,11 @@ Shape union_of(std::vector<Shape> shapes, double smooth = 0);
 Shape intersection_of(std::vector<Shape> shapes, double smooth = 0);
 Shape difference_of(std::vector<Shape> shapes, double smooth = 0);  // the first less all others
 
+/// The shape and its image in the plane normal.x = offset [m].
+Shape mirrored(Shape shape, const Vec3d& normal, double offset, double smooth = 0);
+/// `count` copies: copy k is turned by k turn [degrees] about z and shifted by k step [m].
+Shape repeated(Shape shape, int count, const Vec3d& step, double turn, double smooth = 0);
+
 // ---- changes
 // ----------------------------------------------------------------------------------------------------------------------
 Shape scaled(Shape shape, double factor);
@@ -55,6 +74,15 @@ Shape transformed(Shape shape, double factor, const Quatd& rotation, const Vec3d
 Shape offset(Shape shape, double by);
 /// A hollow shell of this thickness, inwards from the surface.
 Shape shell(Shape shape, double thickness);
+/// Turned about z by `rate` [degrees/m] times z. The distance is that of the straight shape over the greatest stretch, a
+/// lower bound.
+Shape twisted(Shape shape, double rate);
+/// The z axis from the shape's lowest to its highest point bent into an arc of `angle` [degrees] towards +x, at most 180
+/// either way; the lowest point's height stays. A lower bound as above. Throws InputError where the inner side would fold.
+Shape bent(Shape shape, double angle);
+/// The surface raised by amplitude [m] times fractal gradient noise at x / scale, negative amounts pressed in. A lower
+/// bound.
+Shape roughened(Shape shape, double amplitude, double scale, int octaves);
 /// The complement: outside becomes inside. Turns an obstacle into a room.
 Shape inverted(Shape shape);
 

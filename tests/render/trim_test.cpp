@@ -217,12 +217,11 @@ TEST_P(Trimmed, IsTheExactSolidToATenthOfARadius) {
     // a corner by less than that enter and do not leave: one in ten thousand.
     const Outcome o = probe(GetParam().second(0.06f), 100000);
     EXPECT_GT(o.hits, 20000);
-    // Where many sheets come together (the roots of the gear's teeth) one surface more may meet a ray than it can hold.
-    const bool many = std::string(GetParam().first) == "gear";
-    EXPECT_LE(o.missed, many ? 2 : 0);
+    EXPECT_EQ(o.missed, 0);
     EXPECT_EQ(o.phantom, 0);
     EXPECT_EQ(o.beyond, 0);
-    EXPECT_LE(o.odd, many ? 100 : 10) << "rays that do not leave what they entered";
+    // Odd rays pass edges within the overlap; the gear has several times as many edges as the others.
+    EXPECT_LE(o.odd, std::string(GetParam().first) == "gear" ? 20 : 10) << "rays that do not leave what they entered";
     EXPECT_LT(o.depth / double(o.hits), 0.005 * 0.06);
 }
 
@@ -248,6 +247,30 @@ TEST(Trims, ALampInATrimmedShellIsDarkOutside) {
         return scene.intersect({Vec3f(0.1f, -0.05f, 0.2f), on_sphere(i, 8)}, inside, hit) ? 0.0 : 1.0;
     });
     EXPECT_EQ(leaks, 0);
+}
+
+TEST(Trims, AFaceThatGoesOnInsideIsNotSeenWhereItComesToAnother) {
+    // A box less a quarter: the quarter's faces go on inside the material. Where they come to the top of the box, nearer
+    // than the overlap, the top alone is the surface.
+    Body b;
+    b.radius = 0.06f;
+    const Vec3f up(0, 0, 1), along(1, 0, 0);
+    b.solid = [](const Vec3d& x) { return std::max(box_distance(x, {0.5, 0.5, 0.5}), -std::max(-x.x(), x.y())); };
+    TrimNode box{Op::all, 0, {}};
+    for (int axis = 0; axis < 3; ++axis)
+        for (const float side : {1.0f, -1.0f}) box.parts.push_back(sheet(b.plane(side * Vec3f::Unit(axis), 0.5f)));
+    // Taken away: x > 0 and y < 0. Both faces go on past the edge where they meet, into the material.
+    const TrimNode slot{Op::all, 0, {sheet(b.plane(-along, 0)), sheet(b.plane({0, 1, 0}, 0))}};
+    b.tree = {Op::except, 0, {box, slot}};
+    const RayScene scene(b.set(), {});
+    int wrong = 0;
+    for (int i = 0; i < 20000; ++i) {
+        // Straight down onto the top along the line where the first face goes on inside.
+        const float x = 2e-4f * float(2 * random_unit(2, std::uint64_t(i), 0, 0) - 1), y = 0.02f + 0.1f * float(random_unit(2, std::uint64_t(i), 0, 1));
+        Hit hit;
+        if (scene.intersect({Vec3f(x, y, 2), -up}, {}, hit)) wrong += hit.normal.dot(up) < 0.9f;
+    }
+    EXPECT_EQ(wrong, 0);
 }
 
 TEST(Trims, ASheetThatIsKeptAndTakenAwayIsRefused) {

@@ -47,7 +47,7 @@ TEST(SceneReference, TheSchemaKnowsEveryBlockOfAPrintedScene) {
     expect_known(schema.at("properties").at("look"), print_look(Look{}));
     EXPECT_EQ(schema.at("properties").at("solver").at("properties").at("spacing").at("default"), 0.01);
     EXPECT_EQ(schema.at("properties").at("solver").at("properties").at("spacing").at("exclusiveMinimum"), 0);
-    EXPECT_EQ(schema.at("$defs").at("shape").at("oneOf").size(), 15u);  // 14 kinds, or none
+    EXPECT_EQ(schema.at("$defs").at("shape").at("oneOf").size(), 21u);  // 20 kinds, or none
 }
 
 }  // namespace

@@ -74,11 +74,17 @@ shapes:
   j: {union: [{named: a}, {named: {name: b}}]}
   k: {intersection: {shapes: [{sphere: }], smooth: 0.5}}
   l: {difference: [{box: {}}, {sphere: {radius: 0.2}}, {union: [{torus: {}}]}]}
+  m: {sweep: {points: [{at: [0, 0, 0], radius: 0.2}, {at: [1, 0, 0.5]}], closed: false}}
+  n: {mirror: {shapes: [{named: a}], normal: [0, 1, 0], offset: 0.5, smooth: 0.1}}
+  o: {repeat: {shapes: [{named: a}, {named: b}], count: 5, step: [0, 0, 1], turn: 30}}
+  p: {twist: {shapes: [{named: c}], rate: 45}}
+  q: {bend: {shapes: [{named: c}], angle: -90}}
+  r: {noise: {shapes: [{named: a}], amplitude: 0.02, scale: 0.5, octaves: 2}}
 )",
                                 "text.yaml");
-    ASSERT_EQ(s.shapes.size(), 12u);
-    // In the order of the variant, with the mesh left out.
-    const std::vector<std::size_t> kinds = {1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13};
+    ASSERT_EQ(s.shapes.size(), 18u);
+    // Places in the variant; the mesh, 11, needs a file.
+    const std::vector<std::size_t> kinds = {1, 2, 3, 4, 5, 6, 7, 8, 9, 12, 13, 14, 10, 15, 16, 17, 18, 19};
     for (std::size_t k = 0; k < kinds.size(); ++k)
         EXPECT_EQ(s.shapes[k].second.kind.index(), kinds[k]) << s.shapes[k].first;
     const Shape& box = s.shapes[2].second;
@@ -89,6 +95,9 @@ shapes:
     EXPECT_EQ(box.shell, 0.2);
     EXPECT_EQ(std::get<Union>(s.shapes[9].second.kind).shapes.size(), 2u);
     EXPECT_EQ(std::get<Intersection>(s.shapes[10].second.kind).smooth, 0.5);
+    EXPECT_EQ(std::get<Sweep>(s.shapes[12].second.kind).points[1].at, Vec3d(1, 0, 0.5));
+    EXPECT_EQ(std::get<Mirror>(s.shapes[13].second.kind).smooth, 0.1);
+    EXPECT_EQ(std::get<Repeat>(s.shapes[14].second.kind).shapes.size(), 2u);
 }
 
 TEST(Scene, TheShortestUsefulSceneHasTenLines) {

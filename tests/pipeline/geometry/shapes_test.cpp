@@ -7,6 +7,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/gradient_noise.h"
 #include "pipeline/geometry/tessellate.h"
 
 namespace thixo {
@@ -15,6 +16,8 @@ namespace {
 // A tumbler of 12 cm with walls of 5 mm and a rounded inner bottom.
 const std::vector<Vec2d> kGlass = {{0, 0},          {0.045, 0},     {0.050, 0.120}, {0.0475, 0.1225}, {0.045, 0.120},
                                    {0.0405, 0.016}, {0.038, 0.011}, {0.034, 0.009}, {0, 0.008}};
+
+const std::vector<SweepPoint> kArm = {{{-0.7, -0.4, 0.1}, 0.2}, {{-0.2, 0.4, 0}, 0.15}, {{0.4, 0.2, 0.5}, 0.1}, {{0.6, -0.5, 0.2}, 0.25}};
 
 struct Named {
     const char* name;
@@ -50,7 +53,19 @@ std::vector<Named> combinations() {
             {"grown", offset(difference_of({a, b}), 0.07)},
             {"shrunk", offset(a, -0.1)},
             {"placed", transformed(difference_of({a, b}), 0.7, rotation_from_degrees({20, 30, 40}), {0.1, 0.2, 0.1})},
-            {"tree", union_of({difference_of({a, b}), shell(b, 0.05)}, 0.1)}};
+            {"tree", union_of({difference_of({a, b}), shell(b, 0.05)}, 0.1)},
+            {"sweep", swept(kArm)},
+            {"closed sweep", swept(kArm, true)},
+            {"mirror", mirrored(b, {1, 0.5, 0}, 0.1)},
+            {"smooth mirror", mirrored(b, {1, 0.5, 0}, 0.1, 0.2)},
+            {"ring of copies", repeated(translated(box({0.2, 0.1, 0.3}), {0.6, 0, 0}), 7, {0, 0, 0}, 360.0 / 7)},
+            {"screw of copies", repeated(translated(sphere(0.2), {0.3, 0, -0.6}), 9, {0, 0, 0.12}, 50, 0.1)},
+            {"twist", twisted(a, 150)},
+            {"twist aside", twisted(b, -60)},
+            {"bend", bent(box({0.4, 0.5, 1.6}), 90)},
+            {"bend back", bent(translated(capsule({0, 0, 0}, {0, 0, 1}, 0.15), {0.1, 0, -0.4}), -170)},
+            {"noise", roughened(sphere(0.6), 0.05, 0.3, 4)},
+            {"noise on a box", roughened(a, 0.04, 0.2, 2)}};
 }
 
 Vec3 random_point(std::uint64_t k, double extent = 1.6) {
@@ -152,6 +167,81 @@ TEST(Changes, DegreesTurnAboutXThenYThenZ) {
     // 90 degrees about x takes y to z; about y then takes z to x; about z then takes x to y: in all, y is kept.
     EXPECT_LT((rotation_from_degrees({90, 90, 90}) * Vec3d::UnitY() - Vec3d::UnitY()).norm(), 1e-12);
     EXPECT_LT((rotation_from_degrees({90, 0, 90}) * Vec3d::UnitY() - Vec3d::UnitZ()).norm(), 1e-12);
+}
+
+TEST(Changes, WarpedShapesAreTheirOriginalsWhereThePointCameFrom) {
+    const Shape a = box({0.5, 0.6, 0.8});
+    const Shape twist = twisted(a, 100), bend = bent(a, 120);
+    const double R = 0.8 / (120 * kPi / 180);
+    for (int k = 0; k < 5000; ++k) {
+        const Vec3 x = random_point(k, 0.45);
+        const double turn = 100 * kPi / 180 * x.z();
+        const Vec3d turned = Eigen::AngleAxisd(turn, Vec3d::UnitZ()) * x.cast<double>();
+        const double phi = (x.z() + 0.4) / R;
+        const Vec3d arc(R - (R - x.x()) * std::cos(phi), x.y(), -0.4 + (R - x.x()) * std::sin(phi));
+        if (std::abs(a.distance(x)) < 1e-5) continue;
+        ASSERT_EQ(twist.distance(turned.cast<Real>()) < 0, a.distance(x) < 0);
+        if (std::abs(x.z()) < Real(0.4)) {
+            ASSERT_EQ(bend.distance(arc.cast<Real>()) < 0, a.distance(x) < 0) << x.transpose();
+        }
+    }
+    EXPECT_THROW(twisted(plane({0, 0, 1}, 0), 10), InputError);
+    EXPECT_THROW(bent(box({1, 1, 1}), 150), InputError);  // radius 0.38, half the width 0.5
+    EXPECT_THROW(bent(box({1, 1, 10}), 190), InputError);
+}
+
+TEST(Changes, CopiesAreTheShapeWhereTheyStand) {
+    const Shape a = translated(box({0.3, 0.2, 0.2}), {0.5, 0, -0.3});
+    const Shape row = repeated(a, 5, {0, 0.1, 0.15}, 30), image = mirrored(a, {1, 1, 0}, 0.1);
+    for (int k = 0; k < 3000; ++k) {
+        const Vec3 x = random_point(k, 0.9);
+        double nearest = 1e9;
+        for (int copy = 0; copy < 5; ++copy) {
+            const Vec3d back = Eigen::AngleAxisd(-copy * kPi / 6, Vec3d::UnitZ()) * (x.cast<double>() - copy * Vec3d(0, 0.1, 0.15));
+            nearest = std::min(nearest, double(a.distance(back.cast<Real>())));
+        }
+        ASSERT_NEAR(row.distance(x), nearest, 2e-6);
+        const Vec3d n = Vec3d(1, 1, 0).normalized(), y = x.cast<double>();
+        const Vec3d reflected = y - 2 * (n.dot(y) - 0.1 / std::sqrt(2)) * n;
+        ASSERT_NEAR(image.distance(x), std::min(a.distance(x), a.distance(reflected.cast<Real>())), 2e-6);
+    }
+    EXPECT_THROW(repeated(a, 0, {1, 0, 0}, 0), InputError);
+    EXPECT_THROW(mirrored(a, {0, 0, 0}, 0), InputError);
+}
+
+TEST(Changes, NoiseRaisesTheSurfaceByItsHeight) {
+    // On a plane the height is the noise itself.
+    const Shape ground = roughened(plane({0, 0, 1}, 0), 0.05, 0.3, 3);
+    for (int k = 0; k < 3000; ++k) {
+        const Vec3 x = random_point(k, 0.9);
+        const double height = 0.05 * double(fractal_noise((x / Real(0.3)).cast<float>(), 3).value);
+        ASSERT_EQ(ground.distance(x) < 0, double(x.z()) < height);
+    }
+    EXPECT_THROW(roughened(sphere(1), 0.1, 0, 4), InputError);
+    EXPECT_THROW(roughened(sphere(1), 0.1, 1, 0), InputError);
+}
+
+TEST(Sweep, IsTheUnionOfItsBalls) {
+    // The curve of two points is straight with a linear radius: the union of balls is a rounded cone.
+    const Shape cone = swept({{{0, 0, 0}, 0.3}, {{0, 0, 1}, 0.1}});
+    for (int k = 0; k < 3000; ++k) {
+        const Vec3 x = random_point(k);
+        ASSERT_NEAR(cone.distance(x), rounded_cone(0.3, 0.1, 1).distance(x), 1e-4);
+    }
+    // It runs through its points, with their radii.
+    const Shape arm = swept(kArm);
+    for (const SweepPoint& p : kArm) EXPECT_LE(arm.distance(p.at.cast<Real>()), -p.radius + 1e-6);
+    // A ring of many points is nearly a torus.
+    std::vector<SweepPoint> ring;
+    for (int k = 0; k < 24; ++k) ring.push_back({0.6 * Vec3d(std::cos(kPi * k / 12), std::sin(kPi * k / 12), 0), 0.2});
+    for (int k = 0; k < 3000; ++k) {
+        const Vec3 x = random_point(k);
+        if (x.head<2>().norm() < Real(0.3)) continue;  // there many points of the ring are about as near
+        ASSERT_NEAR(swept(ring, true).distance(x), torus(0.6, 0.2).distance(x), 1e-3);
+    }
+    EXPECT_THROW(swept({{{0, 0, 0}, 0.3}}), InputError);
+    EXPECT_THROW(swept({{{0, 0, 0}, 0.3}, {{0, 0, 0}, 0.3}}), InputError);
+    EXPECT_THROW(swept({{{0, 0, 0}, 0.3}, {{0, 0, 1}, 0}}), InputError);
 }
 
 TEST(Volume, AgreesWithTheFormulas) {

@@ -1,0 +1,91 @@
+#include "pipeline/geometry/even_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/point_grid.h"
+
+namespace thixo {
+namespace {
+
+float crowding(Real r2, Real reach) {
+    const float a = 1 - static_cast<float>(std::sqrt(r2) / reach), a2 = a * a, a4 = a2 * a2;
+    return a > 0 ? a4 * a4 : 0;
+}
+
+}  // namespace
+
+std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const Vec3> normals, std::size_t count,
+                               Real spacing) {
+    const std::size_t n = positions.size();
+    std::vector<Index> kept;
+    if (count >= n) {
+        for (Index i = 0; i < n; ++i) kept.push_back(i);
+        return kept;
+    }
+    const Real reach = 2 * spacing / std::sqrt(2 * std::sqrt(Real(3)));
+    PointGrid grid;
+    grid.build(positions, reach);
+    const auto for_each_near = [&](std::size_t i, auto&& f) {
+        grid.for_each_neighbour(positions[i], reach, [&](Index j, Real r2) {
+            if (j != i && normals[i].dot(normals[j]) > 0) f(j, crowding(r2, reach));
+        });
+    };
+    std::vector<float> weight(n, 0);
+    parallel_for(n, [&](std::size_t i) { for_each_near(i, [&](Index, float w) { weight[i] += w; }); });
+    std::vector<char> alive(n, 1);
+    std::priority_queue<std::pair<float, Index>> heap;
+    {
+        std::vector<std::pair<float, Index>> all(n);
+        for (Index i = 0; i < n; ++i) all[i] = {weight[i], i};
+        heap = std::priority_queue<std::pair<float, Index>>({}, std::move(all));
+    }
+    for (std::size_t left = n; left > count;) {
+        const auto [w, i] = heap.top();
+        heap.pop();
+        if (w > weight[i]) {  // weights only fall: what it was when it was put here
+            heap.push({weight[i], i});
+            continue;
+        }
+        alive[i] = 0;
+        --left;
+        for_each_near(i, [&](Index j, float part) { weight[j] -= part; });
+    }
+    for (Index i = 0; i < n; ++i)
+        if (alive[i]) kept.push_back(i);
+    return kept;
+}
+
+void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
+           Real spacing, int sweeps) {
+    const Real reach = Real(1.8) * spacing;
+    PointGrid grid;
+    std::vector<Vec3> moved(positions.size()), turned(positions.size());
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        grid.build(positions, reach);
+        parallel_for(positions.size(), [&](std::size_t i) {
+            moved[i] = positions[i];
+            turned[i] = normals[i];
+            if (fixed[i]) return;
+            Vec3 push = Vec3::Zero();
+            grid.for_each_neighbour(positions[i], reach, [&](Index j, Real r2) {
+                if (j == i || normals[i].dot(normals[j]) <= 0 || !(r2 > 0)) return;
+                const Real r = std::sqrt(r2);
+                push += square(1 - r / reach) / r * (positions[i] - positions[j]);
+            });
+            push -= push.dot(normals[i]) * normals[i];
+            push *= Real(0.35) * spacing;
+            const Real length = push.norm(), most = Real(0.25) * spacing;
+            Vec3 x = positions[i] + (length > most ? most / length : Real(1)) * push, n;
+            if (!project_onto(face, spacing, x, n) || n.dot(normals[i]) < Real(0.5)) return;
+            moved[i] = x;
+            turned[i] = n;
+        });
+        positions.swap(moved);
+        normals.swap(turned);
+    }
+}
+
+}  // namespace thixo

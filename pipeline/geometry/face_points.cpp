@@ -1,0 +1,250 @@
+#include "pipeline/geometry/face_points.h"
+
+#include <array>
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/base/random.h"
+#include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/point_grid.h"
+
+namespace thixo {
+namespace {
+
+constexpr int kPerCell = 4;           // points tried in a cell
+constexpr double kLayer = 0.25;       // half thickness of the layer, in cells
+constexpr double kMostCells = 1e8;    // of one face
+
+struct Cell {
+    std::int32_t x, y, z;
+};
+
+InputError too_many(double spacing) {
+    return InputError("a surface at spacing {} m needs too many surfels; ask for fewer or a larger spacing", spacing);
+}
+
+/// Gradient by four distances around x; the mean of them is the distance to second order.
+Vec3 quick_gradient(const Face& face, const Vec3& x, Real h, Real& mean) {
+    const std::array<Vec3, 4> corner{Vec3(1, -1, -1), Vec3(-1, -1, 1), Vec3(-1, 1, -1), Vec3(1, 1, 1)};
+    Vec3 g = Vec3::Zero();
+    mean = 0;
+    for (const Vec3& c : corner) {
+        const Real d = face.distance(x + h * c);
+        g += d * c;
+        mean += d / 4;
+    }
+    return g / (4 * h);
+}
+
+/// Cubes of the final edge that the layer about the face may pass through, near the solid's surface.
+class CellSearch {
+  public:
+    CellSearch(const FacedSolid& solid, const Face& face, double spacing, double reach)
+        : solid_(solid), face_(face), reach_(reach), edge_(spacing / 2) {
+        const Box3 box = grown(solid.bounds, static_cast<Real>(reach + spacing));
+        origin_ = box.lower.cast<double>();
+        const Vec3d extent = (box.upper - box.lower).cast<double>();
+        int level = 0;
+        while (edge_ * std::ldexp(1, level) < extent.maxCoeff() / 4) ++level;
+        size_ = std::ldexp(edge_, level);
+        const Eigen::Array3i count = (extent.array() / size_).ceil().max(1).cast<int>();
+        for (int z = 0; z < count.z(); ++z)
+            for (int y = 0; y < count.y(); ++y)
+                for (int x = 0; x < count.x(); ++x) cells_.push_back({x, y, z});
+        keep_near();
+        for (; level > 0; --level) {
+            split();
+            keep_near();
+        }
+    }
+    const std::vector<Cell>& cells() const { return cells_; }
+    double edge() const { return edge_; }
+    Vec3d lower(const Cell& c) const { return origin_ + size_ * Vec3d(c.x, c.y, c.z); }
+
+  private:
+    void keep_near() {
+        std::vector<char> near(cells_.size());
+        const double half = 0.8661 * size_;
+        parallel_for(cells_.size(), [&](std::size_t i) {
+            const Vec3 centre = (lower(cells_[i]) + Vec3d::Constant(size_ / 2)).cast<Real>();
+            near[i] = std::abs(static_cast<double>(face_.distance(centre))) <= half + kLayer * edge_ &&
+                      (solid_.single() ||
+                       std::abs(static_cast<double>(solid_.shape.distance(centre))) <= half + reach_ + edge_);
+        });
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < cells_.size(); ++i)
+            if (near[i]) cells_[kept++] = cells_[i];
+        cells_.resize(kept);
+    }
+    void split() {
+        if (8.0 * static_cast<double>(cells_.size()) > kMostCells)
+            throw too_many(2 * edge_);
+        std::vector<Cell> parts;
+        parts.reserve(8 * cells_.size());
+        for (const Cell& c : cells_)
+            for (int k = 0; k < 8; ++k)
+                parts.push_back({2 * c.x + (k & 1), 2 * c.y + (k >> 1 & 1), 2 * c.z + (k >> 2)});
+        cells_ = std::move(parts);
+        size_ /= 2;
+    }
+
+    const FacedSolid& solid_;
+    const Face& face_;
+    double reach_, edge_, size_ = 0;
+    Vec3d origin_;
+    std::vector<Cell> cells_;
+};
+
+/// Point j of a cell in its unit cube: a low-discrepancy sequence from a random start.
+Vec3d point_in_cell(std::uint64_t seed, std::uint64_t face, const Cell& c, int j) {
+    const std::uint64_t id = static_cast<std::uint64_t>(c.x) << 42 ^ static_cast<std::uint64_t>(c.y) << 21 ^
+                             static_cast<std::uint64_t>(c.z);
+    const Vec3d step(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
+    Vec3d u;
+    for (int k = 0; k < 3; ++k) {
+        u[k] = random_unit(seed, id, face, static_cast<std::uint64_t>(k)) + j * step[k];
+        u[k] -= std::floor(u[k]);
+    }
+    return u;
+}
+
+struct Candidate {
+    Vec3 position, normal;
+    bool on_surface;
+};
+
+using Found = std::vector<std::vector<Candidate>>;  // by chunk
+
+/// Area that a point stands for: a cell's volume is shared by its points; that of the layer is 2 kLayer edge times the
+/// area.
+double area_of_point(double spacing) { return square(spacing / 2) / (kPerCell * 2 * kLayer); }
+
+Found points_in_layer(const FacedSolid& solid, int k, double spacing, double reach, std::uint64_t seed) {
+    const Face& face = solid.faces[static_cast<std::size_t>(k)];
+    const CellSearch search(solid, face, spacing, reach);
+    const std::vector<Cell>& cells = search.cells();
+    const Real layer = static_cast<Real>(kLayer * search.edge()), size = static_cast<Real>(spacing);
+    Found found((cells.size() + kChunk - 1) / kChunk);
+    parallel_chunks(cells.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        for (std::size_t i = begin; i < end; ++i)
+            for (int j = 0; j < kPerCell; ++j) {
+                const Vec3d u = point_in_cell(seed, static_cast<std::uint64_t>(k), cells[i], j);
+                Candidate c;
+                c.position = (search.lower(cells[i]) + search.edge() * u).cast<Real>();
+                const Real d = face.distance(c.position);
+                if (!(std::abs(d) < layer)) continue;
+                Real mean;
+                const Vec3 g = quick_gradient(face, c.position, Real(0.05) * size, mean);
+                if (!(std::abs(d) < layer * g.norm()) || !project_onto(face, size, c.position, c.normal)) continue;
+                c.on_surface = solid.on_surface(c.position, c.normal, k, size);
+                found[chunk].push_back(c);
+            }
+    });
+    return found;
+}
+
+Found points_of_surface(const FacedSolid& solid, int k, double spacing, std::uint64_t seed) {
+    const DirectSurface& surface = *solid.faces[static_cast<std::size_t>(k)].surface;
+    const double wanted = surface.area() / area_of_point(spacing);
+    if (!(wanted < kMostCells)) throw too_many(spacing);
+    const auto count = static_cast<std::size_t>(std::ceil(wanted));
+    Found found((count + kChunk - 1) / kChunk);
+    parallel_chunks(count, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const auto random = [&](std::uint64_t use) { return random_unit(seed, i, static_cast<std::uint64_t>(k), use); };
+            Candidate c;
+            surface.point((static_cast<double>(i) + random(3)) / static_cast<double>(count), random(4), random(5), c.position,
+                          c.normal);
+            c.on_surface = solid.on_surface(c.position, c.normal, k, static_cast<Real>(spacing));
+            found[chunk].push_back(c);
+        }
+    });
+    return found;
+}
+
+FacePoints face_points(const FacedSolid& solid, int k, double spacing, double reach, std::uint64_t seed) {
+    const Found found = solid.faces[static_cast<std::size_t>(k)].surface ? points_of_surface(solid, k, spacing, seed)
+                                                                         : points_in_layer(solid, k, spacing, reach, seed);
+    FacePoints points;
+    std::vector<Vec3> seen;  // on the surface
+    for (const auto& chunk : found)
+        for (const Candidate& c : chunk)
+            if (c.on_surface) seen.push_back(c.position);
+    PointGrid grid;
+    grid.build(seen, static_cast<Real>(reach));
+    std::vector<Candidate> all;
+    for (const auto& chunk : found) all.insert(all.end(), chunk.begin(), chunk.end());
+    std::vector<Real> beyond(all.size());
+    parallel_for(all.size(), [&](std::size_t i) {
+        Real nearest2 = static_cast<Real>(reach * reach);
+        if (all[i].on_surface)
+            nearest2 = 0;
+        else
+            grid.for_each_neighbour(all[i].position, static_cast<Real>(reach),
+                                    [&](Index, Real r2) { nearest2 = std::min(nearest2, r2); });
+        beyond[i] = std::sqrt(nearest2);
+    });
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        if (!(beyond[i] < static_cast<Real>(reach))) continue;
+        points.position.push_back(all[i].position);
+        points.normal.push_back(all[i].normal);
+        points.beyond.push_back(beyond[i]);
+    }
+    return points;
+}
+
+}  // namespace
+
+FacedSolid::FacedSolid(const Shape& s) : shape(s), tree(without_differences(faces_of(s))) {
+    const auto box = shape.bounds();
+    if (!box) throw InputError("an unbounded shape has no closed surface to sample; intersect it with a box");
+    bounds = *box;
+    for (const Shape& face : number_faces(tree)) faces.push_back({face, face.node().direct_surface()});
+}
+
+bool FacedSolid::on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const {
+    if (single()) return true;
+    if (!(std::abs(shape.distance(x)) <= Real(0.5) * spacing)) return false;
+    const Real rounding = Real(4e-6) * std::max(bounds.lower.cwiseAbs().maxCoeff(), bounds.upper.cwiseAbs().maxCoeff());
+    if (!bounds_solid(tree, k, std::max(Real(1e-3) * spacing, rounding),
+                      [&](int f) { return faces[static_cast<std::size_t>(f)].distance(x); }))
+        return false;
+    // Where a face of the other side lies in the same place it is not this one that bounds the solid.
+    const Real step = std::max(Real(0.02) * spacing, 4 * rounding);
+    return shape.distance(x + step * normal) > 0 && shape.distance(x - step * normal) < 0;
+}
+
+SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reach, std::uint64_t seed) {
+    SolidPoints points;
+    for (std::size_t k = 0; k < solid.faces.size(); ++k)
+        points.faces.push_back(face_points(solid, static_cast<int>(k), spacing, reach, seed));
+    points.area = area_of_point(spacing);
+    return points;
+}
+
+bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
+    if (face.surface) {
+        face.surface->project(x, normal);
+        return true;
+    }
+    const Real h = Real(0.05) * spacing;
+    Vec3 y = x, g;
+    for (int i = 0; i < 4; ++i) {
+        Real d;
+        g = quick_gradient(face, y, h, d);
+        const Real slope2 = g.squaredNorm();
+        if (!(slope2 > Real(1e-4))) return false;
+        d = face.distance(y);
+        const Real step = d / std::sqrt(slope2);
+        y -= std::clamp(step, -spacing, spacing) / std::sqrt(slope2) * g;
+        if (std::abs(step) < Real(1e-5) * spacing) break;
+    }
+    if (!(std::abs(face.distance(y)) < Real(1e-2) * spacing)) return false;
+    normal = face.gradient(y, 2 * h);
+    if (!(normal.squaredNorm() > Real(0.5))) return false;
+    x = y;
+    return true;
+}
+
+}  // namespace thixo

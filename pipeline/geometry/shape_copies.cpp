@@ -1,0 +1,102 @@
+// Images and copies of a shape.
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/face_tree.h"
+#include "pipeline/geometry/mesh_repair.h"
+#include "pipeline/geometry/shape_checks.h"
+#include "pipeline/geometry/shapes.h"
+
+namespace thixo {
+namespace {
+
+/// The image alone.
+struct Reflected final : Shape::Node {
+    Reflected(Shape s, const Vec3& n, Real o) : shape(std::move(s)), normal(n), offset(o) {}
+    Vec3 image(const Vec3& x) const { return x - 2 * (normal.dot(x) - offset) * normal; }
+    Real distance(const Vec3& x) const override { return shape.distance(image(x)); }
+    std::optional<Box3> bounds() const override {
+        const auto inner = shape.bounds();
+        if (!inner) return std::nullopt;
+        const Mat3 turn = Mat3::Identity() - 2 * normal * normal.transpose();
+        const Vec3 c = image((inner->lower + inner->upper) / 2), h = turn.cwiseAbs() * (inner->upper - inner->lower) / 2;
+        return Box3{c - h, c + h};
+    }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        const auto inner = shape.node().faces(by);
+        if (!inner) return nullptr;
+        return std::make_shared<FaceTree>(mapped(
+            *inner, [&](const Shape& face) { return Shape(std::make_shared<Reflected>(face, normal, offset)); }));
+    }
+    std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(image(x)); }
+    Shape shape;
+    Vec3 normal;
+    Real offset;
+};
+
+/// The union of many like shapes: those whose boxes are farther than another's surface are not asked.
+struct Copies final : Shape::Node {
+    explicit Copies(std::vector<Shape> list) : shapes(std::move(list)) {
+        for (const Shape& s : shapes) boxes.push_back(*s.bounds());
+        box = boxes[0];
+        for (const Box3& b : boxes) box = joined(box, b);
+    }
+    std::size_t nearest(const Vec3& x, Real& d) const {
+        std::size_t found = 0;
+        d = std::numeric_limits<Real>::max();
+        for (std::size_t k = 0; k < shapes.size(); ++k) {
+            if (distance_to(boxes[k], x) >= std::max(d, Real(0)) && d < std::numeric_limits<Real>::max() &&
+                distance_to(boxes[k], x) > 0)
+                continue;
+            if (const Real other = shapes[k].distance(x); other < d) {
+                d = other;
+                found = k;
+            }
+        }
+        return found;
+    }
+    Real distance(const Vec3& x) const override {
+        Real d;
+        nearest(x, d);
+        return d;
+    }
+    std::optional<Box3> bounds() const override { return box; }
+    std::shared_ptr<const FaceTree> faces(Real by) const override {
+        FaceTree tree{FaceTree::Op::any};
+        for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, by));
+        return std::make_shared<FaceTree>(std::move(tree));
+    }
+    std::optional<Vec3f> colour(const Vec3& x) const override {
+        Real d;
+        return shapes[nearest(x, d)].node().colour(x);
+    }
+    std::vector<Shape> shapes;
+    std::vector<Box3> boxes;
+    Box3 box;
+};
+
+}  // namespace
+
+Shape mirrored(Shape shape, const Vec3d& normal, double offset, double smooth) {
+    finite_vector(normal, "mirror normal");
+    finite_number(offset, "mirror offset");
+    const double length = normal.norm();
+    if (!(length > 0)) throw InputError("mirror normal is zero; give a direction across the mirror");
+    Shape image(std::make_shared<Reflected>(shape, (normal / length).cast<Real>(), Real(offset / length)));
+    return union_of({std::move(shape), std::move(image)}, smooth);
+}
+
+Shape repeated(Shape shape, int count, const Vec3d& step, double turn, double smooth) {
+    finite_vector(step, "repeat step");
+    finite_number(turn, "repeat turn");
+    if (count < 1 || count > 10000) throw InputError("repeat count is {}; use 1 to 10000", count);
+    std::vector<Shape> copies{shape};
+    for (int k = 1; k < count; ++k)
+        copies.push_back(transformed(shape, 1, Quatd(Eigen::AngleAxisd(k * turn * kPi / 180, Vec3d::UnitZ())), k * step));
+    if (smooth > 0 || !shape.bounds() || count == 1) return union_of(std::move(copies), smooth);
+    return Shape(std::make_shared<Copies>(std::move(copies)));
+}
+
+}  // namespace thixo

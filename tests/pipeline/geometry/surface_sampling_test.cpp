@@ -1,0 +1,147 @@
+#include "pipeline/geometry/surface_sampling.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/face_tree.h"
+#include "pipeline/geometry/point_grid.h"
+#include "tests/pipeline/geometry/exact_surfaces.h"
+
+namespace thixo {
+namespace {
+
+class SampledBody : public testing::TestWithParam<int> {
+  protected:
+    exact::Body body = exact::bodies()[std::size_t(GetParam())];
+};
+
+TEST_P(SampledBody, HasASheetForEveryFaceAndTheCountAskedFor) {
+    for (const std::size_t count : {1500u, 4000u}) {
+        const SampledSurface s = sample_surface(body.shape, {.count = count});
+        EXPECT_EQ(s.sheets, body.sheets);
+        EXPECT_EQ(s.trim.has_value(), body.sheets > 1);
+        // Guides, which no part of the surface needs but trimming does, come on top.
+        EXPECT_GE(s.surfels.size(), count);
+        EXPECT_LE(s.surfels.size(), count + count / 50);
+        EXPECT_TRUE(std::is_sorted(s.sheet.begin(), s.sheet.end()));
+    }
+}
+
+TEST_P(SampledBody, SurfelsLieOnTheirFacesWithTheirNormals) {
+    const SampledSurface s = sample_surface(body.shape, {.count = 4000});
+    FaceTree tree = without_differences(faces_of(body.shape));
+    const std::vector<Shape> faces = number_faces(tree);
+    std::vector<std::size_t> face_of;  // of a sheet: the face on which its first surfels lie
+    for (std::size_t i = 0; i < s.surfels.size(); ++i) {
+        const bool first = i == 0 || s.sheet[i] != s.sheet[i - 1];
+        const auto fits = [&](const Shape& face) {
+            return std::abs(face.distance(s.surfels.position[i])) + std::abs(face.distance(s.surfels.position[i + 1])) +
+                       std::abs(face.distance(s.surfels.position[i + 2])) < Real(3e-3 * s.spacing) &&
+                   face.gradient(s.surfels.position[i], Real(0.05 * s.spacing)).dot(s.surfels.normal[i]) > 0.99;
+        };
+        if (first)
+            face_of.push_back(std::size_t(std::find_if(faces.begin(), faces.end(), fits) - faces.begin()));
+        ASSERT_LT(face_of.back(), faces.size());
+        const Shape& face = faces[face_of.back()];
+        // The tip of a cone has no normal.
+        if (body.name == "cup" && s.surfels.position[i].head<2>().norm() < Real(0.3 * s.spacing)) continue;
+        // A thousandth of the spacing: what a ray through the blend can tell.
+        ASSERT_LT(std::abs(face.distance(s.surfels.position[i])), 1e-3 * s.spacing);
+        ASSERT_NEAR(s.surfels.normal[i].norm(), 1, 1e-5);
+        ASSERT_GT(s.surfels.normal[i].dot(face.gradient(s.surfels.position[i], Real(0.05 * s.spacing))), 0.9999);
+        // Discs are round, in the tangent plane, right-handed.
+        const Vec3 n = s.surfels.axis1[i].cross(s.surfels.axis2[i]);
+        ASSERT_GT(n.normalized().dot(s.surfels.normal[i]), 0.9999);
+    }
+}
+
+TEST_P(SampledBody, EveryPointOfTheSurfaceIsUnderADiscOfItsFace) {
+    for (const std::size_t count : {1500u, 6000u}) {
+        const SampledSurface s = sample_surface(body.shape, {.count = count});
+        PointGrid grid;
+        const Real cell = Real(2 * s.spacing);
+        grid.build(s.surfels.position, cell);
+        std::size_t tested = 0, bare = 0;
+        for (std::size_t patch = 0; patch < body.patches.size(); ++patch)
+            for (std::size_t i = 0; i < 20000 / body.patches.size(); ++i) {
+                const exact::SurfacePoint p = exact::random_point(body, patch, i);
+                if (!body.on_surface(p)) continue;
+                ++tested;
+                bool covered = false;
+                grid.for_each_neighbour(p.position.cast<Real>(), cell, [&](Index j, Real r2) {
+                    covered |= r2 < s.surfels.axis1[j].squaredNorm() &&
+                               double(s.surfels.normal[j].cast<double>().dot(p.normal)) > 0.7;
+                });
+                bare += !covered;
+            }
+        EXPECT_GT(tested, 1000u);
+        EXPECT_EQ(bare, 0u) << "of " << tested;
+    }
+}
+
+TEST_P(SampledBody, SurfelsAreEvenlySpread) {
+    // Distance to the nearest of the same sheet: the hexagonal lattice has 1.07 spacings, random points 0.5 on average.
+    const SampledSurface s = sample_surface(body.shape, {.count = 4000});
+    PointGrid grid;
+    grid.build(s.surfels.position, Real(2 * s.spacing));
+    double sum = 0, least = 1e9;
+    for (std::size_t i = 0; i < s.surfels.size(); ++i) {
+        Real best = Real(4 * s.spacing * s.spacing);
+        grid.for_each_neighbour(s.surfels.position[i], Real(2 * s.spacing), [&](Index j, Real r2) {
+            if (j != i && s.sheet[i] == s.sheet[j] && s.surfels.normal[i].dot(s.surfels.normal[j]) > 0)
+                best = std::min(best, r2);
+        });
+        sum += std::sqrt(double(best)) / s.spacing;
+        least = std::min(least, std::sqrt(double(best)) / s.spacing);
+    }
+    EXPECT_GT(sum / double(s.surfels.size()), 0.80);
+    EXPECT_GT(least, 0.3);
+}
+
+TEST_P(SampledBody, TheTreeTellsTheSolid) {
+    FaceTree tree = without_differences(faces_of(body.shape));
+    const std::vector<Shape> faces = number_faces(tree);
+    for (int k = 0; k < 20000; ++k) {
+        const Vec3d x = 1.8 * (Vec3d(random_unit(5, k, 0, 0), random_unit(5, k, 0, 1), random_unit(5, k, 0, 2)) - Vec3d::Constant(0.5));
+        if (std::abs(body.solid(x)) < 1e-5) continue;
+        const bool inside = evaluate(tree, [&](int f) { return faces[std::size_t(f)].distance(x.cast<Real>()) < 0; });
+        ASSERT_EQ(inside, body.solid(x) < 0) << x.transpose();
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Bodies, SampledBody, testing::Range(0, int(exact::bodies().size())),
+                         [](const auto& info) { return exact::bodies()[std::size_t(info.param)].name; });
+
+TEST(SampleSurface, IsTheSameAtAnyThreadCountAndForEqualCalls) {
+    const exact::Body body = exact::cut_cube();
+    const SampledSurface a = sample_surface(body.shape, {.count = 2000});
+    const SampledSurface b = sample_surface(body.shape, {.count = 2000});
+    ASSERT_EQ(a.surfels.size(), b.surfels.size());
+    for (std::size_t i = 0; i < a.surfels.size(); ++i) {
+        ASSERT_EQ(a.surfels.position[i], b.surfels.position[i]);
+        ASSERT_EQ(a.surfels.axis1[i], b.surfels.axis1[i]);
+    }
+}
+
+TEST(SampleSurface, AreaIsThatOfTheBody) {
+    // Random points: about one in the root of their number, 50 000, and a tenth of the curvature's square.
+    EXPECT_NEAR(sample_surface(sphere(0.5), {.count = 5000}).area / kPi, 1, 0.01);
+    EXPECT_NEAR(sample_surface(box({1, 2, 0.5}), {.count = 5000}).area / 7, 1, 0.01);
+}
+
+TEST(SampleSurface, SpacingGivesTheCount) {
+    const SampledSurface s = sample_surface(sphere(0.5), {.spacing = 0.03});
+    EXPECT_NEAR(double(s.surfels.size()) * 0.03 * 0.03 / kPi, 1, 0.02);
+}
+
+TEST(SampleSurface, RefusesWhatCannotBeSampled) {
+    EXPECT_THROW(sample_surface(sphere(1), {}), InputError);
+    EXPECT_THROW(sample_surface(sphere(1), {.count = 10, .spacing = 0.1}), InputError);
+    EXPECT_THROW(sample_surface(plane({0, 0, 1}, 0), {.count = 10}), InputError);
+    EXPECT_THROW(sample_surface(intersection_of({sphere(0.1), translated(sphere(0.1), {1, 0, 0})}), {.count = 100}), InputError);
+    EXPECT_THROW(sample_surface(sphere(1), {.spacing = 1e-9}), InputError);
+}
+
+}  // namespace
+}  // namespace thixo

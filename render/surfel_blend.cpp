@@ -17,6 +17,7 @@ struct Group {
     alignas(32) float qa[kCapacity], qb[kCapacity], qc[kCapacity];  // 1 - |M (x - s)|^2 = (qa tau + qb) tau + qc
     alignas(32) float s[3][kCapacity], n[3][kCapacity], sn[kCapacity], ss[kCapacity];  // s.n, s.s
     alignas(32) float agreement[kCapacity];  // weight by angle to the mean normal
+    float enter[kCapacity];                  // tau at which its support begins
     Index member[kCapacity];                 // index in the candidates
     int count = 0;
     float start = 0, end = 0;     // tau, the union of the supports
@@ -80,7 +81,8 @@ void append(Group& g, const SurfelBlock& block, int lane, const Vec3f& reference
     g.ss[i] = s.squaredNorm();
     g.agreement[i] = agreement;
     g.member[i] = member;
-    g.start = std::min(g.start, candidate.enter - t_reference);
+    g.enter[i] = candidate.enter - t_reference;
+    g.start = std::min(g.start, g.enter[i]);
     g.end = std::max(g.end, candidate.leave - t_reference);
     g.radius += block.height[lane];
     g.away = std::max(g.away, normal.dot(d));
@@ -141,6 +143,14 @@ bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, 
 /// away; it would then be caught there. A crossing within this many radii that the normal contradicts is none.
 constexpr float kStart = 0.3f;  // radii
 
+/// Where the next support begins, behind t.
+float next_support(const Group& g, float t) {
+    float next = kInfinity;
+    for (int i = 0; i < g.count; ++i)
+        if (g.enter[i] > t) next = std::min(next, g.enter[i]);
+    return next;
+}
+
 /// Walks along the ray by the distance f tells, until f changes to the sign of the other side.
 bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& trims, const Ray& ray, float t_reference,
                  float end, bool inside, float& tau, Fit& at) {
@@ -166,8 +176,9 @@ bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& tri
         t_before = t;
         if (t >= end) break;
         const float slope = std::max(std::abs(here.gradient.dot(d)), 0.2f);
-        t = std::min(end,
-                     t + (here.weight > 0 ? std::clamp(1.05f * std::abs(f) / slope, step_min, step_max) : step_min));
+        // Between supports there is nothing: on to the next, and a little into it.
+        t = std::min(end, here.weight > 0 ? t + std::clamp(1.05f * std::abs(f) / slope, step_min, step_max)
+                                          : std::max(t, next_support(g, t)) + step_min);
     }
     return false;
 }

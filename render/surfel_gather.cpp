@@ -33,10 +33,15 @@ void insert(Candidates& found, const Candidate& candidate, float tmin) {
 unsigned bits(__m256 mask) { return unsigned(_mm256_movemask_ps(mask)); }
 
 /// Lanes whose supports the ray crosses within [tmin, end]; `disc`: whose discs it hits. Fills all of the row but block
-/// and lanes.
-unsigned cross(const SurfelBlock& block, const Ray& ray, float end, Row& row, unsigned& disc) {
+/// and lanes. `outside`: the ray is inside of nothing.
+unsigned cross(const SurfelBlock& block, const Ray& ray, bool outside, float end, Row& row, unsigned& disc) {
     const __m256 dx = _mm256_set1_ps(ray.direction.x()), dy = _mm256_set1_ps(ray.direction.y()),
                  dz = _mm256_set1_ps(ray.direction.z());
+    const __m256* const normal = reinterpret_cast<const __m256*>(block.to_unit[2]);
+    const __m256 along = _mm256_fmadd_ps(normal[0], dx, _mm256_fmadd_ps(normal[1], dy, _mm256_mul_ps(normal[2], dz)));
+    row.facing = _mm256_mul_ps(along, _mm256_load_ps(block.height));
+    // Rays that leave a surface meet many that look away from them: those cost no more than this.
+    if (outside && bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(kLimitSine), _CMP_LE_OQ)) == 0) return 0;
     __m256 x = _mm256_sub_ps(_mm256_load_ps(block.centre[0]), _mm256_set1_ps(ray.origin.x()));
     __m256 y = _mm256_sub_ps(_mm256_load_ps(block.centre[1]), _mm256_set1_ps(ray.origin.y()));
     __m256 z = _mm256_sub_ps(_mm256_load_ps(block.centre[2]), _mm256_set1_ps(ray.origin.z()));
@@ -46,11 +51,12 @@ unsigned cross(const SurfelBlock& block, const Ray& ray, float end, Row& row, un
     y = _mm256_fnmadd_ps(near, dy, y);
     z = _mm256_fnmadd_ps(near, dz, z);
     __m256 p[3], e[3];  // centre and direction in the support's unit space
+    e[2] = along;
     for (int k = 0; k < 3; ++k) {
         const __m256 mx = _mm256_load_ps(block.to_unit[k][0]), my = _mm256_load_ps(block.to_unit[k][1]),
                      mz = _mm256_load_ps(block.to_unit[k][2]);
         p[k] = _mm256_fmadd_ps(mx, x, _mm256_fmadd_ps(my, y, _mm256_mul_ps(mz, z)));
-        e[k] = _mm256_fmadd_ps(mx, dx, _mm256_fmadd_ps(my, dy, _mm256_mul_ps(mz, dz)));
+        if (k < 2) e[k] = _mm256_fmadd_ps(mx, dx, _mm256_fmadd_ps(my, dy, _mm256_mul_ps(mz, dz)));
     }
     const __m256 one = _mm256_set1_ps(1.0f);
     const __m256 a = _mm256_fmadd_ps(e[0], e[0], _mm256_fmadd_ps(e[1], e[1], _mm256_mul_ps(e[2], e[2])));
@@ -72,7 +78,6 @@ unsigned cross(const SurfelBlock& block, const Ray& ray, float end, Row& row, un
     const __m256 u = _mm256_fnmadd_ps(plane, e[0], p[0]), v = _mm256_fnmadd_ps(plane, e[1], p[1]);
     const __m256 rim = _mm256_fmadd_ps(u, u, _mm256_mul_ps(v, v));
     row.plane = _mm256_add_ps(near, plane);
-    row.facing = _mm256_mul_ps(e[2], _mm256_load_ps(block.height));
     disc = bits(_mm256_and_ps(_mm256_cmp_ps(rim, _mm256_set1_ps(kDisc2), _CMP_LT_OQ),
                               _mm256_cmp_ps(row.plane, _mm256_set1_ps(ray.tmin), _CMP_GE_OQ)));
     return bits(_mm256_and_ps(crossed, _mm256_and_ps(_mm256_cmp_ps(row.leave, _mm256_set1_ps(ray.tmin), _CMP_GE_OQ),
@@ -128,7 +133,7 @@ void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const I
     Row beyond;
     Row& row = found.listed ? beyond : found.rows[found.row_count];
     unsigned disc = 0;
-    row.lanes = cross(block, ray, std::min(ray.tmax, found.end), row, disc);
+    row.lanes = cross(block, ray, interior.count() == 0, std::min(ray.tmax, found.end), row, disc);
     if (row.lanes == 0) return;
     // A ray outside an object can only enter it, one inside only leave it: n.d towards the side it is going to.
     const unsigned inside = inside_lanes(block, interior, object);

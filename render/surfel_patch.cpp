@@ -8,7 +8,7 @@
 namespace thixo::render {
 namespace {
 
-constexpr int kMaxRows = 6;
+constexpr int kMaxRows = Candidates::kRows;
 /// Normals this near to their mean are within 35 degrees of each other: they agree fully with any mean of them.
 constexpr float kNearMean = 0.95371695f;  // 17.5 degrees
 constexpr float kFacing = 0.2f;
@@ -57,14 +57,51 @@ struct Patch {
     }
 };
 
-/// Rows with candidates that begin before `end`, by block: sums must not depend on the traversal. False: too many, none,
-/// or of several layers.
-bool choose_rows(std::span<const SurfelBlock> blocks, const Candidates& candidates, float end, Patch& patch) {
+unsigned from(__m256 values, float limit) { return bits(_mm256_cmp_ps(values, _mm256_set1_ps(limit), _CMP_GE_OQ)); }
+unsigned up_to(__m256 values, float limit) { return bits(_mm256_cmp_ps(values, _mm256_set1_ps(limit), _CMP_LE_OQ)); }
+
+float least(__m256 values, unsigned lanes) {
+    const __m256 v = _mm256_blendv_ps(_mm256_set1_ps(kInfinity), values, mask_of(lanes));
+    const __m128 half = _mm_min_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
+    const __m128 quarter = _mm_min_ps(half, _mm_movehl_ps(half, half));
+    return _mm_cvtss_f32(_mm_min_ss(quarter, _mm_shuffle_ps(quarter, quarter, 1)));
+}
+
+/// Lanes that look at a ray on this side, and those that look away from it.
+unsigned facing(const Row& row, bool inside) {
+    return inside ? from(row.facing, kFacing) : up_to(row.facing, -kFacing);
+}
+unsigned averted(const Row& row, bool inside) { return inside ? up_to(row.facing, 0) : from(row.facing, 0); }
+
+/// Candidates that begin before `end`, less what the ray has left behind: surfels that look away from it (it has bounced
+/// off them, it may be) and end before any that faces it begins weigh nothing where those do. False: some of the others
+/// do not face the ray, or none is left.
+bool choose_lanes(const Candidates& candidates, bool inside, float end, unsigned* lanes) {
+    unsigned all = 0, rest = 0;
     for (int i = 0; i < candidates.row_count; ++i) {
         const Row& row = candidates.rows[i];
-        const unsigned lanes = row.lanes & bits(_mm256_cmp_ps(row.enter, _mm256_set1_ps(end), _CMP_LE_OQ));
+        lanes[i] = row.lanes & up_to(row.enter, end);
+        rest |= lanes[i] & ~facing(row, inside);
+        all |= lanes[i];
+    }
+    if (rest == 0) return all != 0;
+    float begin = kInfinity;
+    for (int i = 0; i < candidates.row_count; ++i)
+        begin = std::min(begin, least(candidates.rows[i].enter, lanes[i] & facing(candidates.rows[i], inside)));
+    for (int i = 0; i < candidates.row_count; ++i) {
+        const Row& row = candidates.rows[i];
+        lanes[i] &= ~(averted(row, inside) & ~from(row.leave, begin));
+        if ((lanes[i] & ~facing(row, inside)) != 0) return false;
+    }
+    return begin < kInfinity;
+}
+
+/// Rows by block: sums must not depend on the traversal. False: of several layers.
+bool sort_rows(std::span<const SurfelBlock> blocks, const Candidates& candidates, const unsigned* chosen, Patch& patch) {
+    for (int i = 0; i < candidates.row_count; ++i) {
+        const Row& row = candidates.rows[i];
+        const unsigned lanes = chosen[i];
         if (lanes == 0) continue;
-        if (patch.count == kMaxRows) return false;
         int at = patch.count++;
         for (; at > 0 && patch.row[at - 1]->block > row.block; --at) {
             patch.row[at] = patch.row[at - 1];
@@ -79,17 +116,6 @@ bool choose_rows(std::span<const SurfelBlock> blocks, const Candidates& candidat
         const auto* layers = reinterpret_cast<const __m256i*>(blocks[patch.row[i]->block].layer);
         const __m256i same = _mm256_cmpeq_epi32(_mm256_load_si256(layers), _mm256_set1_epi32(int(patch.layer)));
         if ((patch.taking_part[i] & ~bits(_mm256_castsi256_ps(same))) != 0) return false;
-    }
-    return true;
-}
-
-/// All of them face a ray on this side.
-bool all_face(const Patch& patch, bool inside) {
-    for (int i = 0; i < patch.count; ++i) {
-        const __m256 facing = patch.row[i]->facing;
-        const unsigned good = bits(inside ? _mm256_cmp_ps(facing, _mm256_set1_ps(kFacing), _CMP_GE_OQ)
-                                          : _mm256_cmp_ps(facing, _mm256_set1_ps(-kFacing), _CMP_LE_OQ));
-        if ((patch.taking_part[i] & ~good) != 0) return false;
     }
     return true;
 }
@@ -163,15 +189,19 @@ void note_weights(const Patch& patch, std::span<const SurfelBlock> blocks, float
 bool smooth_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
                      std::span<const Index> object, const Trims& trims, const Candidates& candidates, float end,
                      bool want_weights, SurfelHit& hit) {
+    if (candidates.row_count == 0) return false;
+    const Row& first = candidates.rows[0];
+    const bool inside =
+        interior.count() > 0 && interior.contains(object[blocks[first.block].layer[std::countr_zero(first.lanes)]]);
+    unsigned lanes[Candidates::kRows];
     Patch patch;
-    if (!choose_rows(blocks, candidates, end, patch)) return false;
-    const bool inside = interior.count() > 0 && interior.contains(object[patch.layer]);
-    if (!all_face(patch, inside)) return false;
+    if (!choose_lanes(candidates, inside, end, lanes) || !sort_rows(blocks, candidates, lanes, patch)) return false;
+    if (interior.count() > 0 && interior.contains(object[patch.layer]) != inside) return false;
     // Half-way through the first support: near the surface, and the same for every order of the rows.
     const float t_reference = std::max(ray.tmin, patch.row[0]->near[std::countr_zero(patch.taking_part[0])]);
     const Vec3f& d = ray.direction;
     if (!prepare(blocks, ray.origin + t_reference * d, t_reference, patch)) return false;
-    const float tolerance = 1e-5f * patch.radius, reach = 3 * patch.radius;
+    const float tolerance = 1e-5f * patch.radius, reach = 16 * patch.radius;
     float tau = guess(patch, t_reference);
     for (int i = 0; i < 6; ++i) {
         if (!(std::abs(tau) < reach)) return false;

@@ -65,6 +65,7 @@ struct RayScene::Impl {
         packed = pack_surfels(surfels.cloud, surfels.layer);
         // What is left of the cloud serves the attributes: axes and normals are in the blocks.
         surfels.cloud.axis1 = surfels.cloud.axis2 = surfels.cloud.normal = {};
+        surfels.layer = {};
         if (!packed.blocks().empty()) add_surfels();
         for (std::size_t i = 0; i < meshes.size(); ++i) add_mesh(meshes[i], unsigned(i) + 1);
         rtcCommitScene(scene);

@@ -52,10 +52,13 @@ Extent extent(std::span<const Place> places) {
     return {axis, low[axis], high[axis] - low[axis]};
 }
 
+/// Up to here a histogram costs more than it saves.
+constexpr std::size_t kSmall = 96;
+
 /// As std::nth_element into `to`, but without a branch to guess: by a histogram into what is below, in, and above the bin
 /// of the median, which alone is then sorted out.
 void part(std::span<const Place> from, std::span<Place> to, std::size_t middle, const Extent& e) {
-    constexpr int bins = 256;
+    constexpr int bins = 64;
     std::array<std::uint32_t, bins + 1> ends{};
     const float scale = (bins - 0.01f) / e.length;
     const auto bin = [&](const Place& p) { return int((p.x[e.axis] - e.lower) * scale); };
@@ -83,7 +86,7 @@ void sort_block(std::span<Place> places) {
 /// order costs). `places` are in `spare` after every large split; they end where they began.
 void split(std::span<Place> places, std::span<Place> spare, bool in_spare) {
     const std::size_t count = places.size();
-    if (in_spare && count <= 256) {
+    if (in_spare && count <= kSmall) {
         std::copy(spare.begin(), spare.end(), places.begin());
         in_spare = false;
     }
@@ -91,7 +94,7 @@ void split(std::span<Place> places, std::span<Place> spare, bool in_spare) {
     const std::size_t middle = (count + kLanes - 1) / kLanes / 2 * kLanes;
     const std::span<Place> now = in_spare ? spare : places;
     const Extent e = extent(now);
-    if (count <= 256 || !(e.length > 1e-30f && e.length < 1e30f)) {
+    if (count <= kSmall || !(e.length > 1e-30f && e.length < 1e30f)) {
         std::nth_element(now.begin(), now.begin() + std::ptrdiff_t(middle), now.end(), Along{e.axis});
     } else {
         part(now, in_spare ? places : spare, middle, e);

@@ -1,11 +1,10 @@
 // The algebraic sphere that weighted points and normals fit (Guennebaud & Gross 2007, beta = 1).
 #pragma once
 
-#include <immintrin.h>
-
 #include <algorithm>
 
 #include "pipeline/base/math.h"
+#include "render/lanes.h"
 
 namespace thixo::render {
 
@@ -16,12 +15,6 @@ struct Fit {
     Vec3f gradient{0, 0, 0};
     Vec3f centre{0, 0, 0};  // mean of the surfels, seen from the point
 };
-
-inline float sum(__m256 a) {
-    const __m128 half = _mm_add_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
-    const __m128 quarter = _mm_add_ps(half, _mm_movehl_ps(half, half));
-    return _mm_cvtss_f32(_mm_add_ss(quarter, _mm_shuffle_ps(quarter, quarter, 1)));
-}
 
 /// Sums over surfels, eight at a time: of the weights w, and of w times s (place), n (normal), s.n and s.s.
 struct FitSums {

@@ -1,9 +1,9 @@
 #include "render/surfel_gather.h"
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <bit>
+
+#include "render/lanes.h"
 
 namespace thixo::render {
 namespace {
@@ -29,8 +29,6 @@ void insert(Candidates& found, const Candidate& candidate, float tmin) {
     if (later(found.list[last], candidate)) std::swap(dropped, found.list[last]);
     if (begin(dropped) > tmin) found.end = std::min(found.end, begin(dropped));
 }
-
-unsigned bits(__m256 mask) { return unsigned(_mm256_movemask_ps(mask)); }
 
 /// Lanes whose supports the ray crosses within [tmin, end]; `disc`: whose discs it hits. Fills all of the row but block
 /// and lanes. `outside`: the ray is inside of nothing.
@@ -84,15 +82,6 @@ unsigned cross(const SurfelBlock& block, const Ray& ray, bool outside, float end
                                                      _mm256_cmp_ps(row.enter, _mm256_set1_ps(end), _CMP_LE_OQ))));
 }
 
-/// Least of the lanes.
-float least(__m256 values, unsigned lanes) {
-    alignas(32) float v[kLanes];
-    _mm256_store_ps(v, values);
-    float best = kInfinity;
-    for (; lanes != 0; lanes &= lanes - 1) best = std::min(best, v[std::countr_zero(lanes)]);
-    return best;
-}
-
 /// Lanes whose object the ray is inside of.
 unsigned inside_lanes(const SurfelBlock& block, const Interior& interior, std::span<const Index> object) {
     if (interior.count() == 0) return 0;
@@ -136,14 +125,16 @@ void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const I
     row.lanes = cross(block, ray, interior.count() == 0, std::min(ray.tmax, found.end), row, disc);
     if (row.lanes == 0) return;
     // A ray outside an object can only enter it, one inside only leave it: n.d towards the side it is going to.
-    const unsigned inside = inside_lanes(block, interior, object);
-    const unsigned forth = bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(kLimitSine), _CMP_LE_OQ)),
-                   back = bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(-kLimitSine), _CMP_GE_OQ)),
-                   against = bits(_mm256_cmp_ps(row.facing, _mm256_setzero_ps(), _CMP_LT_OQ)),
-                   with = bits(_mm256_cmp_ps(row.facing, _mm256_setzero_ps(), _CMP_GT_OQ));
-    row.lanes &= (forth & ~inside) | (back & inside);
+    const __m256 zero = _mm256_setzero_ps();
+    unsigned facing = row.lanes & bits(_mm256_cmp_ps(row.facing, zero, _CMP_LT_OQ));
+    unsigned near_enough = bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(kLimitSine), _CMP_LE_OQ));
+    if (const unsigned inside = inside_lanes(block, interior, object)) {
+        facing = (facing & ~inside) | (row.lanes & inside & bits(_mm256_cmp_ps(row.facing, zero, _CMP_GT_OQ)));
+        near_enough = (near_enough & ~inside) |
+                      (inside & bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(-kLimitSine), _CMP_GE_OQ)));
+    }
+    row.lanes &= near_enough;
     if (row.lanes == 0) return;
-    const unsigned facing = row.lanes & ((against & ~inside) | (with & inside));
     found.faced |= facing != 0;
     if ((disc & facing) != 0) found.end = std::min(found.end, least(row.leave, disc & facing));
     row.block = block_index;

@@ -11,15 +11,7 @@ namespace {
 constexpr int kMaxRows = Candidates::kRows;
 /// Normals this near to their mean are within 35 degrees of each other: they agree fully with any mean of them.
 constexpr float kNearMean = 0.95371695f;  // 17.5 degrees
-constexpr float kFacing = 0.2f;
-
-unsigned bits(__m256 mask) { return unsigned(_mm256_movemask_ps(mask)); }
-
-/// All bits set in the lanes of `lanes`.
-__m256 mask_of(unsigned lanes) {
-    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(int(lanes)), bit), bit));
-}
+constexpr float kFacing = 0.1f;
 
 /// Candidates prepared along the ray: x = reference + tau d, everything relative to the reference.
 struct Patch {
@@ -59,13 +51,6 @@ struct Patch {
 
 unsigned from(__m256 values, float limit) { return bits(_mm256_cmp_ps(values, _mm256_set1_ps(limit), _CMP_GE_OQ)); }
 unsigned up_to(__m256 values, float limit) { return bits(_mm256_cmp_ps(values, _mm256_set1_ps(limit), _CMP_LE_OQ)); }
-
-float least(__m256 values, unsigned lanes) {
-    const __m256 v = _mm256_blendv_ps(_mm256_set1_ps(kInfinity), values, mask_of(lanes));
-    const __m128 half = _mm_min_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
-    const __m128 quarter = _mm_min_ps(half, _mm_movehl_ps(half, half));
-    return _mm_cvtss_f32(_mm_min_ss(quarter, _mm_shuffle_ps(quarter, quarter, 1)));
-}
 
 /// Lanes that look at a ray on this side, and those that look away from it.
 unsigned facing(const Row& row, bool inside) {

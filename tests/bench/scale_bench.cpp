@@ -94,47 +94,16 @@ void size(std::size_t n) {
                native_ns(native, crossing));
 }
 
-/// A plane whose surfels have `slope` times their distance from the origin as radius, from 1e-5 m to 1 m; slope 0: all
-/// alike. Rays come down on it, as many to each ring.
-void graded(float slope) {
-    const std::size_t n = 500000;
-    SurfelCloud cloud;
-    std::vector<Vec3f> targets;
-    if (slope > 0) {
-        // Rings that grow by a constant factor: n surfels in all.
-        const double rings = std::sqrt(double(n) * std::log(1e5) / (2 * kPi)), per_ring = double(n) / rings;
-        const double growth = std::pow(1e5, 1 / rings);
-        for (int ring = 0; ring < int(rings); ++ring) {
-            const double radius = 1e-5 / double(slope) * std::pow(growth, ring);
-            for (int i = 0; i < int(per_ring); ++i) {
-                const double a = 2 * kPi * (i + 0.5 * (ring & 1)) / per_ring;
-                shapes::add_disc(cloud, Vec3d(radius * std::cos(a), radius * std::sin(a), 0).cast<float>(), {0, 0, 1},
-                                 float(1.2 * radius * (growth - 1)));
-            }
-        }
-        for (std::uint64_t i = 0; i < kRays; ++i) {
-            const double radius = 2e-5 / double(slope) * std::pow(5e4, random_unit(3, i, 0, 0)), a = 2 * kPi * random_unit(3, i, 0, 1);
-            targets.push_back(Vec3d(radius * std::cos(a), radius * std::sin(a), 0).cast<float>());
-        }
-    } else {
-        const int side = 707;
-        for (int k = 0; k < side * side; ++k)
-            shapes::add_disc(cloud, {float(k % side) / float(side) - 0.5f, float(k / side) / float(side) - 0.5f, 0}, {0, 0, 1},
-                             1.2f / float(side));
-        for (std::uint64_t i = 0; i < kRays; ++i)
-            targets.push_back({0.9f * float(random_unit(3, i, 0, 0) - 0.5), 0.9f * float(random_unit(3, i, 0, 1) - 0.5), 0});
-    }
-    std::vector<Ray> rays;
-    for (std::uint64_t i = 0; i < targets.size(); ++i) {
-        const Vec3f down = Vec3f(float(random_unit(3, i, 1, 0)) - 0.5f, float(random_unit(3, i, 1, 1)) - 0.5f, -1).normalized();
-        rays.push_back({targets[i] - (0.1f + targets[i].norm()) * down, down});
-    }
+/// As many surfels of one radius, and of radii from 1e-5 m to 1 m.
+void plane(bool graded) {
+    const SurfelCloud cloud = graded ? shapes::graded_plane(500000) : shapes::even_plane(707);
+    const std::vector<Ray> rays = shapes::rays_down(kRays, graded);
     const double begin = wall_seconds();
     const RayScene scene(shapes::one_object(cloud), {});
     const double ready = wall_seconds() - begin;
     const NativeDiscs native(cloud);
     fmt::print("{:>9} surfels of {}: ready in {:.1f} ms; ray {:.0f} ns (discs {:.0f})\n", cloud.size(),
-               slope > 0 ? "radii from 1e-5 to 1" : "one radius", 1e3 * ready, blended_ns(scene, rays), native_ns(native, rays));
+               graded ? "radii from 1e-5 to 1" : "one radius", 1e3 * ready, blended_ns(scene, rays), native_ns(native, rays));
 }
 
 }  // namespace
@@ -142,6 +111,6 @@ void graded(float slope) {
 int main(int argc, char** argv) {
     const double last = argc > 1 ? std::atof(argv[1]) : 1e7;
     for (double n = 1e4; n <= last * 1.001; n *= 10) run_apart([&] { size(std::size_t(n)); });
-    run_apart([] { graded(0); });
-    run_apart([] { graded(0.02f); });
+    run_apart([] { plane(false); });
+    run_apart([] { plane(true); });
 }

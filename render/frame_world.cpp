@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pipeline/base/error.h"
 #include "render/media.h"
 
 namespace thixo::render {
@@ -9,8 +10,8 @@ namespace {
 
 class Appearances {
   public:
-    Appearances(World& world, const scene::Look& look, std::vector<std::string>& missing)
-        : world_(world), look_(look), missing_(missing) {}
+    Appearances(World& world, const scene::Look& look, const Pictures& pictures, std::vector<std::string>& missing)
+        : world_(world), look_(look), pictures_(pictures), missing_(missing) {}
 
     /// A new object that looks like the appearance of this name.
     Index add_object(const std::string& name) {
@@ -26,7 +27,8 @@ class Appearances {
         else
             missing_.push_back(name);
         index_[name] = Index(world_.materials.size());
-        world_.materials.push_back(make_material(appearance));
+        world_.materials.push_back(
+            make_material(appearance, appearance.image.file.empty() ? nullptr : pictures_.textures.at(appearance.image.content)));
         return add(index_[name]);
     }
 
@@ -37,6 +39,7 @@ class Appearances {
     }
     World& world_;
     const scene::Look& look_;
+    const Pictures& pictures_;
     std::vector<std::string>& missing_;
     std::map<std::string, Index> index_;
 };
@@ -124,6 +127,7 @@ MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle) {
     object.to_own = linear.inverse().cast<float>();
     object.own_shift = (-linear.inverse() * shift).cast<float>();
     object.mesh.triangles = mesh.triangles;
+    object.mesh.uvs = mesh.uvs;
     for (const Vec3f& v : mesh.vertices)
         object.mesh.vertices.push_back((linear * v.cast<double>() + shift).cast<float>());
     for (const Vec3f& n : mesh.normals)
@@ -133,23 +137,36 @@ MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle) {
 
 }  // namespace
 
-World make_world(const Frame& frame, const AssetMeshes& meshes, const scene::Scene& scene, const scene::Look& look,
-                 std::vector<std::string>& missing) {
+World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& pictures, const scene::Scene& scene,
+                 const scene::Look& look, std::vector<std::string>& missing) {
     World world;
-    Appearances appearances(world, look, missing);
+    Appearances appearances(world, look, pictures, missing);
+    const auto require_uv = [&](Index object, bool has, const std::string& appearance, const std::string& of) {
+        if (!has && world.material(object).image.by_uv())
+            throw InputError("look.appearances.{}.image: {} has no texture coordinates; choose another mapping than uv",
+                             appearance, of);
+    };
     std::map<int, Index> object_of_body;
-    for (const FrameBody& b : frame.bodies)
-        object_of_body[b.id] = appearances.add_object(look_of_material(scene, b.material));
+    for (const FrameBody& b : frame.bodies) {
+        const std::string name = look_of_material(scene, b.material);
+        object_of_body[b.id] = appearances.add_object(name);
+        require_uv(object_of_body[b.id], false, name, fmt::format("the body '{}' is made of surfels, and", b.name));
+    }
     std::vector<MeshObject> placed_meshes;
     for (const FrameObstacle& o : frame.obstacles) {
         const auto mesh = meshes.find(o.asset);
         if (o.asset.empty() || mesh == meshes.end()) continue;
         placed_meshes.push_back(placed(mesh->second, o));
-        placed_meshes.back().object = appearances.add_object(look_of_obstacle(scene, o));
+        const std::string name = look_of_obstacle(scene, o);
+        placed_meshes.back().object = appearances.add_object(name);
+        require_uv(placed_meshes.back().object, !mesh->second.uvs.empty(), name,
+                   fmt::format("the mesh of the boundary '{}'", o.name));
         placed_meshes.back().solid = world.material(placed_meshes.back().object).dielectric();
     }
     world.rays = std::make_unique<RayScene>(surfels_of(frame, object_of_body), std::move(placed_meshes));
-    for (const scene::Light& l : look.lights) world.lights.push_back(make_light(l));
+    for (const scene::Light& l : look.lights)
+        world.lights.push_back(
+            make_light(l, l.type == scene::LightType::environment ? pictures.environments.at(l.content) : nullptr));
     world.attributes = std::any_of(world.materials.begin(), world.materials.end(),
                                    [](const Material& m) { return m.reads_attributes(); });
     world.background = look.background.cast<float>();

@@ -8,6 +8,7 @@
 
 #include "pipeline/contract/frame.h"
 #include "pipeline/contract/scene.h"
+#include "render/pictures.h"
 #include "render/world.h"
 
 namespace thixo::render {
@@ -19,7 +20,7 @@ using AssetMeshes = std::map<std::string, TriangleMesh>;
 /// up under its own name, and under the obstacle's `look`. An appearance that is missing becomes a grey matt one, and
 /// its name is added to `missing`. Surfels: P, t1, t2; body where there are several, and sheet, rest, v, temperature
 /// where there are any. Throws CacheError for missing attributes, InputError for a look that cannot be rendered.
-World make_world(const Frame& frame, const AssetMeshes& meshes, const scene::Scene& scene, const scene::Look& look,
-                 std::vector<std::string>& missing);
+World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& pictures, const scene::Scene& scene,
+                 const scene::Look& look, std::vector<std::string>& missing);
 
 }  // namespace thixo::render

@@ -2,11 +2,21 @@
 
 #include <limits>
 
+#include "pipeline/base/error.h"
+
 namespace thixo::render {
 
 using scene::LightType;
 
-Light make_light(const scene::Light& l) {
+namespace {
+
+/// Into the environment's own frame; back with the sine turned round.
+Vec3f turned(const Vec3f& d, float c, float s) { return {c * d.x() + s * d.y(), c * d.y() - s * d.x(), d.z()}; }
+Vec3f own_direction(const Light& light, const Vec3f& d) { return turned(d, light.turn.x(), light.turn.y()); }
+
+}  // namespace
+
+Light make_light(const scene::Light& l, std::shared_ptr<const Environment> environment) {
     Light light;
     light.type = l.type;
     light.radiance = (l.colour * l.strength).cast<float>();
@@ -28,12 +38,19 @@ Light make_light(const scene::Light& l) {
         light.edge2 = direction.cross(u) * float(l.size.y() / 2);
         light.area = float(l.size.x() * l.size.y());
     }
+    if (l.type == LightType::environment) {
+        THIXO_ASSERT(environment, "the environment {} has no picture", l.name);
+        light.environment = std::move(environment);
+        light.turn = {float(std::cos(l.rotation * kPi / 180)), float(std::sin(l.rotation * kPi / 180))};
+    }
     return light;
 }
 
 Vec3f infinite_radiance(const Light& light, const Vec3f& d) {
     if (light.type == LightType::sun)
         return (d - light.normal).squaredNorm() < 2 * light.cone ? light.radiance : Vec3f(Vec3f::Zero());
+    if (light.type == LightType::environment)
+        return light.radiance.cwiseProduct(light.environment->radiance(own_direction(light, d)));
     if (d.z() < 0) return light.radiance.cwiseProduct(light.ground);
     return light.radiance.cwiseProduct(light.horizon + (Vec3f::Ones() - light.horizon) * d.z());
 }
@@ -52,6 +69,13 @@ LightSample sample_light(const Light& light, const Vec3f& position, const Vec3f&
             s.direction = to_world(local, n);
             s.radiance = infinite_radiance(light, s.direction);
             s.pdf = local.z() / kPif;
+            break;
+        }
+        case LightType::environment: {
+            const Environment::Sample found = light.environment->sample(u);
+            s.direction = turned(found.direction, light.turn.x(), -light.turn.y());
+            s.radiance = light.radiance.cwiseProduct(light.environment->radiance(found.direction));
+            s.pdf = found.pdf;
             break;
         }
         case LightType::area: {
@@ -74,6 +98,8 @@ float light_pdf(const Light& light, const Vec3f& n, const Vec3f& d, float distan
             return (d - light.normal).squaredNorm() < 2 * light.cone ? 1 / (2 * kPif * light.cone) : 0;
         case LightType::sky:
             return std::max(0.0f, n.dot(d)) / kPif;
+        case LightType::environment:
+            return light.environment->pdf(own_direction(light, d));
         case LightType::area:
             return distance * distance / (std::max(1e-6f, -light.normal.dot(d)) * light.area);
     }
@@ -100,6 +126,8 @@ float light_strength(const Light& l, const Vec3f& position) {
         const float d2 = to.squaredNorm() + l.area;
         solid_angle = l.area * std::max(0.05f, l.normal.dot(to) / std::sqrt(d2)) / d2;
     }
+    if (l.type == LightType::environment)
+        return luminance(l.radiance.cwiseProduct(l.environment->mean())) * solid_angle;
     return luminance(l.radiance) * solid_angle;
 }
 

@@ -1,30 +1,37 @@
-// What shines: rectangles, suns, skies.
+// What shines: rectangles, suns, skies, environments.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "pipeline/contract/scene.h"
-#include "render/warp.h"
+#include "render/environment.h"
 
 namespace thixo::render {
 
 /// A light made ready. Directions point from the lit place to the light.
 struct Light {
     scene::LightType type = scene::LightType::sky;
-    Vec3f radiance{1, 1, 1};  // sun: of its disc; sky: at the zenith; area: of its front [W/(m^2 sr)]
+    // Sun: of its disc; sky: at the zenith; area: of its front [W/(m^2 sr)]; environment: a factor.
+    Vec3f radiance{1, 1, 1};
     Vec3f horizon{1, 1, 1}, ground{0.3f, 0.3f, 0.3f};
     Vec3f normal{0, 0, -1};                                 // area: the side it shines to; sun: towards the sun
     Vec3f centre{0, 0, 0}, edge1{1, 0, 0}, edge2{0, 1, 0};  // area; edges are half lengths
     float area = 0;                                         // m^2
     float cone = 0;                                         // sun: 1 - cos(half its angular diameter)
+    std::shared_ptr<const Environment> environment;
+    Vec2f turn{1, 0};  // environment: cos and sin of its rotation
+    /// Light from all sides, seen wherever nothing is in the way.
+    bool surrounds() const { return type == scene::LightType::sky || type == scene::LightType::environment; }
     bool infinite() const { return type != scene::LightType::area; }
 };
 
 /// A sun of irradiance E and half angle a has the radiance E/(pi sin^2 a); no sun is smaller than 0.01 degrees.
-Light make_light(const scene::Light& light);
+/// An environment needs its picture.
+Light make_light(const scene::Light& light, std::shared_ptr<const Environment> environment = nullptr);
 
 /// Radiance from direction d of a light at infinity: zero outside a sun's disc; of a sky
-/// zenith (horizon + (1 - horizon) d.z) for d.z >= 0, zenith ground below.
+/// zenith (horizon + (1 - horizon) d.z) for d.z >= 0, zenith ground below; of an environment its picture's.
 Vec3f infinite_radiance(const Light& light, const Vec3f& d);
 
 struct LightSample {
@@ -34,7 +41,8 @@ struct LightSample {
     float pdf = 0;  // 1/sr; 0: nothing to be had
 };
 
-/// Chooses a direction to the light from a place with unit normal n. Skies: by the cosine about n.
+/// Chooses a direction to the light from a place with unit normal n. Skies: by the cosine about n;
+/// environments: by their light.
 LightSample sample_light(const Light& light, const Vec3f& position, const Vec3f& n, const Vec2f& u);
 
 /// The density sample_light has for direction d; for area lights `distance` and the cosine at the light come from

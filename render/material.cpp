@@ -1,5 +1,6 @@
 #include "render/material.h"
 
+#include "pipeline/base/error.h"
 #include "render/microfacet.h"
 #include "render/rough_interface.h"
 
@@ -101,19 +102,23 @@ Vec3f Material::colour_at(const Hit& hit) const {
     if (colour_by != scene::ColourBy::none)
         return mapped(colour_map, colour_by == scene::ColourBy::temperature ? hit.attributes.temperature
                                                                             : hit.attributes.velocity.norm());
+    if (image.texture) return image.colour(hit, in_rest);
     if (checker <= 0) return colour;
     const Vec3f& position = in_rest ? hit.attributes.rest : hit.position;
     const auto field = [&](float x) { return std::int64_t(std::floor(x / checker)); };
     return ((field(position.x()) + field(position.y())) & 1) == 0 ? colour : colour2;
 }
 
-Material make_material(const scene::Appearance& a) {
+Material make_material(const scene::Appearance& a, std::shared_ptr<const Texture> texture) {
+    THIXO_ASSERT(a.image.file.empty() == !texture, "appearance {}: image '{}'", a.name, a.image.file);
     Material m;
     m.type = a.type;
     m.colour = a.colour.cast<float>();
     m.colour2 = a.colour2.cast<float>();
     m.checker = float(a.checker);
-    m.in_rest = a.space == scene::Space::rest && a.checker > 0;
+    m.in_rest = a.space == scene::Space::rest && (a.checker > 0 || texture);
+    m.image = {std::move(texture), a.image.mapping, int(a.image.axis), a.image.origin.cast<float>(),
+               a.image.size.cast<float>()};
     m.colour_by = a.colour_by;
     for (const scene::ColourStop& c : a.colour_map) m.colour_map.emplace_back(float(c.at), c.colour.cast<float>());
     m.bump = {float(a.bumps.amplitude), float(a.bumps.scale), a.bumps.octaves};

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "pipeline/contract/scene.h"
+#include "render/image_map.h"
 #include "render/noise.h"
 #include "render/warp.h"
 
@@ -38,7 +39,8 @@ struct Material {
     scene::AppearanceType type = scene::AppearanceType::diffuse;
     Vec3f colour{0.8f, 0.8f, 0.8f}, colour2{0.3f, 0.3f, 0.3f};
     float checker = 0;    // m
-    bool in_rest = false;  // the checker is in m0, not in the world
+    ImageMap image;
+    bool in_rest = false;  // checker and image are in m0, not in the world
     scene::ColourBy colour_by = scene::ColourBy::none;
     std::vector<std::pair<float, Vec3f>> colour_map;  // ascending
     Bump bump;
@@ -54,12 +56,13 @@ struct Material {
     /// Lets light through in a straight line, but for refraction.
     bool clear() const { return dielectric() && smooth(); }
     /// Whether it looks at the attributes of a hit.
-    bool reads_attributes() const { return in_rest || colour_by != scene::ColourBy::none || bump.amplitude > 0; }
-    /// Colour at a hit: the attribute's, the checker's field, or plain.
+    bool reads_attributes() const { return in_rest || image.by_uv() || colour_by != scene::ColourBy::none || bump.amplitude > 0; }
+    /// Colour at a hit: the attribute's, the image's, the checker's field, or plain.
     Vec3f colour_at(const Hit& hit) const;
 };
 
-Material make_material(const scene::Appearance& appearance);
+/// An appearance with an image needs its texture.
+Material make_material(const scene::Appearance& appearance, std::shared_ptr<const Texture> texture = nullptr);
 
 /// A direction chosen by an opaque surface. weight = f cos / pdf [1].
 struct Scatter {

@@ -19,6 +19,7 @@ struct State {
     float compression = 1;  // product of (n after / n before)^2: throughput times this is what roulette goes by
     int shaded = 0;         // surfaces that are neither mirror nor clear, so far
     int bounces = 0;
+    float travelled = 0;    // along the path [m]
     Chain chain = Chain::direct;
     float pdf = std::numeric_limits<float>::infinity();  // of the direction, at the last shaded surface
     Vec3f position{0, 0, 0}, normal{0, 0, 0};            // there
@@ -54,6 +55,7 @@ class Path {
             }
             s_.throughput = s_.throughput.cwiseProduct(absorb(world_, s_.interior, s_.ray, 0, hit.t));
             const Material& material = world_.material(hit.object);
+            hit.footprint = (s_.travelled += hit.t) * world_.camera.pixel_angle();
             if (material.bump.amplitude > 0) hit.normal = bumped_normal(material.bump, hit);
             note_first(hit, material);
             if (material.dielectric() ? !interact(hit, material) : !shade(hit, material)) break;
@@ -94,7 +96,7 @@ class Path {
         if (s_.shaded == 0) return 1;
         // With straight shadows the refracted light is counted by shadow rays, and what clear surfaces reflect of small
         // lights is left out: it is the noise that straight shadows are to avoid.
-        const bool small = world_.lights[i].type != scene::LightType::sky;
+        const bool small = !world_.lights[i].surrounds();
         if (world_.settings.straight_shadows &&
             (s_.chain == Chain::clear || (s_.chain == Chain::clear_reflected && small)))
             return 0;
@@ -129,7 +131,7 @@ class Path {
         bool sky = false;
         for (std::size_t i = 0; i < world_.lights.size(); ++i) {
             if (!world_.lights[i].infinite()) continue;
-            sky |= world_.lights[i].type == scene::LightType::sky;
+            sky |= world_.lights[i].surrounds();
             const Vec3f light = infinite_radiance(world_.lights[i], s_.ray.direction);
             if (light.maxCoeff() <= 0) continue;
             if (s_.bounces == 0 && world_.settings.transparent_background) continue;

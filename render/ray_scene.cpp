@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
 #include "render/surfel_blend.h"
 
 namespace thixo::render {
@@ -62,7 +63,10 @@ struct RayScene::Impl {
         device = make_device();
         scene = rtcNewScene(device);
         packed = pack_surfels(surfels.cloud, surfels.layer);
-        if (!packed.blocks.empty()) add_surfels();
+        // What is left of the cloud serves the attributes: axes and normals are in the blocks.
+        surfels.cloud.axis1 = surfels.cloud.axis2 = surfels.cloud.normal = {};
+        surfels.layer = {};
+        if (!packed.blocks().empty()) add_surfels();
         for (std::size_t i = 0; i < meshes.size(); ++i) add_mesh(meshes[i], unsigned(i) + 1);
         rtcCommitScene(scene);
         throw_if_failed(device);
@@ -72,24 +76,39 @@ struct RayScene::Impl {
         if (device) rtcReleaseDevice(device);
     }
 
+    void grow(std::vector<Box3>& boxes, Index object, const Vec3f& x, const Vec3f& half) const {
+        if (object >= boxes.size()) boxes.resize(object + 1, kNothing);
+        boxes[object].lower = boxes[object].lower.cwiseMin(x - half);
+        boxes[object].upper = boxes[object].upper.cwiseMax(x + half);
+    }
+
     void find_bounds() {
-        const auto grow = [&](Index object, const Vec3f& x, const Vec3f& half) {
-            if (object >= bounds.size()) bounds.resize(object + 1, kNothing);
-            bounds[object].lower = bounds[object].lower.cwiseMin(x - half);
-            bounds[object].upper = bounds[object].upper.cwiseMax(x + half);
-        };
-        for (std::size_t i = 0; i < surfels.cloud.size(); ++i) {
-            const Vec3f half = surfels.cloud.axis1[i].cwiseAbs() + surfels.cloud.axis2[i].cwiseAbs();
-            if (surfels.cloud.position[i].allFinite() && half.allFinite())
-                grow(surfels.object[surfels.layer[i]], surfels.cloud.position[i], half);
-        }
+        constexpr std::size_t chunk = 1 << 16;
+        const std::size_t n = surfels.cloud.size();
+        std::vector<std::vector<Box3>> parts((n + chunk - 1) / chunk);
+        parallel_chunks(
+            n,
+            [&](std::size_t begin, std::size_t end, std::size_t c) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    const Vec3f half = surfels.cloud.axis1[i].cwiseAbs() + surfels.cloud.axis2[i].cwiseAbs();
+                    if (surfels.cloud.position[i].allFinite() && half.allFinite())
+                        grow(parts[c], surfels.object[surfels.layer[i]], surfels.cloud.position[i], half);
+                }
+            },
+            chunk);
+        for (const std::vector<Box3>& part : parts)
+            for (Index o = 0; o < part.size(); ++o) {
+                if (o >= bounds.size()) bounds.resize(o + 1, kNothing);
+                bounds[o].lower = bounds[o].lower.cwiseMin(part[o].lower);
+                bounds[o].upper = bounds[o].upper.cwiseMax(part[o].upper);
+            }
         for (const MeshObject& m : meshes)
-            for (const Vec3f& v : m.mesh.vertices) grow(m.object, v, Vec3f::Constant(rounding(v)));
+            for (const Vec3f& v : m.mesh.vertices) grow(bounds, m.object, v, Vec3f::Constant(rounding(v)));
     }
 
     void add_surfels() {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-        rtcSetGeometryUserPrimitiveCount(geometry, unsigned(packed.blocks.size()));
+        rtcSetGeometryUserPrimitiveCount(geometry, unsigned(packed.blocks().size()));
         rtcSetGeometryUserData(geometry, this);
         rtcSetGeometryBoundsFunction(geometry, &block_bounds, nullptr);
         rtcSetGeometryIntersectFunction(geometry, &meet_block);
@@ -128,7 +147,7 @@ struct RayScene::Impl {
         if (!args->valid[0]) return;
         const Impl& self = *static_cast<const Impl*>(args->geometryUserPtr);
         Query& query = *reinterpret_cast<Query*>(args->context);
-        gather(self.packed.blocks[args->primID], args->primID, *query.ray, *query.interior, self.surfels.object,
+        gather(self.packed.storage[args->primID], args->primID, *query.ray, *query.interior, self.surfels.object,
                query.candidates);
         float& tfar = reinterpret_cast<RTCRayHit*>(args->rayhit)->ray.tfar;
         tfar = std::min(tfar, query.candidates.end);
@@ -222,6 +241,12 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
     hit.attributes.rest = object.to_own * hit.position + object.own_shift;
     hit.attributes.rest_a = object.to_own * a_axis;
     hit.attributes.rest_b = object.to_own * b_axis;
+    if (mesh.uvs.empty()) return;
+    const auto& [uv_a, uv_b, uv_c] = mesh.uvs[found.hit.primID];
+    hit.attributes.uv = (1 - u - v) * uv_a + u * uv_b + v * uv_c;
+    const Vec2f p = uv_b - uv_a, q = uv_c - uv_a;
+    const float area = face_normal(mesh, found.hit.primID).norm();
+    hit.attributes.uv_per_metre = area > 0 ? std::sqrt(std::abs(p.x() * q.y() - p.y() * q.x()) / area) : 0;
 }
 
 bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const {
@@ -249,11 +274,12 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(scene, &query.context, &found);
+        query.candidates.settle(window.tmin);
         const float window_end = query.candidates.end;
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (query.candidates.faced && first_crossing(packed.blocks, window, interior, surfels.object, trims, query.candidates,
+        if (query.candidates.faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims, query.candidates,
                                                      end, attributes, surfel)) {
             surfel_hit(ray, interior, surfel, hit);
             if (attributes) blend_attributes(surfel, hit);

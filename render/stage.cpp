@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -148,7 +149,8 @@ class Stage {
         const Frame frame = reader_.load_frame(number);
         load_meshes(frame);
         std::vector<std::string> missing;
-        const World world = make_world(frame, meshes_, scene_, scene_.look, missing);
+        if (!pictures_) pictures_ = load_pictures(scene_.look, &reader_);  // not before: the cache may just have begun
+        const World world = make_world(frame, meshes_, *pictures_, scene_, scene_.look, missing);
         warn(missing, world, frame);
         FilmSettings film;
         film.samples = scene_.look.output.samples;
@@ -168,6 +170,7 @@ class Stage {
     std::string look_;
     fs::path folder_;
     AssetMeshes meshes_;
+    std::optional<Pictures> pictures_;
     std::set<std::string> warned_;
 };
 

@@ -1,9 +1,10 @@
 #include "render/surfel_blend.h"
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <array>
+
+#include "render/surfel_fit.h"
+#include "render/surfel_patch.h"
 
 namespace thixo::render {
 namespace {
@@ -16,6 +17,7 @@ struct Group {
     alignas(32) float qa[kCapacity], qb[kCapacity], qc[kCapacity];  // 1 - |M (x - s)|^2 = (qa tau + qb) tau + qc
     alignas(32) float s[3][kCapacity], n[3][kCapacity], sn[kCapacity], ss[kCapacity];  // s.n, s.s
     alignas(32) float agreement[kCapacity];  // weight by angle to the mean normal
+    float enter[kCapacity];                  // tau at which its support begins
     Index member[kCapacity];                 // index in the candidates
     int count = 0;
     float start = 0, end = 0;     // tau, the union of the supports
@@ -28,20 +30,6 @@ struct Group {
 /// Surfaces one window can hold; of more, which takes a heap of crossed discs, the weakest are left out.
 constexpr int kMaxGroups = 12;
 
-/// The fit at one point of the ray.
-struct Fit {
-    float weight = 0;    // sum of the weights; 0: no surfel's support holds the point
-    float distance = 0;  // signed, about metres
-    Vec3f gradient{0, 0, 0};
-    Vec3f centre{0, 0, 0};  // mean of the surfels, seen from the point
-};
-
-float sum(__m256 a) {
-    const __m128 half = _mm_add_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
-    const __m128 quarter = _mm_add_ps(half, _mm_movehl_ps(half, half));
-    return _mm_cvtss_f32(_mm_add_ss(quarter, _mm_shuffle_ps(quarter, quarter, 1)));
-}
-
 __m256 weights(const Group& g, int i, __m256 tau) {
     const __m256 q = _mm256_fmadd_ps(_mm256_fmadd_ps(_mm256_load_ps(g.qa + i), tau, _mm256_load_ps(g.qb + i)), tau,
                                      _mm256_load_ps(g.qc + i));
@@ -51,35 +39,18 @@ __m256 weights(const Group& g, int i, __m256 tau) {
 
 Fit fit(const Group& g, const Vec3f& d, float tau_scalar) {
     const __m256 tau = _mm256_set1_ps(tau_scalar);
-    __m256 w_sum = _mm256_setzero_ps(), sn = w_sum, ss = w_sum, s[3] = {w_sum, w_sum, w_sum},
-           n[3] = {w_sum, w_sum, w_sum};
+    FitSums sums;
     for (int i = 0; i < g.count; i += kLanes) {
         const __m256 w = weights(g, i, tau);
-        w_sum = _mm256_add_ps(w_sum, w);
-        sn = _mm256_fmadd_ps(w, _mm256_load_ps(g.sn + i), sn);
-        ss = _mm256_fmadd_ps(w, _mm256_load_ps(g.ss + i), ss);
+        sums.w = _mm256_add_ps(sums.w, w);
+        sums.sn = _mm256_fmadd_ps(w, _mm256_load_ps(g.sn + i), sums.sn);
+        sums.ss = _mm256_fmadd_ps(w, _mm256_load_ps(g.ss + i), sums.ss);
         for (int k = 0; k < 3; ++k) {
-            s[k] = _mm256_fmadd_ps(w, _mm256_load_ps(g.s[k] + i), s[k]);
-            n[k] = _mm256_fmadd_ps(w, _mm256_load_ps(g.n[k] + i), n[k]);
+            sums.s[k] = _mm256_fmadd_ps(w, _mm256_load_ps(g.s[k] + i), sums.s[k]);
+            sums.n[k] = _mm256_fmadd_ps(w, _mm256_load_ps(g.n[k] + i), sums.n[k]);
         }
     }
-    Fit result;
-    result.weight = sum(w_sum);
-    if (!(result.weight > 1e-12f)) return {};
-    // Means, seen from x.
-    const float inverse = 1 / result.weight;
-    const Vec3f s_mean = Vec3f(sum(s[0]), sum(s[1]), sum(s[2])) * inverse;
-    const Vec3f normal = Vec3f(sum(n[0]), sum(n[1]), sum(n[2])) * inverse;
-    const Vec3f centre = s_mean - tau_scalar * d;
-    result.centre = centre;
-    const float along = sum(sn) * inverse - s_mean.dot(normal);     // mean of y.n less mean y . mean n
-    const float spread = sum(ss) * inverse - s_mean.squaredNorm();  // variance of y
-    const float r2 = g.radius * g.radius;
-    const float limit = 1.0f / g.radius;  // of the curvature: a sphere of one surfel
-    const float curvature = std::clamp(along / std::max(spread, 1e-3f * r2), -limit, limit);
-    result.gradient = normal - curvature * centre;
-    result.distance = -(result.gradient.dot(centre) + 0.5f * curvature * (spread + centre.squaredNorm()));
-    return result;
+    return sums.fit(d, tau_scalar, g.radius);
 }
 
 Vec3f normal_of(const SurfelBlock& block, int lane) {
@@ -110,7 +81,8 @@ void append(Group& g, const SurfelBlock& block, int lane, const Vec3f& reference
     g.ss[i] = s.squaredNorm();
     g.agreement[i] = agreement;
     g.member[i] = member;
-    g.start = std::min(g.start, candidate.enter - t_reference);
+    g.enter[i] = candidate.enter - t_reference;
+    g.start = std::min(g.start, g.enter[i]);
     g.end = std::max(g.end, candidate.leave - t_reference);
     g.radius += block.height[lane];
     g.away = std::max(g.away, normal.dot(d));
@@ -171,6 +143,14 @@ bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, 
 /// away; it would then be caught there. A crossing within this many radii that the normal contradicts is none.
 constexpr float kStart = 0.3f;  // radii
 
+/// Where the next support begins, behind t.
+float next_support(const Group& g, float t) {
+    float next = kInfinity;
+    for (int i = 0; i < g.count; ++i)
+        if (g.enter[i] > t) next = std::min(next, g.enter[i]);
+    return next;
+}
+
 /// Walks along the ray by the distance f tells, until f changes to the sign of the other side.
 bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& trims, const Ray& ray, float t_reference,
                  float end, bool inside, float& tau, Fit& at) {
@@ -196,8 +176,9 @@ bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& tri
         t_before = t;
         if (t >= end) break;
         const float slope = std::max(std::abs(here.gradient.dot(d)), 0.2f);
-        t = std::min(end,
-                     t + (here.weight > 0 ? std::clamp(1.05f * std::abs(f) / slope, step_min, step_max) : step_min));
+        // Between supports there is nothing: on to the next, and a little into it.
+        t = std::min(end, here.weight > 0 ? t + std::clamp(1.05f * std::abs(f) / slope, step_min, step_max)
+                                          : std::max(t, next_support(g, t)) + step_min);
     }
     return false;
 }
@@ -268,6 +249,9 @@ void note_weights(const Group& g, std::span<const SurfelBlock> blocks, const Can
 bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
                     std::span<const Index> object, const Trims& trims, Candidates& candidates, float end, bool want_weights,
                     SurfelHit& hit) {
+    if (!candidates.listed && smooth_crossing(blocks, ray, interior, object, trims, candidates, end, want_weights, hit))
+        return true;
+    candidates.make_list(ray.tmin);
     // In the order of the surfels, not of the traversal: sums must not depend on it.
     int kept = 0;
     for (int i = 0; i < candidates.count; ++i)

@@ -4,20 +4,10 @@
 #include <span>
 
 #include "render/surfel_gather.h"
+#include "render/surfel_hit.h"
 #include "render/trim.h"
 
 namespace thixo::render {
-
-/// Where a ray meets the blended surface.
-struct SurfelHit {
-    float t = kInfinity;
-    Vec3f normal{0, 0, 1};  // outward, unit
-    float radius = 0;       // of the surfels there, sqrt(|t1||t2|) [m]
-    std::uint32_t layer = 0;
-    int count = 0;  // surfels that took part, with weights that sum to one; filled where asked for
-    Index source[Candidates::kCapacity];
-    float weight[Candidates::kCapacity];
-};
 
 /// First crossing in [ray.tmin, end] of the surface the candidates blend to:
 ///   w_i(x) = (1 - |M_i (x - s_i)|^2)^3 where positive, M_i into surfel i's support;

@@ -1,8 +1,11 @@
 #include "render/surfel_blocks.h"
 
+#include <immintrin.h>
 #include <oneapi/tbb/parallel_invoke.h>
 
 #include <algorithm>
+#include <array>
+#include <numeric>
 #include <tuple>
 
 #include "pipeline/base/error.h"
@@ -16,48 +19,122 @@ bool usable(const SurfelCloud& cloud, Index i) {
     return cloud.position[i].allFinite() && std::isfinite(area) && area > 0;
 }
 
-/// Splits [begin, end) at the median of its longest side, in whole blocks, down to single blocks: patches that are
-/// about square make boxes that overlap less than runs of a space-filling curve (measured: about half the block tests
-/// per ray that Morton order costs).
-void split(const SurfelCloud& cloud, Index* begin, Index* end) {
-    const std::size_t count = std::size_t(end - begin);
-    if (count <= kLanes) {
-        // By place: the order in which surfels were given leaves no trace in the sums over a block.
-        std::sort(begin, end, [&](Index a, Index b) {
-            const Vec3f &p = cloud.position[a], &q = cloud.position[b];
-            return std::tuple(p.x(), p.y(), p.z(), a) < std::tuple(q.x(), q.y(), q.z(), b);
-        });
-        return;
+struct alignas(16) Place {
+    float x[3];
+    Index surfel;
+};
+
+/// By coordinate, then by surfel: one order whatever was before.
+struct Along {
+    int axis;
+    bool operator()(const Place& a, const Place& b) const {
+        return a.x[axis] < b.x[axis] || (a.x[axis] == b.x[axis] && a.surfel < b.surfel);
     }
-    Vec3f lower = Vec3f::Constant(3e38f), upper = -lower;
-    for (const Index* i = begin; i != end; ++i) {
-        lower = lower.cwiseMin(cloud.position[*i]);
-        upper = upper.cwiseMax(cloud.position[*i]);
+};
+
+struct Extent {
+    int axis;  // the longest
+    float lower, length;
+};
+Extent extent(std::span<const Place> places) {
+    __m128 lower = _mm_set1_ps(3e38f), upper = _mm_set1_ps(-3e38f);
+    for (const Place& p : places) {
+        const __m128 x = _mm_load_ps(p.x);
+        lower = _mm_min_ps(lower, x);
+        upper = _mm_max_ps(upper, x);
     }
+    alignas(16) float low[4], high[4];
+    _mm_store_ps(low, lower);
+    _mm_store_ps(high, upper);
     int axis = 0;
-    (upper - lower).maxCoeff(&axis);
-    const std::size_t blocks = (count + kLanes - 1) / kLanes;
-    Index* const middle = begin + blocks / 2 * kLanes;
-    std::nth_element(begin, middle, end, [&](Index a, Index b) {
-        const float x = cloud.position[a][axis], y = cloud.position[b][axis];
-        return x < y || (x == y && a < b);
+    for (int k = 1; k < 3; ++k)
+        if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+    return {axis, low[axis], high[axis] - low[axis]};
+}
+
+/// Up to here a histogram costs more than it saves.
+constexpr std::size_t kSmall = 96;
+
+/// As std::nth_element into `to`, but without a branch to guess: by a histogram into what is below, in, and above the bin
+/// of the median, which alone is then sorted out.
+void part(std::span<const Place> from, std::span<Place> to, std::size_t middle, const Extent& e) {
+    constexpr int bins = 64;
+    std::array<std::uint32_t, bins + 1> ends{};
+    const float scale = (bins - 0.01f) / e.length;
+    const auto bin = [&](const Place& p) { return int((p.x[e.axis] - e.lower) * scale); };
+    for (const Place& p : from) ++ends[std::size_t(bin(p)) + 1];
+    int median = 0;
+    for (; ends[std::size_t(median) + 1] <= middle; ++median) ends[std::size_t(median) + 2] += ends[std::size_t(median) + 1];
+    Place* out[3] = {to.data(), to.data() + ends[std::size_t(median)], to.data() + ends[std::size_t(median) + 1]};
+    for (const Place& p : from) {
+        const int k = bin(p);
+        *out[(k >= median) + (k > median)]++ = p;
+    }
+    std::nth_element(to.data() + ends[std::size_t(median)], to.data() + middle, to.data() + ends[std::size_t(median) + 1],
+                     Along{e.axis});
+}
+
+/// By place: the order in which surfels were given leaves no trace in the sums over a block.
+void sort_block(std::span<Place> places) {
+    std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+        return std::tuple(a.x[0], a.x[1], a.x[2], a.surfel) < std::tuple(b.x[0], b.x[1], b.x[2], b.surfel);
     });
+}
+
+/// Splits at the median of the longest side, in whole blocks, down to single blocks: patches that are about square make
+/// boxes that overlap less than runs of a space-filling curve (measured: about half the block tests per ray that Morton
+/// order costs). `places` are in `spare` after every large split; they end where they began.
+void split(std::span<Place> places, std::span<Place> spare, bool in_spare) {
+    const std::size_t count = places.size();
+    if (in_spare && count <= kSmall) {
+        std::copy(spare.begin(), spare.end(), places.begin());
+        in_spare = false;
+    }
+    if (count <= kLanes) return sort_block(places);
+    const std::size_t middle = (count + kLanes - 1) / kLanes / 2 * kLanes;
+    const std::span<Place> now = in_spare ? spare : places;
+    const Extent e = extent(now);
+    if (count <= kSmall || !(e.length > 1e-30f && e.length < 1e30f)) {
+        std::nth_element(now.begin(), now.begin() + std::ptrdiff_t(middle), now.end(), Along{e.axis});
+    } else {
+        part(now, in_spare ? places : spare, middle, e);
+        in_spare = !in_spare;
+    }
+    const auto left = [&] { split(places.first(middle), spare.first(middle), in_spare); };
+    const auto right = [&] { split(places.subspan(middle), spare.subspan(middle), in_spare); };
     if (count > 4096)
-        oneapi::tbb::parallel_invoke([&] { split(cloud, begin, middle); }, [&] { split(cloud, middle, end); });
+        oneapi::tbb::parallel_invoke(left, right);
     else {
-        split(cloud, begin, middle);
-        split(cloud, middle, end);
+        left();
+        right();
     }
 }
 
 /// Surfels that can be seen, neighbours together.
-std::vector<Index> spatial_order(const SurfelCloud& cloud) {
-    std::vector<Index> order;
-    order.reserve(cloud.size());
-    for (Index i = 0; i < cloud.size(); ++i)
-        if (usable(cloud, i)) order.push_back(i);
-    thread_arena().execute([&] { split(cloud, order.data(), order.data() + order.size()); });
-    return order;
+std::vector<Place> spatial_order(const SurfelCloud& cloud) {
+    constexpr std::size_t chunk = 1 << 14;
+    std::vector<std::size_t> first((cloud.size() + chunk - 1) / chunk + 1, 0);
+    std::vector<std::uint8_t> seen(cloud.size());
+    parallel_chunks(
+        cloud.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t c) {
+            for (std::size_t i = begin; i < end; ++i) first[c + 1] += seen[i] = usable(cloud, Index(i));
+        },
+        chunk);
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<Place> places(first.back()), spare(first.back());
+    parallel_chunks(
+        cloud.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t c) {
+            std::size_t at = first[c];
+            for (std::size_t i = begin; i < end; ++i) {
+                const Vec3f& x = cloud.position[i];
+                if (seen[i]) places[at++] = {{x.x(), x.y(), x.z()}, Index(i)};
+            }
+        },
+        chunk);
+    thread_arena().execute([&] { split(places, spare, false); });
+    return places;
 }
 
 void set_lane(SurfelBlock& block, int lane, const SurfelCloud& cloud, Index i, std::uint32_t layer, Box3& bounds) {
@@ -96,20 +173,20 @@ SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_
     THIXO_ASSERT(
         layer.size() == cloud.size() && cloud.axis1.size() == cloud.size() && cloud.axis2.size() == cloud.size(),
         "{} surfels, {} layers", cloud.size(), layer.size());
-    const std::vector<Index> order = spatial_order(cloud);
+    const std::vector<Place> order = spatial_order(cloud);
     SurfelBlocks packed;
     packed.dropped = cloud.size() - order.size();
-    packed.blocks.resize((order.size() + kLanes - 1) / kLanes);
-    packed.bounds.resize(packed.blocks.size());
-    parallel_for(packed.blocks.size(), [&](std::size_t b) {
+    packed.bounds.resize((order.size() + kLanes - 1) / kLanes);
+    packed.storage = std::make_unique_for_overwrite<SurfelBlock[]>(packed.bounds.size());
+    parallel_for(packed.bounds.size(), [&](std::size_t b) {
         Box3& bounds = packed.bounds[b];
         bounds = {Vec3f::Constant(3e38f), Vec3f::Constant(-3e38f)};
         for (int lane = 0; lane < kLanes; ++lane) {
             const std::size_t k = b * kLanes + lane;
             if (k < order.size())
-                set_lane(packed.blocks[b], lane, cloud, order[k], layer[order[k]], bounds);
+                set_lane(packed.storage[b], lane, cloud, order[k].surfel, layer[order[k].surfel], bounds);
             else
-                clear_lane(packed.blocks[b], lane);
+                clear_lane(packed.storage[b], lane);
         }
     });
     return packed;

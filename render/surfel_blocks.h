@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -26,9 +27,10 @@ struct alignas(32) SurfelBlock {
 };
 
 struct SurfelBlocks {
-    std::vector<SurfelBlock> blocks;
-    std::vector<Box3> bounds;  // of each block's supports
-    std::size_t dropped = 0;   // surfels with no finite frame of their own: they cannot be seen
+    std::unique_ptr<SurfelBlock[]> storage;  // not a vector: it is first touched by the threads that fill it
+    std::vector<Box3> bounds;                // of each block's supports
+    std::size_t dropped = 0;                 // surfels with no finite frame of their own: they cannot be seen
+    std::span<const SurfelBlock> blocks() const { return {storage.get(), bounds.size()}; }
 };
 
 /// Sorts surfels so that neighbours come together and packs them into blocks. layer[k] belongs to surfel k. Requires

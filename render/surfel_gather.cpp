@@ -1,9 +1,9 @@
 #include "render/surfel_gather.h"
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <bit>
+
+#include "render/lanes.h"
 
 namespace thixo::render {
 namespace {
@@ -30,17 +30,16 @@ void insert(Candidates& found, const Candidate& candidate, float tmin) {
     if (begin(dropped) > tmin) found.end = std::min(found.end, begin(dropped));
 }
 
-struct Crossing {  // of eight supports, in t
-    __m256 enter, leave;
-    __m256 plane;   // where the ray meets the disc's plane
-    __m256 facing;  // n.d
-    int hit;        // bit per lane: the support is crossed
-    int disc;       // bit per lane: the disc itself is hit
-};
-
-Crossing cross(const SurfelBlock& block, const Ray& ray) {
+/// Lanes whose supports the ray crosses within [tmin, end]; `disc`: whose discs it hits. Fills all of the row but block
+/// and lanes. `outside`: the ray is inside of nothing.
+unsigned cross(const SurfelBlock& block, const Ray& ray, bool outside, float end, Row& row, unsigned& disc) {
     const __m256 dx = _mm256_set1_ps(ray.direction.x()), dy = _mm256_set1_ps(ray.direction.y()),
                  dz = _mm256_set1_ps(ray.direction.z());
+    const __m256* const normal = reinterpret_cast<const __m256*>(block.to_unit[2]);
+    const __m256 along = _mm256_fmadd_ps(normal[0], dx, _mm256_fmadd_ps(normal[1], dy, _mm256_mul_ps(normal[2], dz)));
+    row.facing = _mm256_mul_ps(along, _mm256_load_ps(block.height));
+    // Rays that leave a surface meet many that look away from them: those cost no more than this.
+    if (outside && bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(kLimitSine), _CMP_LE_OQ)) == 0) return 0;
     __m256 x = _mm256_sub_ps(_mm256_load_ps(block.centre[0]), _mm256_set1_ps(ray.origin.x()));
     __m256 y = _mm256_sub_ps(_mm256_load_ps(block.centre[1]), _mm256_set1_ps(ray.origin.y()));
     __m256 z = _mm256_sub_ps(_mm256_load_ps(block.centre[2]), _mm256_set1_ps(ray.origin.z()));
@@ -50,11 +49,12 @@ Crossing cross(const SurfelBlock& block, const Ray& ray) {
     y = _mm256_fnmadd_ps(near, dy, y);
     z = _mm256_fnmadd_ps(near, dz, z);
     __m256 p[3], e[3];  // centre and direction in the support's unit space
-    for (int row = 0; row < 3; ++row) {
-        const __m256 mx = _mm256_load_ps(block.to_unit[row][0]), my = _mm256_load_ps(block.to_unit[row][1]),
-                     mz = _mm256_load_ps(block.to_unit[row][2]);
-        p[row] = _mm256_fmadd_ps(mx, x, _mm256_fmadd_ps(my, y, _mm256_mul_ps(mz, z)));
-        e[row] = _mm256_fmadd_ps(mx, dx, _mm256_fmadd_ps(my, dy, _mm256_mul_ps(mz, dz)));
+    e[2] = along;
+    for (int k = 0; k < 3; ++k) {
+        const __m256 mx = _mm256_load_ps(block.to_unit[k][0]), my = _mm256_load_ps(block.to_unit[k][1]),
+                     mz = _mm256_load_ps(block.to_unit[k][2]);
+        p[k] = _mm256_fmadd_ps(mx, x, _mm256_fmadd_ps(my, y, _mm256_mul_ps(mz, z)));
+        if (k < 2) e[k] = _mm256_fmadd_ps(mx, dx, _mm256_fmadd_ps(my, dy, _mm256_mul_ps(mz, dz)));
     }
     const __m256 one = _mm256_set1_ps(1.0f);
     const __m256 a = _mm256_fmadd_ps(e[0], e[0], _mm256_fmadd_ps(e[1], e[1], _mm256_mul_ps(e[2], e[2])));
@@ -62,48 +62,86 @@ Crossing cross(const SurfelBlock& block, const Ray& ray) {
     const __m256 c =
         _mm256_sub_ps(_mm256_fmadd_ps(p[0], p[0], _mm256_fmadd_ps(p[1], p[1], _mm256_mul_ps(p[2], p[2]))), one);
     const __m256 discriminant = _mm256_fnmadd_ps(a, c, _mm256_mul_ps(b, b));
-    Crossing crossing;
-    crossing.hit = _mm256_movemask_ps(_mm256_cmp_ps(discriminant, _mm256_setzero_ps(), _CMP_GT_OQ));
-    if (crossing.hit == 0) return crossing;
+    const __m256 crossed = _mm256_cmp_ps(discriminant, _mm256_setzero_ps(), _CMP_GT_OQ);
+    if (bits(crossed) == 0) return 0;
     const __m256 root = _mm256_sqrt_ps(_mm256_max_ps(discriminant, _mm256_setzero_ps()));
     const __m256 inverse = _mm256_div_ps(one, a);
-    crossing.enter = _mm256_fmadd_ps(_mm256_sub_ps(b, root), inverse, near);
-    crossing.leave = _mm256_fmadd_ps(_mm256_add_ps(b, root), inverse, near);
+    row.enter = _mm256_fmadd_ps(_mm256_sub_ps(b, root), inverse, near);
+    row.leave = _mm256_fmadd_ps(_mm256_add_ps(b, root), inverse, near);
+    row.near = near;
+    row.a = a;
+    row.b = b;
+    row.c = c;
     const __m256 plane = _mm256_div_ps(p[2], e[2]);  // inf or NaN for a ray in the plane: compares false below
     const __m256 u = _mm256_fnmadd_ps(plane, e[0], p[0]), v = _mm256_fnmadd_ps(plane, e[1], p[1]);
     const __m256 rim = _mm256_fmadd_ps(u, u, _mm256_mul_ps(v, v));
-    crossing.disc = crossing.hit & _mm256_movemask_ps(_mm256_cmp_ps(rim, _mm256_set1_ps(kDisc2), _CMP_LT_OQ));
-    crossing.plane = _mm256_add_ps(near, plane);
-    crossing.facing = _mm256_mul_ps(e[2], _mm256_load_ps(block.height));
-    const __m256 in_window = _mm256_and_ps(_mm256_cmp_ps(crossing.leave, _mm256_set1_ps(ray.tmin), _CMP_GE_OQ),
-                                           _mm256_cmp_ps(crossing.enter, _mm256_set1_ps(ray.tmax), _CMP_LE_OQ));
-    crossing.hit &= _mm256_movemask_ps(in_window);
-    return crossing;
+    row.plane = _mm256_add_ps(near, plane);
+    disc = bits(_mm256_and_ps(_mm256_cmp_ps(rim, _mm256_set1_ps(kDisc2), _CMP_LT_OQ),
+                              _mm256_cmp_ps(row.plane, _mm256_set1_ps(ray.tmin), _CMP_GE_OQ)));
+    return bits(_mm256_and_ps(crossed, _mm256_and_ps(_mm256_cmp_ps(row.leave, _mm256_set1_ps(ray.tmin), _CMP_GE_OQ),
+                                                     _mm256_cmp_ps(row.enter, _mm256_set1_ps(end), _CMP_LE_OQ))));
+}
+
+/// Lanes whose object the ray is inside of.
+unsigned inside_lanes(const SurfelBlock& block, const Interior& interior, std::span<const Index> object) {
+    if (interior.count() == 0) return 0;
+    unsigned inside = 0;
+    for (int lane = 0; lane < kLanes; ++lane)
+        if (interior.contains(object[block.layer[lane]])) inside |= 1u << lane;
+    return inside;
+}
+
+void add_to_list(Candidates& found, const Row& row, float tmin) {
+    alignas(32) float enter[kLanes], leave[kLanes];
+    _mm256_store_ps(enter, row.enter);
+    _mm256_store_ps(leave, row.leave);
+    for (unsigned lanes = row.lanes; lanes != 0; lanes &= lanes - 1) {
+        const int lane = std::countr_zero(lanes);
+        if (enter[lane] <= found.end) insert(found, {row.block * kLanes + Index(lane), enter[lane], leave[lane]}, tmin);
+    }
 }
 
 }  // namespace
 
+void Candidates::make_list(float tmin) {
+    if (listed) return;
+    listed = true;
+    for (int i = 0; i < row_count; ++i) add_to_list(*this, rows[i], tmin);
+    row_count = 0;
+}
+
+void Candidates::settle(float tmin) {
+    int candidates = 0;
+    for (int i = 0; i < row_count; ++i) candidates += std::popcount(rows[i].lanes);
+    if (candidates > kCapacity) make_list(tmin);
+}
+
 void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const Interior& interior,
             std::span<const Index> object, Candidates& found) {
-    const Crossing crossing = cross(block, ray);
-    if (crossing.hit == 0) return;
-    alignas(32) float enter[kLanes], leave[kLanes], plane[kLanes], facing[kLanes];
-    _mm256_store_ps(enter, crossing.enter);
-    _mm256_store_ps(leave, crossing.leave);
-    _mm256_store_ps(plane, crossing.plane);
-    _mm256_store_ps(facing, crossing.facing);
-    for (unsigned lanes = crossing.hit; lanes != 0; lanes &= lanes - 1) {
-        const int lane = std::countr_zero(lanes);
-        if (enter[lane] > found.end) continue;
-        // A ray outside an object can only enter it, one inside only leave it: n.d towards the side it is going to.
-        const bool inside = interior.count() > 0 && interior.contains(object[block.layer[lane]]);
-        const float away = inside ? -facing[lane] : facing[lane];
-        if (away > kLimitSine) continue;
-        insert(found, {block_index * kLanes + Index(lane), enter[lane], leave[lane]}, ray.tmin);
-        found.faced |= away < 0;
-        if ((crossing.disc >> lane & 1) && away < 0 && plane[lane] >= ray.tmin)
-            found.end = std::min(found.end, leave[lane]);
+    if (!found.listed && found.row_count == Candidates::kRows) found.make_list(ray.tmin);
+    Row beyond;
+    Row& row = found.listed ? beyond : found.rows[found.row_count];
+    unsigned disc = 0;
+    row.lanes = cross(block, ray, interior.count() == 0, std::min(ray.tmax, found.end), row, disc);
+    if (row.lanes == 0) return;
+    // A ray outside an object can only enter it, one inside only leave it: n.d towards the side it is going to.
+    const __m256 zero = _mm256_setzero_ps();
+    unsigned facing = row.lanes & bits(_mm256_cmp_ps(row.facing, zero, _CMP_LT_OQ));
+    unsigned near_enough = bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(kLimitSine), _CMP_LE_OQ));
+    if (const unsigned inside = inside_lanes(block, interior, object)) {
+        facing = (facing & ~inside) | (row.lanes & inside & bits(_mm256_cmp_ps(row.facing, zero, _CMP_GT_OQ)));
+        near_enough = (near_enough & ~inside) |
+                      (inside & bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(-kLimitSine), _CMP_GE_OQ)));
     }
+    row.lanes &= near_enough;
+    if (row.lanes == 0) return;
+    found.faced |= facing != 0;
+    if ((disc & facing) != 0) found.end = std::min(found.end, least(row.leave, disc & facing));
+    row.block = block_index;
+    if (found.listed)
+        add_to_list(found, row, ray.tmin);
+    else
+        ++found.row_count;
 }
 
 }  // namespace thixo::render

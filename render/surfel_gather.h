@@ -2,6 +2,8 @@
 // hits.
 #pragma once
 
+#include <immintrin.h>
+
 #include <span>
 
 #include "render/ray.h"
@@ -15,15 +17,34 @@ struct Candidate {
     float enter, leave;
 };
 
+/// The eight surfels of a block as the ray crosses them: 1 - |M (x - s)|^2 = 2 b u - a u^2 - c, u = t - near.
+struct Row {
+    __m256 enter, leave;
+    __m256 plane;   // where the ray meets the disc's plane
+    __m256 facing;  // n.d
+    __m256 near, a, b, c;
+    Index block;
+    unsigned lanes;  // a bit for each that is a candidate
+};
+
 /// Candidates of one window [ray.tmin, end]. Every surfel whose support begins before `end` is here; `end` is where the
 /// ray leaves the support of the first disc it hits from the side it is on, so that the surface is met before it or not
 /// in this window.
 struct Candidates {
-    static constexpr int kCapacity = 64;
+    static constexpr int kCapacity = 64, kRows = 12;
+    Row rows[kRows];
+    int row_count = 0;
+    bool listed = false;  // the rows became too many: `list` holds the candidates, and there are no rows
     Candidate list[kCapacity];
     int count = 0;
     float end = kInfinity;
     bool faced = false;  // one at least faces the ray; none: it cannot cross the surface in this window
+
+    /// Makes the list of the rows. Where there are more candidates than it holds, the first are kept, and the window ends
+    /// where the first dropped one begins. The result does not depend on the order of the rows.
+    void make_list(float tmin);
+    /// make_list where the end of the window depends on it.
+    void settle(float tmin);
 };
 
 /// Normals that take part in one surface are within this of their mean (weights fade from kFullCosine on).

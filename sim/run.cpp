@@ -12,6 +12,7 @@
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/scene_hash.h"
+#include "pipeline/contract/look_images.h"
 #include "pipeline/contract/scene_io.h"
 #include "sim/checkpoint.h"
 #include "sim/frame_output.h"
@@ -134,6 +135,7 @@ int run_simulation(const SimArgs& args) {
     Simulation& s = begin.simulation;
     CacheWriter& cache = begin.cache;
     const std::vector<DrawnBoundary> boundaries = store_boundaries(scene, cache);
+    scene::store_images(scene.look, cache);
     progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0,
                     begin.from_checkpoint ? "continued" : "from the start");
     begin_probe_file(out, s, begin.from_checkpoint ? s.clock.frame : first - 1);

@@ -43,8 +43,8 @@ class CacheWriter {
     /// Adds the frame, or replaces the one of that number. `frame.particles` and `frame.surfels` need "P" where they
     /// have points. Throws DivergedError where a value is not finite, naming attribute and point.
     void write_frame(const Frame& frame);
-    /// Stores the bytes once as assets/<hash>.ply, listed from the next frame on. Returns the hash.
-    std::string add_asset(std::string_view bytes);
+    /// Stores the bytes once as assets/<hash><extension>, listed from the next frame on. Returns the hash.
+    std::string add_asset(std::string_view bytes, std::string_view extension = kAssetExtensions[0]);
     /// Marks the cache complete.
     void finish();
 
@@ -85,7 +85,9 @@ class CacheReader {
     Frame load_facts(int number) const;
     PointSet load_particles(int number) const;
     PointSet load_surfels(int number) const;
-    /// The bytes of assets/<hash>.ply.
+    /// Whether the manifest lists an asset of this hash.
+    bool has_asset(std::string_view hash) const;
+    /// The bytes of the asset of this hash.
     std::string load_asset(std::string_view hash) const;
 
   private:

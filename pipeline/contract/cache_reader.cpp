@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -108,10 +109,14 @@ Frame CacheReader::load_frame(int number) const {
     return frame;
 }
 
+bool CacheReader::has_asset(std::string_view hash) const {
+    return std::any_of(manifest_.assets.begin(), manifest_.assets.end(),
+                       [&](const CacheFile& a) { return a.hash == hash; });
+}
+
 std::string CacheReader::load_asset(std::string_view hash) const {
-    const std::string name = asset_file_name(hash);
     for (const CacheFile& a : manifest_.assets)
-        if (a.name == name) return verified(a);
+        if (a.hash == hash) return verified(a);
     throw CacheError("the cache '{}' has no asset '{}'; simulate again with --restart", folder_.string(), hash);
 }
 

@@ -28,6 +28,11 @@ bool is_frame_file(const std::string& name) {
            (name.starts_with("frame.") && name.ends_with(".json"));
 }
 
+bool is_asset_file(const std::string& name) {
+    return std::any_of(kAssetExtensions.begin(), kAssetExtensions.end(),
+                       [&](std::string_view extension) { return name.ends_with(extension); });
+}
+
 bool lists(const Manifest& m, const std::string& name) {
     const auto named = [&](const CacheFile& f) { return f.name == name; };
     return std::any_of(m.assets.begin(), m.assets.end(), named) ||
@@ -47,7 +52,7 @@ void remove_unlisted(const fs::path& folder, const Manifest& m) {
     }
     for (fs::directory_iterator it(folder / "assets", error), end; !error && it != end; it.increment(error)) {
         const std::string name = it->path().filename().string();
-        if (name.ends_with(".ply") && !lists(m, "assets/" + name)) unlisted.push_back(it->path());
+        if (is_asset_file(name) && !lists(m, "assets/" + name)) unlisted.push_back(it->path());
     }
     for (const fs::path& path : unlisted) {
         fs::remove(path, error);
@@ -105,6 +110,7 @@ CacheWriter CacheWriter::resume(const fs::path& out, CacheIdentity identity, int
             out.string());
     Manifest m = empty_manifest(std::move(identity));
     m.assets = old.assets;
+    m.format = old.format;
     for (const ManifestFrame& f : old.frames)
         if (f.number <= last_kept) m.frames.push_back(f);
     require_files(out / "cache", m);
@@ -150,9 +156,9 @@ void CacheWriter::write_frame(const Frame& frame) {
     publish();
 }
 
-std::string CacheWriter::add_asset(std::string_view bytes) {
+std::string CacheWriter::add_asset(std::string_view bytes, std::string_view extension) {
     CacheFile file{"", bytes.size(), hash_hex(bytes)};
-    file.name = asset_file_name(file.hash);
+    file.name = asset_file_name(file.hash, extension);
     auto& assets = manifest_.assets;
     const auto at = std::lower_bound(assets.begin(), assets.end(), file.name,
                                      [](const CacheFile& f, const std::string& n) { return f.name < n; });
@@ -160,6 +166,7 @@ std::string CacheWriter::add_asset(std::string_view bytes) {
     std::string hash = file.hash;
     write_whole(folder_ / file.name, bytes);
     assets.insert(at, std::move(file));
+    if (extension != kAssetExtensions[0]) manifest_.format = 2;
     return hash;
 }
 

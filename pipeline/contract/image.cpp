@@ -63,11 +63,10 @@ std::string encode_png(const Image8& image) {
 
 void write_png(const std::filesystem::path& path, const Image8& image) { write_whole(path, encode_png(image)); }
 
-Image8 read_png(const std::filesystem::path& path) {
-    const std::string bytes = read_whole(path);
+Image8 decode_png(std::string_view bytes, const std::string& file) {
     png_image png = start(0, 0, 0);
     if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
-        throw CacheError("'{}' is damaged or not a PNG: {}", path.string(), png.message);
+        throw CacheError("'{}' is damaged or not a PNG: {}", file, png.message);
     const bool alpha = (png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
     png.format = alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
     Image8 image{static_cast<int>(png.width), static_cast<int>(png.height), alpha ? 4 : 3, {}};
@@ -75,12 +74,14 @@ Image8 read_png(const std::filesystem::path& path) {
         static_cast<std::size_t>(png.width) * png.height * static_cast<std::size_t>(image.channels);
     if (png.width > kLargestSide || png.height > kLargestSide || size / kLargestRatio > bytes.size()) {
         png_image_free(&png);
-        throw CacheError("'{}' is damaged: it is too short for its size in pixels", path.string());
+        throw CacheError("'{}' is damaged: it is too short for its size in pixels", file);
     }
     image.values.resize(size);
     if (!png_image_finish_read(&png, nullptr, image.values.data(), 0, nullptr))
-        throw CacheError("'{}' is damaged: {}", path.string(), png.message);
+        throw CacheError("'{}' is damaged: {}", file, png.message);
     return image;
 }
+
+Image8 read_png(const std::filesystem::path& path) { return decode_png(read_whole(path), path.string()); }
 
 }  // namespace thixo

@@ -64,10 +64,16 @@ ManifestFrame parse_frame(const Json& json, const JsonPlace& place) {
     return f;
 }
 
+bool is_asset(const CacheFile& f, int format) {
+    const std::size_t kinds = format == 1 ? 1 : kAssetExtensions.size();  // format 1 has meshes alone
+    return std::any_of(kAssetExtensions.begin(), kAssetExtensions.begin() + kinds,
+                       [&](std::string_view extension) { return f.name == asset_file_name(f.hash, extension); });
+}
+
 void parse_lists(const Json& json, const JsonPlace& place, Manifest& m) {
     for (const Json& j : array_at(json, "assets", place)) {
         CacheFile f = parse_file(j, place.in("assets"));
-        if (f.name != asset_file_name(f.hash))
+        if (!is_asset(f, m.format))
             throw CacheError("'{}' is damaged: \"assets\" lists '{}' under another hash", place.file, f.name);
         if (!m.assets.empty() && m.assets.back().name >= f.name)
             throw CacheError("'{}' is damaged: \"assets\" is not in ascending order at '{}'", place.file, f.name);
@@ -116,7 +122,9 @@ std::uint64_t Manifest::bytes() const {
 std::string particle_file_name(int frame) { return fmt::format("particles.{:04}.vdb", frame); }
 std::string surfel_file_name(int frame) { return fmt::format("surfels.{:04}.vdb", frame); }
 std::string facts_file_name(int frame) { return fmt::format("frame.{:04}.json", frame); }
-std::string asset_file_name(std::string_view hash) { return fmt::format("assets/{}.ply", hash); }
+std::string asset_file_name(std::string_view hash, std::string_view extension) {
+    return fmt::format("assets/{}{}", hash, extension);
+}
 
 std::string print_manifest(const Manifest& m) {
     Json json = {{"checksum", std::string(kDigits, '0')},

@@ -1,6 +1,7 @@
 // manifest.json: what a cache holds, with every file's size and checksum. Format: docs/cache_format.md.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -9,7 +10,7 @@
 namespace thixo {
 
 /// The newest format this program writes; it reads 1 to this. Apart from the program's version.
-inline constexpr int kCacheFormat = 1;
+inline constexpr int kCacheFormat = 2;
 inline constexpr int kLargestFrameNumber = 999'999;
 
 struct CacheFile {
@@ -32,12 +33,12 @@ struct ManifestFrame {
 };
 
 struct Manifest {
-    int format = kCacheFormat;
+    int format = 1;                     // the earliest that has all of this: 2 where an asset is an image
     std::string scene;                  // name
     std::string simulation_hash;        // of what the simulation reads of the scene
     bool complete = false;              // the simulation reached its last frame
     std::string scene_text;             // the resolved scene, every default written out
-    std::vector<CacheFile> assets;      // assets/<hash>.ply, ascending by name
+    std::vector<CacheFile> assets;      // assets/<hash>.<extension>, ascending by name
     std::vector<ManifestFrame> frames;  // ascending by number, no duplicates
 
     bool operator==(const Manifest&) const = default;
@@ -49,7 +50,11 @@ struct Manifest {
 std::string particle_file_name(int frame);           // particles.0001.vdb
 std::string surfel_file_name(int frame);             // surfels.0001.vdb
 std::string facts_file_name(int frame);              // frame.0001.json
-std::string asset_file_name(std::string_view hash);  // assets/<hash>.ply
+
+/// What an asset is: a mesh, or an image of the look.
+inline constexpr std::array<std::string_view, 3> kAssetExtensions{".ply", ".exr", ".png"};
+/// assets/<hash><extension>
+std::string asset_file_name(std::string_view hash, std::string_view extension = kAssetExtensions[0]);
 
 /// JSON with a fixed layout and key order; its first key is a checksum of the rest.
 std::string print_manifest(const Manifest& manifest);

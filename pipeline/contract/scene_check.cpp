@@ -230,7 +230,14 @@ void check_look(const Look& look, ReadContext& context) {
                           fmt::format("\"at\" must ascend: {} is not above {}", a.colour_map[k].at, a.colour_map[k - 1].at));
         check.require(a.colour_by == ColourBy::none || !a.colour_map.empty(), path + ".colour_by",
                       "\"colour_by\" needs a \"colour_map\"", "for example colour_map: [{at: 0, colour: [0, 0, 1]}, {at: 100, colour: [1, 0, 0]}]");
+        check.require(a.image.file.empty() || (a.colour_by == ColourBy::none && a.checker == 0), path + ".image",
+                      "an image takes the place of \"colour\": it goes with neither \"checker\" nor \"colour_by\"");
+        check.require(a.image.file.empty() || a.type != AppearanceType::dielectric, path + ".image",
+                      "a dielectric has no colour that an image could give; its colour is \"absorption\"");
     }
+    for (const Light& l : look.lights)
+        check.require(l.type != LightType::environment || !l.file.empty(), "look.lights." + l.name,
+                      fmt::format("the environment \"{}\" needs a \"file\"", l.name), "an EXR, twice as wide as high");
 }
 
 void check_scene(const Scene& scene, ReadContext& context) {

@@ -12,4 +12,8 @@ void check_look(const Look& look, ReadContext& context);
 /// Notes mesh files that are missing or not the ones `content` means; fills MeshFile::content.
 void read_mesh_hashes(Scene& scene, ReadContext& context);
 
+/// Notes image files of a look that are missing, cannot be used, or are not the ones `content` means; fills `content`.
+/// Files that a cache's scene or the look below an overlay name are not looked at: they may be gone.
+void read_image_hashes(Look& look, ReadContext& context);
+
 }  // namespace thixo::scene

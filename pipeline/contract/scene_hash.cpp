@@ -58,8 +58,10 @@ std::string simulation_hash(const Scene& scene) { return hash_lines(simulation_l
 std::string look_hash(const Look& look) {
     Look pictures = look;
     pictures.output.film = Output{}.film;
-    std::vector<Line> lines;
-    flatten(to_block(pictures), "look", lines);
+    std::vector<Line> all, lines;
+    flatten(to_block(pictures), "look", all);
+    for (Line& line : all)  // where an image lies is of no matter: its content is a key of its own
+        if (!line.first.ends_with(".file")) lines.push_back(std::move(line));
     return hash_lines(lines);
 }
 

@@ -12,7 +12,8 @@ namespace thixo::scene {
 /// (a larger one continues), solver.checkpoint_every, the look, and where mesh files lie.
 std::string simulation_hash(const Scene& scene);
 
-/// Hash of every key of the look but output.film, which changes no picture.
+/// Hash of every key of the look, image contents included, but output.film, which changes no picture, and where image
+/// files lie.
 std::string look_hash(const Look& look);
 
 /// Key paths (such as materials.water.viscosity) of which simulation_hash depends and whose values differ or are

@@ -82,6 +82,7 @@ Scene read_scene(std::optional<Value> tree, const std::string& name, const std::
     reader.report_unknown("extends");
     check_scene(scene, context);
     if (files == Files::check) read_mesh_hashes(scene, context);
+    read_image_hashes(scene.look, context);
     problems.throw_if_any(what);
     fill_in(scene, name);
     return scene;
@@ -138,6 +139,7 @@ Look overlay_look(const Look& base, const std::string& path, const std::vector<s
     BlockReader reader(whole, "", {}, context);
     reader.block("look", look, "");
     check_look(look, context);
+    read_image_hashes(look, context);
     problems.throw_if_any(what);
     return look;
 }

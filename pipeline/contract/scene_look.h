@@ -28,35 +28,46 @@ void visit(V& v, Camera& c) {
     v.list("motion", c.motion, "moves the camera rigidly about its own position");
 }
 
-enum class LightType { sun, sky, area };
+enum class LightType { sun, sky, area, environment };
 template <>
 struct Words<LightType> {
-    static constexpr std::array<std::string_view, 3> list{"sun", "sky", "area"};
+    static constexpr std::array<std::string_view, 4> list{"sun", "sky", "area", "environment"};
 };
 struct Light {
     std::string name;
     LightType type = LightType::sky;
     Vec3d colour{1, 1, 1};        // linear Rec.709
-    double strength = 1;          // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]
+    double strength = 1;          // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]; environment: factor
     Vec3d direction{0, 0, -1};    // sun: where the light goes; area: the side it shines to
     double angle = 0.53;          // sun: angular diameter [degrees]
     Vec3d position{0, 0, 3};      // area: centre [m]
     Vec2d size{1, 1};             // area: edge lengths [m]
     Vec3d horizon{1, 1, 1};       // sky: colour factor at the horizon
     Vec3d ground{0.3, 0.3, 0.3};  // sky: colour factor below the horizon
+    std::string file;             // environment: the picture
+    std::string content;          // hash of the file's bytes, filled in when the look is read
+    double rotation = 0;          // environment: about z [degrees]
 };
 template <class V>
 void visit(V& v, Light& l) {
     v.key("type", l.type, "", required(),
-          "sun: parallel light; sky: light from all sides; area: a rectangle that shines");
-    v.key("colour", l.colour, kColour, at_least(0), "colour, linear Rec.709");
-    v.key("strength", l.strength, "W/m^2, W/(m^2 sr)", at_least(0), "sun: irradiance; sky and area: radiance");
+          "sun: parallel light; sky: light from all sides; area: a rectangle that shines; environment: a picture of light "
+          "from all sides");
+    v.key("colour", l.colour, kColour, at_least(0), "colour, linear Rec.709; of an environment a factor");
+    v.key("strength", l.strength, "W/m^2, W/(m^2 sr)", at_least(0),
+          "sun: irradiance; sky and area: radiance; environment: what the picture's values are times");
     v.key("direction", l.direction, "", direction(), "sun: where the light goes; area: the side it shines to");
     v.key("angle", l.angle, "degrees", between(0, 90), "sun: angular diameter; the real sun's is 0.53");
     v.key("position", l.position, "m", any(), "area: centre");
     v.key("size", l.size, "m", above(0), "area: edge lengths");
     v.key("horizon", l.horizon, kColour, at_least(0), "sky: colour factor at the horizon");
     v.key("ground", l.ground, kColour, at_least(0), "sky: colour factor below the horizon");
+    v.file("file", l.file, any(),
+           "environment: EXR, twice as wide as high: longitude from left to right, latitude from top to bottom; its middle is "
+           "the direction +x, +y a quarter to the left");
+    v.key("content", l.content, "", any(),
+          "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
+    v.key("rotation", l.rotation, "degrees", any(), "environment: turned about z, to the left seen from inside");
 }
 
 enum class AppearanceType { diffuse, plastic, conductor, dielectric };
@@ -85,6 +96,33 @@ void visit(V& v, ColourStop& c) {
     v.key("colour", c.colour, kColour, required(between(0, 1)), "colour there; between two stops it is mixed");
 }
 
+enum class Mapping { planar, box, cylinder, uv };
+template <>
+struct Words<Mapping> {
+    static constexpr std::array<std::string_view, 4> list{"planar", "box", "cylinder", "uv"};
+};
+struct ImageTexture {
+    std::string file;     // empty: none
+    std::string content;  // hash of the file's bytes, filled in when the look is read
+    Mapping mapping = Mapping::planar;
+    Axis axis = Axis::z;            // planar: projected along it; cylinder: wound about it
+    Vec3d origin{0, 0, 0};          // m, of the picture's lower left corner
+    Vec2d size{1, 1};               // m, of one picture; uv: in uv
+};
+template <class V>
+void visit(V& v, ImageTexture& t) {
+    v.file("file", t.file, any(), "PNG (sRGB) or EXR (linear, from 0 to 1), repeated without end; none: no picture");
+    v.key("content", t.content, "", any(),
+          "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
+    v.key("mapping", t.mapping, "", any(),
+          "planar: projected along `axis`; box: along the axis nearest to the normal; cylinder: wound once about `axis`; "
+          "uv: by the texture coordinates of a mesh");
+    v.key("axis", t.axis, "", any(),
+          "planar: projected along it (right and up in the picture are y z, x z or x y); cylinder: wound about it");
+    v.key("origin", t.origin, "m", any(), "place of the lower left corner, in the space of `space`; cylinder: of its foot on the axis");
+    v.key("size", t.size, "m", above(0), "width and height of one picture; uv: in uv; cylinder: the height alone counts");
+}
+
 struct Bumps {
     double amplitude = 0;  // m
     double scale = 0.01;   // m
@@ -106,6 +144,7 @@ struct Appearance {
     Space space = Space::world;
     ColourBy colour_by = ColourBy::none;
     std::vector<ColourStop> colour_map;
+    ImageTexture image;
     Bumps bumps;
     double roughness = 0;          // GGX alpha; 0: smooth
     double ior = 1.5;
@@ -120,9 +159,10 @@ void visit(V& v, Appearance& a) {
           "albedo, linear Rec.709; of a conductor its reflectance at normal incidence");
     v.key("colour2", a.colour2, kColour, between(0, 1), "second colour of a checker");
     v.key("checker", a.checker, "m", at_least(0), "edge of the fields of a checker in xy; 0: plain");
-    v.key("space", a.space, "", any(), "of the checker; world: it stands still; rest: it moves with the material");
+    v.key("space", a.space, "", any(), "of checker and image; world: they stand still; rest: they move with the material");
     v.key("colour_by", a.colour_by, "", any(), "attribute that `colour_map` colours by; none: `colour` is taken");
     v.list("colour_map", a.colour_map, "colours of the values of `colour_by`");
+    v.block("image", a.image, "picture in place of `colour`");
     v.block("bumps", a.bumps, "fractal noise in the material that roughens the look of the surface");
     v.key("roughness", a.roughness, "1", between(0, 1), "GGX alpha; 0: smooth");
     v.key("ior", a.ior, "1", between(1, 4), "index of refraction of plastic and dielectric; water 1.33, glass 1.5");

@@ -212,11 +212,13 @@ void BlockReader::reference(const char* name, std::string& member, Refers, Check
 void BlockReader::file(const char* name, std::string& member, Check check, const char*) {
     const Value* value = take(name, check);
     if (!value) return;
-    if (value->type != Value::Type::scalar || value->text.empty() || value->text.size() > 4000) {
+    if (value->type != Value::Type::scalar || (value->text.empty() && (check.required || !value->quoted)) ||
+        value->text.size() > 4000) {
         wrong_type(*value, name, "the path of a file");
         return;
     }
     member = value->text;
+    if (member.empty()) return;  // none
     if (context_.files == Files::ignore || value->at.source < 0) return;
     namespace fs = std::filesystem;
     member = (fs::path(context_.problems.source(value->at.source).folder) / value->text).lexically_normal().string();

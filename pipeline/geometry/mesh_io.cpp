@@ -43,12 +43,15 @@ std::string write_ply(const TriangleMesh& mesh) {
     const bool normals = !mesh.normals.empty(), colours = !mesh.colours.empty();
     THIXO_ASSERT(!normals || mesh.normals.size() == mesh.vertices.size(), "a mesh needs as many normals as vertices");
     THIXO_ASSERT(!colours || mesh.colours.size() == mesh.vertices.size(), "a mesh needs as many colours as vertices");
+    const bool uvs = !mesh.uvs.empty();
+    THIXO_ASSERT(!uvs || mesh.uvs.size() == mesh.triangles.size(), "a mesh needs uvs of every triangle");
     std::string out = fmt::format("ply\nformat binary_little_endian 1.0\nelement vertex {}\n", mesh.vertices.size());
     out += "property float x\nproperty float y\nproperty float z\n";
     if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
     if (colours) out += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
-    out += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n", mesh.triangles.size());
-    out.reserve(out.size() + mesh.vertices.size() * 27 + mesh.triangles.size() * 13);
+    out += fmt::format("element face {}\nproperty list uchar int vertex_indices\n{}end_header\n", mesh.triangles.size(),
+                       uvs ? "property list uchar float texcoord\n" : "");
+    out.reserve(out.size() + mesh.vertices.size() * 27 + mesh.triangles.size() * (uvs ? 38 : 13));
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         append(out, mesh.vertices[i].data(), 12);
         if (normals) append(out, mesh.normals[i].data(), 12);
@@ -56,9 +59,12 @@ std::string write_ply(const TriangleMesh& mesh) {
             for (int k = 0; k < 3; ++k)
                 out.push_back(static_cast<char>(std::lround(255 * srgb_from_linear(mesh.colours[i][k]))));
     }
-    for (const auto& t : mesh.triangles) {
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         out.push_back(3);
-        append(out, t.data(), 12);
+        append(out, mesh.triangles[i].data(), 12);
+        if (!uvs) continue;
+        out.push_back(6);
+        for (const Vec2f& uv : mesh.uvs[i]) append(out, uv.data(), 8);
     }
     return out;
 }

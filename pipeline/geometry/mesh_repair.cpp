@@ -99,6 +99,7 @@ void transform_mesh(TriangleMesh& mesh, double factor, const Quatd& rotation, co
 
 void flip_mesh(TriangleMesh& mesh) {
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
+    for (auto& uv : mesh.uvs) std::swap(uv[1], uv[2]);
     for (Vec3f& n : mesh.normals) n = -n;
 }
 

@@ -19,7 +19,7 @@ struct MeshReport {
 };
 MeshReport inspect_mesh(const TriangleMesh& mesh);
 
-/// Merges vertices of equal position (bit for bit), drops normals and colours, keeps the order of first use.
+/// Merges vertices of equal position (bit for bit), drops all but the triangles, keeps the order of first use.
 TriangleMesh welded(const TriangleMesh& mesh);
 
 /// x -> rotation (factor x) + translation for vertices, rotation for normals. Requires factor > 0.

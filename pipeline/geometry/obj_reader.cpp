@@ -31,11 +31,14 @@ class ObjReader {
                 vertex();
             else if (key == "vn")
                 normals_.push_back(vector());
+            else if (key == "vt")
+                texture();
             else if (key == "f")
                 face();
         } while (text_.next_line());
         if (mesh_.vertices.empty()) text_.fail("no vertices");
         if (mesh_.colours.size() != mesh_.vertices.size()) mesh_.colours.clear();
+        if (mesh_.uvs.size() != mesh_.triangles.size()) mesh_.uvs.clear();
         attach_normals();
         return std::move(mesh_);
     }
@@ -45,6 +48,12 @@ class ObjReader {
         Vec3f v;
         for (int k = 0; k < 3; ++k) v[k] = text_.coordinate(text_.word_in_line());
         return v;
+    }
+
+    void texture() {
+        const float u = text_.coordinate(text_.word_in_line());
+        const std::string_view second = text_.word_in_line();
+        textures_.push_back({u, second.empty() || second[0] == '#' ? 0.0f : text_.coordinate(second)});
     }
 
     void vertex() {
@@ -61,16 +70,29 @@ class ObjReader {
     /// "v", "v/t", "v//n" or "v/t/n"
     void face() {
         corners_.clear();
+        uvs_.clear();
         for (std::string_view w; !(w = text_.word_in_line()).empty() && w[0] != '#';) {
             const std::size_t slash = w.find('/');
             const Index v = resolve(text_, w.substr(0, slash), mesh_.vertices.size(), "a face names vertex");
             corners_.push_back(v);
-            const std::size_t last = slash == std::string_view::npos ? slash : w.find('/', slash + 1);
-            if (last != std::string_view::npos && last + 1 < w.size())
-                note_normal(v, resolve(text_, w.substr(last + 1), normals_.size(), "a face names normal"));
+            const std::size_t end = slash == std::string_view::npos ? slash : w.find('/', slash + 1);
+            if (slash != std::string_view::npos && slash + 1 < std::min(end, w.size()))
+                note_texture(text_.integer(w.substr(slash + 1, std::min(end, w.size()) - slash - 1)));
+            if (end != std::string_view::npos && end + 1 < w.size())
+                note_normal(v, resolve(text_, w.substr(end + 1), normals_.size(), "a face names normal"));
         }
         if (corners_.size() < 3) text_.fail("a face with {} corners", corners_.size());
-        add_polygon(mesh_, corners_);
+        if (uvs_.size() == corners_.size() && mesh_.uvs.size() == mesh_.triangles.size())
+            add_polygon(mesh_, corners_, uvs_);
+        else
+            add_polygon(mesh_, corners_);
+    }
+
+    /// Some programs name texture coordinates that they do not write: then there are none.
+    void note_texture(std::int64_t given) {
+        const auto count = static_cast<std::int64_t>(textures_.size());
+        const std::int64_t index = given > 0 ? given - 1 : count + given;
+        if (given != 0 && index >= 0 && index < count) uvs_.push_back(textures_[static_cast<std::size_t>(index)]);
     }
 
     void note_normal(Index vertex, Index normal) {
@@ -95,6 +117,7 @@ class ObjReader {
     TextCursor text_;
     TriangleMesh mesh_;
     std::vector<Vec3f> normals_;
+    std::vector<Vec2f> textures_, uvs_;
     std::vector<Index> normal_of_, corners_;
     bool one_normal_each_ = true;
 };

@@ -94,6 +94,10 @@ class PlyReader {
         for (const auto& t : mesh_.triangles)
             for (const Index v : t)
                 if (v >= mesh_.vertices.size()) fail("a face names vertex {} of {}", v, mesh_.vertices.size());
+        if (mesh_.uvs.empty() && vertex_uvs_.size() == mesh_.vertices.size())
+            for (const auto& [a, b, c] : mesh_.triangles)
+                mesh_.uvs.push_back({vertex_uvs_[a], vertex_uvs_[b], vertex_uvs_[c]});
+        if (mesh_.uvs.size() != mesh_.triangles.size()) mesh_.uvs.clear();
         return std::move(mesh_);
     }
 
@@ -120,15 +124,16 @@ class PlyReader {
         const bool strips = e.name == "tristrips", faces = e.name == "face";
         if ((strips || faces) && list < 0) fail("element '{}' has no list vertex_indices", TextCursor::shown(e.name));
         for (std::uint64_t k = 0; k < e.count; ++k) {
-            read_row(e, strips || faces ? list : -1);
+            read_row(e, strips || faces ? list : -1, faces ? e.find("texcoord") : -1);
             if (faces) add_face();
             if (strips) add_strip();
         }
     }
 
-    /// Reads one element's values: scalars into row_, the list `wanted` into list_.
-    void read_row(const PlyElement& e, int wanted) {
+    /// Reads one element's values: scalars into row_, the list `wanted` into list_, the list `texture` into texture_.
+    void read_row(const PlyElement& e, int wanted, int texture = -1) {
         row_.clear();
+        texture_.clear();
         for (int k = 0; k < static_cast<int>(e.properties.size()); ++k) {
             const PlyProperty& p = e.properties[k];
             if (!p.list) {
@@ -144,6 +149,7 @@ class PlyReader {
             for (std::size_t i = 0; i < std::size_t(count); ++i) {
                 const double value = source_.number(p.type);
                 if (k == wanted) list_.push_back(value);
+                if (k == texture) texture_.push_back(value);
             }
         }
     }
@@ -153,6 +159,9 @@ class PlyReader {
         const int x[3] = {e.find("x"), e.find("y"), e.find("z")}, n[3] = {e.find("nx"), e.find("ny"), e.find("nz")},
                   c[3] = {e.find("red"), e.find("green"), e.find("blue")};
         if (x[0] < 0 || x[1] < 0 || x[2] < 0) fail("vertices without x, y and z");
+        int uv[2] = {-1, -1};
+        for (const auto& [u, v] : {std::pair("s", "t"), {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}})
+            if (e.find(u) >= 0 && e.find(v) >= 0) uv[0] = e.find(u), uv[1] = e.find(v);
         const bool normals = n[0] >= 0 && n[1] >= 0 && n[2] >= 0, colours = c[0] >= 0 && c[1] >= 0 && c[2] >= 0;
         mesh_.vertices.reserve(e.count);
         for (std::uint64_t k = 0; k < e.count; ++k) {
@@ -167,12 +176,18 @@ class PlyReader {
                 if (!normal.allFinite()) fail("the normal of vertex {} is not finite", k);
                 mesh_.normals.push_back(normal.cast<float>());
             }
+            if (uv[0] >= 0) vertex_uvs_.push_back(texture_place(row_[uv[0]], row_[uv[1]]));
             if (colours) {
                 const Vec3d colour = vector(c) / full_scale(e.properties[c[0]].type);
                 mesh_.colours.push_back(
                     linear_from_srgb(Vec3f(float(colour.x()), float(colour.y()), float(colour.z()))));
             }
         }
+    }
+
+    Vec2f texture_place(double u, double v) const {
+        if (!(std::abs(u) < 1e6) || !(std::abs(v) < 1e6)) fail("a texture coordinate is ({}, {})", u, v);
+        return {float(u), float(v)};
     }
 
     Index vertex(double value) const {
@@ -185,7 +200,12 @@ class PlyReader {
         corners_.clear();
         for (const double v : list_) corners_.push_back(vertex(v));
         if (mesh_.vertices.empty()) fail("faces before the vertices");
-        add_polygon(mesh_, corners_);
+        if (texture_.size() != 2 * corners_.size() || mesh_.uvs.size() != mesh_.triangles.size())
+            return add_polygon(mesh_, corners_);
+        uvs_.clear();
+        for (std::size_t k = 0; k < corners_.size(); ++k)
+            uvs_.push_back(texture_place(texture_[2 * k], texture_[2 * k + 1]));
+        add_polygon(mesh_, corners_, uvs_);
     }
 
     /// Triangles of a strip; -1 starts a new one. Every other triangle is turned round; those with a repeated corner
@@ -210,7 +230,8 @@ class PlyReader {
     const std::string& name_;
     TriangleMesh mesh_;
     std::uint64_t vertex_count_ = 0;
-    std::vector<double> row_, list_;
+    std::vector<double> row_, list_, texture_;
+    std::vector<Vec2f> vertex_uvs_, uvs_;
     std::vector<Index> corners_;
 };
 

@@ -1,5 +1,6 @@
 #include "pipeline/geometry/polygon.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace thixo {
@@ -53,6 +54,16 @@ void add_polygon(TriangleMesh& mesh, std::span<const Index> corners) {
         ++i;
     }
     for (std::size_t k = 2; k < left.size(); ++k) mesh.triangles.push_back({left[0], left[k - 1], left[k]});
+}
+
+void add_polygon(TriangleMesh& mesh, std::span<const Index> corners, std::span<const Vec2f> uvs) {
+    const std::size_t before = mesh.triangles.size();
+    add_polygon(mesh, corners);
+    for (std::size_t k = before; k < mesh.triangles.size(); ++k) {
+        std::array<Vec2f, 3>& of = mesh.uvs.emplace_back();
+        for (std::size_t c = 0; c < 3; ++c)
+            of[c] = uvs[std::size_t(std::find(corners.begin(), corners.end(), mesh.triangles[k][c]) - corners.begin())];
+    }
 }
 
 }  // namespace thixo

@@ -12,4 +12,7 @@ namespace thixo {
 /// nothing. Requires indices in range.
 void add_polygon(TriangleMesh& mesh, std::span<const Index> corners);
 
+/// The same, with the texture coordinates of the corners; a vertex that is there twice has those of its first corner.
+void add_polygon(TriangleMesh& mesh, std::span<const Index> corners, std::span<const Vec2f> uvs);
+
 }  // namespace thixo

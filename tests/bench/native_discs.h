@@ -9,8 +9,10 @@ namespace thixo::bench {
 
 class NativeDiscs {
   public:
-    explicit NativeDiscs(const SurfelCloud& cloud)
+    /// `filtered`: the contexts of rays may have a filter.
+    explicit NativeDiscs(const SurfelCloud& cloud, bool filtered = false)
         : device_(rtcNewDevice("max_isa=avx2,start_threads=0")), scene_(rtcNewScene(device_)) {
+        if (filtered) rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT);
         auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                                    RTC_FORMAT_FLOAT4, 4 * sizeof(float), cloud.size()));
@@ -35,15 +37,16 @@ class NativeDiscs {
     NativeDiscs(const NativeDiscs&) = delete;
     NativeDiscs& operator=(const NativeDiscs&) = delete;
 
-    bool intersect(const Vec3f& origin, const Vec3f& direction, float& t) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
+    /// `context`: with a filter of one's own; none: the nearest disc.
+    bool intersect(const Vec3f& origin, const Vec3f& direction, float& t, RTCIntersectContext* context = nullptr) const {
+        RTCIntersectContext plain;
+        if (!context) rtcInitIntersectContext(context = &plain);
         RTCRayHit ray;
         ray.ray = {origin.x(), origin.y(),  origin.z(), 0, direction.x(), direction.y(), direction.z(), 0,
                    1e30f,      0xffffffffu, 0,          0};
         ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene_, &context, &ray);
+        rtcIntersect1(scene_, context, &ray);
         t = ray.ray.tfar;
         return ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
     }

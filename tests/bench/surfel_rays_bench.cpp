@@ -1,75 +1,135 @@
-// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one
-// thread.
+// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one thread,
+// turn by turn. Counters: million rays a second each, and their ratio.
 #include <benchmark/benchmark.h>
-#include <immintrin.h>
 
-#include "render/ray_scene.h"
+#include "tests/bench/gather_designs.h"
 #include "tests/bench/native_discs.h"
-#include "tests/render/surfel_shapes.h"
+#include "tests/bench/ray_sets.h"
 
 namespace {
 
 using namespace thixo;
-using namespace thixo::render;
+using namespace thixo::bench;
+using render::Hit;
+using render::RayScene;
+using render::SurfelSet;
 
 constexpr std::size_t kSurfels = 500000;
-constexpr int kRays = 1 << 18;
+constexpr int kRays = 1 << 17;
 
-const SurfelCloud& cloud() {
-    static const SurfelCloud c = shapes::sphere(kSurfels, 1, Vec3f::Zero(), 0.2f);
-    return c;
-}
-
-std::vector<Ray> primary() {  // 8 x 8 pixel tiles of a picture that the sphere about fills
-    std::vector<Ray> rays;
-    for (int tile = 0; tile < kRays / 64; ++tile)
-        for (int pixel = 0; pixel < 64; ++pixel) {
-            const float x = float(tile % 64 * 8 + pixel % 8) / 512 - 0.5f,
-                        y = float(tile / 64 * 8 + pixel / 8) / 512 - 0.5f;
-            rays.push_back({{0, -4, 0}, Vec3f(0.55f * x, 1, 0.55f * y).normalized()});
-        }
-    return rays;
-}
-
-std::vector<Ray> incoherent() {  // from a sphere of radius 2 to points within the surfels' sphere
-    std::vector<Ray> rays;
-    for (std::uint64_t i = 0; i < kRays; ++i) {
-        const Vec3f from = 2 * shapes::on_sphere(i, 0),
-                    to = shapes::on_sphere(i, 1) * float(std::cbrt(random_unit(1, i, 2, 0)));
-        rays.push_back({from, (to - from).normalized()});
-    }
-    return rays;
-}
-
-template <class Trace>
-void run(benchmark::State& state, const std::vector<Ray>& rays, Trace&& trace) {
-    _mm_setcsr(_mm_getcsr() | 0x8040);  // flush denormals, as the renderer does
-    std::size_t hits = 0;
-    for (auto _ : state)
-        for (const Ray& ray : rays) hits += trace(ray);
-    state.SetItemsProcessed(std::int64_t(state.iterations()) * std::int64_t(rays.size()));
-    state.counters["hit_share"] = double(hits) / double(state.iterations()) / double(rays.size());
-}
-
-void native(benchmark::State& state, const std::vector<Ray>& rays) {
-    static const bench::NativeDiscs discs(cloud());
-    run(state, rays, [&](const Ray& ray) {
+template <class Ours>
+void compare(benchmark::State& state, const std::vector<Ray>& rays, const NativeDiscs& native, Ours&& ours) {
+    double reference = 0, own = 0;
+    std::size_t native_hits = 0, hits = 0;
+    const auto bare = [&](const Ray& ray) {
         float t;
-        return discs.intersect(ray.origin, ray.direction, t);
-    });
+        return native.intersect(ray.origin, ray.direction, t);
+    };
+    for (auto _ : state) {
+        const double a = seconds_of(rays, bare, native_hits), b = seconds_of(rays, ours, hits);
+        reference += a;
+        own += b;
+        state.SetIterationTime(b);
+    }
+    const double all = double(state.iterations()) * double(rays.size());
+    state.counters["native"] = 1e-6 * all / reference;
+    state.counters["surfels"] = 1e-6 * all / own;
+    state.counters["ratio"] = reference / own;
+    state.counters["hit_share"] = double(hits) / all;
 }
 
-void blended(benchmark::State& state, const std::vector<Ray>& rays) {
-    static const RayScene scene(shapes::one_object(cloud()), {});
-    run(state, rays, [&](const Ray& ray) {
+void compare_scene(benchmark::State& state, const std::vector<Ray>& rays, const NativeDiscs& native,
+                   const RayScene& scene) {
+    compare(state, rays, native, [&](const Ray& ray) {
         Hit hit;
         return scene.intersect(ray, {}, hit);
     });
 }
 
-BENCHMARK_CAPTURE(native, primary, primary())->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(blended, primary, primary())->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(native, incoherent, incoherent())->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(blended, incoherent, incoherent())->Unit(benchmark::kMillisecond);
+const SurfelCloud& ball() {
+    static const SurfelCloud c = shapes::sphere(kSurfels, 1, Vec3f::Zero(), 0.2f);
+    return c;
+}
+const NativeDiscs& native_ball() {
+    static const NativeDiscs discs(ball());
+    return discs;
+}
+const RayScene& blended_ball() {
+    static const RayScene scene(shapes::one_object(ball()), {});
+    return scene;
+}
+
+void blended_primary(benchmark::State& state) {
+    compare_scene(state, primary_rays(kRays), native_ball(), blended_ball());
+}
+void blended_crossing(benchmark::State& state) {
+    compare_scene(state, crossing_rays(kRays), native_ball(), blended_ball());
+}
+void blended_bounce(benchmark::State& state) {
+    const SurfelCloud cloud = room(kSurfels);
+    const NativeDiscs native(cloud);
+    const RayScene scene(shapes::one_object(cloud), {});
+    compare_scene(state, bounce_rays(kRays, cloud.axis1[0].norm()), native, scene);
+}
+
+/// The ball without what lies beyond a slanting plane: two sheets and their tree.
+SurfelSet cut_ball() {
+    SurfelSet set;
+    set.cloud = shapes::sphere(kSurfels * 4 / 5, 1, Vec3f::Zero(), 0.2f);
+    set.layer.assign(set.cloud.size(), 0);
+    const Vec3f normal = Vec3f(0.6f, -0.7f, 0.3f).normalized();
+    Vec3f a, b;
+    orthonormal_basis(normal, a, b);
+    constexpr float step = 0.0056f;
+    for (float u = -1; u < 1; u += step)
+        for (float v = -1; v < 1; v += step) {
+            const Vec3f x = 0.3f * normal + u * a + v * b;
+            if (x.norm() > 1 + 2 * step) continue;
+            shapes::add_disc(set.cloud, x, normal, step);
+            set.layer.push_back(1);
+        }
+    set.object.assign(2, 0);
+    set.trim = {TrimNode{TrimNode::Op::all, 0, {{TrimNode::Op::sheet, 0, {}}, {TrimNode::Op::sheet, 1, {}}}}};
+    return set;
+}
+
+void trimmed(benchmark::State& state, const std::vector<Ray>& rays) {
+    SurfelSet set = cut_ball();
+    const NativeDiscs native(set.cloud);
+    const RayScene scene(std::move(set), {});
+    compare_scene(state, rays, native, scene);
+}
+void trimmed_primary(benchmark::State& state) { trimmed(state, primary_rays(kRays)); }
+void trimmed_crossing(benchmark::State& state) { trimmed(state, crossing_rays(kRays)); }
+
+/// The two ways to collect, without what is done with the surfels: discs with a filter.
+void filter_gather(benchmark::State& state, const std::vector<Ray>& rays) {
+    const FilterGather discs(ball());
+    compare(state, rays, native_ball(), [&](const Ray& ray) {
+        FilterGather::Query query;
+        return discs.gather(ray.origin, ray.direction, query) > 0;
+    });
+}
+void filter_primary(benchmark::State& state) { filter_gather(state, primary_rays(kRays)); }
+void filter_crossing(benchmark::State& state) { filter_gather(state, crossing_rays(kRays)); }
+
+/// And blocks of eight.
+void block_gather(benchmark::State& state, const std::vector<Ray>& rays) {
+    const BlockGather blocks(ball());
+    compare(state, rays, native_ball(), [&](const Ray& ray) { return blocks.gather(ray) > 0; });
+}
+void blocks_primary(benchmark::State& state) { block_gather(state, primary_rays(kRays)); }
+void blocks_crossing(benchmark::State& state) { block_gather(state, crossing_rays(kRays)); }
+
+#define THIXO_RAYS(name) BENCHMARK(name)->Unit(benchmark::kMillisecond)->UseManualTime()
+THIXO_RAYS(blended_primary);
+THIXO_RAYS(blended_bounce);
+THIXO_RAYS(blended_crossing);
+THIXO_RAYS(trimmed_primary);
+THIXO_RAYS(trimmed_crossing);
+THIXO_RAYS(filter_primary);
+THIXO_RAYS(filter_crossing);
+THIXO_RAYS(blocks_primary);
+THIXO_RAYS(blocks_crossing);
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/error.h"
+#include "tests/render/worlds.h"
 
 namespace thixo::render {
 namespace {
@@ -33,6 +34,48 @@ TEST(Camera, RaysOfALensMeetInTheFocus) {
         const float t = (1.0f - ray.origin.y()) / ray.direction.y();
         EXPECT_NEAR((ray.origin + t * ray.direction - Vec3f(0, 1, 0)).norm(), 0, 1e-5);
         EXPECT_LE((ray.origin - c.position).norm(), 0.2f + 1e-6f);
+    }
+}
+
+TEST(Camera, WhatIsOutOfFocusBlursToItsCircleOfConfusion) {
+    // A small lamp at distance d is spread over a disc of diameter 2 aperture |d - f| / d in the plane of focus, evenly:
+    // its second moments along x and y are a sixteenth of the square of the diameter each. About a thousand samples meet
+    // the lamp: 5 %, and the lamp's own size and the pixel filter are added.
+    for (const double distance : {1.2, 3.0}) {
+        World world;
+        world.rays = std::make_unique<RayScene>(SurfelSet{}, std::vector<MeshObject>{});
+        scene::Light lamp;
+        lamp.type = scene::LightType::area;
+        lamp.position = {0, distance, 0};
+        lamp.direction = {0, -1, 0};
+        lamp.size = {0.012 * distance, 0.012 * distance};
+        world.lights = {make_light(lamp)};
+        world.background = {0, 0, 0};
+        scene::Camera c;
+        c.position = {0, 0, 0};
+        c.look_at = {0, 1, 0};
+        c.fov = 20;
+        c.aperture = 0.2;
+        c.focus_distance = 2;
+        world.camera = camera_at(c, 0, 64, 64);
+        FilmSettings film;
+        film.samples = 256;
+        const Image image = render(world, film);
+        const std::vector<float>& lit = image.get("G");
+        double sum = 0, xx = 0, yy = 0;
+        for (int k = 0; k < 64 * 64; ++k) {
+            const double x = k % 64 - 31.5, y = k / 64 - 31.5, w = double(lit[std::size_t(k)]);
+            sum += w;
+            xx += w * x * x;
+            yy += w * y * y;
+        }
+        const double pixel = 2 * std::tan(10 * kPi / 180) * 2 / 64;  // in the plane of focus
+        const double circle = 2 * 0.2 * std::abs(distance - 2) / distance / pixel;
+        const double own = 0.012 * 2 / pixel;  // the lamp, as wide as this many pixels
+        const double expected = circle * circle / 16 + own * own / 12 + 0.2;
+        EXPECT_NEAR(xx / sum / expected, 1, 0.1) << distance;
+        EXPECT_NEAR(yy / sum / expected, 1, 0.1) << distance;
+        EXPECT_GT(circle, 10);
     }
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/random.h"
+#include "render/microfacet.h"
 
 namespace thixo::render {
 namespace {
@@ -82,6 +83,35 @@ TEST(Material, LightMayRunEitherWay) {
             EXPECT_NEAR(there, back, 1e-3f * std::max(1.0f, there));
         }
     }
+}
+
+TEST(Material, LightMayRunEitherWayInColour) {
+    // As above for every kind with a colour, where Fresnel's and Kulla & Conty's terms differ between the channels.
+    scene::Appearance a;
+    a.colour = {0.95, 0.6, 0.2};
+    for (const Case& c : kCases) {
+        a.type = c.type;
+        a.roughness = c.roughness;
+        const Material m = make_material(a);
+        for (std::uint64_t i = 0; i < 200; ++i) {
+            const Vec3f p = sample_cosine({uniform(i, 0), uniform(i, 1)}), q = sample_cosine({uniform(i, 2), uniform(i, 3)});
+            if (p.z() < 0.02f || q.z() < 0.02f) continue;
+            float unused;
+            const Vec3f there = evaluate(m, m.colour, p, q, unused) / q.z(), back = evaluate(m, m.colour, q, p, unused) / p.z();
+            EXPECT_LT((there - back).norm(), 1e-3f * std::max(1.0f, there.norm())) << int(c.type) << " " << c.roughness;
+        }
+    }
+}
+
+TEST(Microfacet, FresnelReflectsTheSameFromBothSides) {
+    // A smooth interface met at one angle from outside and at the refracted angle from inside.
+    for (const float eta : {1.33f, 1.5f, 2.4f})
+        for (float cosine = 0.02f; cosine <= 1; cosine += 0.07f) {
+            float inside;
+            const float there = fresnel(cosine, eta, inside);
+            EXPECT_NEAR(fresnel(inside, 1 / eta), there, 1e-4f);
+        }
+    EXPECT_EQ(fresnel(0.5f, 1 / 1.5f), 1);  // total
 }
 
 TEST(Material, TheDensityIsThatOfTheSamples) {

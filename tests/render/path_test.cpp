@@ -97,13 +97,19 @@ TEST(Path, WaysToSampleLightAgree) {
         << "joining them must not add noise: a quarter of the samples, twice the error";
 }
 
-World furnace(const scene::Appearance& appearance, bool straight) {
+World furnace(const scene::Appearance& appearance, bool straight, bool environment = false) {
     World world;
     const Index object = add_object(world, appearance);
     SurfelSet set = shapes::one_object(shapes::sphere(1000, 0.5f));
     set.object = {object};
     world.rays = std::make_unique<RayScene>(std::move(set), std::vector<MeshObject>());
-    add_sky(world);
+    if (environment) {
+        scene::Light light;
+        light.type = scene::LightType::environment;
+        world.lights = {make_light(light, std::make_shared<const Environment>(16, 8, std::vector<Vec3f>(128, Vec3f::Ones())))};
+    } else {
+        add_sky(world);
+    }
     look(world, {0, 0, 3}, {0, 0, 0}, 16, 24, 24);
     world.settings = {200, straight, 0, false};
     return world;
@@ -118,8 +124,10 @@ TEST(Path, EveryWhiteThingVanishesInAWhiteFurnace) {
         for (const double roughness : {0.0, 0.4}) {
             a.type = type;
             a.roughness = roughness;
-            const Image image = picture(furnace(a, true), 32);
-            EXPECT_NEAR(mean_colour(image).y(), 1, 0.01) << int(type) << " " << roughness;
+            for (const bool environment : {false, true}) {
+                const Image image = picture(furnace(a, true, environment), environment ? 128 : 32);
+                EXPECT_NEAR(mean_colour(image).y(), 1, 0.01) << int(type) << " " << roughness << " " << environment;
+            }
         }
 }
 

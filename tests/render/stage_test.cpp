@@ -10,6 +10,8 @@
 #include "pipeline/base/error.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
+#include "pipeline/contract/image.h"
+#include "pipeline/contract/look_images.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/geometry/mesh_io.h"
@@ -196,6 +198,70 @@ TEST_F(RenderStage, ThreadsAndPlacesLeaveNoTrace) {
     run_stage(one);
     run_stage(three);
     EXPECT_EQ(bytes(out("a"), 1), bytes(out("elsewhere"), 1));
+}
+
+constexpr const char* kPictured = R"(
+scene: {name: drop}
+frames: {first: 1, last: 1}
+world: {boundaries: {table: {shape: {plane: {normal: [0, 0, 1], offset: 0}}}}}
+materials: {water: {}}
+bodies: {drop: {material: water, shape: {sphere: {radius: 0.1}, translate: [0, 0, 0.2]}}}
+look:
+  camera: {position: [0, -1, 0.4], look_at: [0, 0, 0.15], fov: 40}
+  lights: {room: {type: environment, file: room.exr}}
+  appearances:
+    water: {type: conductor, roughness: 0.1}
+    table: {image: {file: wood.png, size: [0.2, 0.2]}}
+  output: {width: 32, height: 18, samples: 2}
+)";
+
+TEST_F(RenderStage, ACacheWithImagesThatWasMovedGivesTheSameBytesWithoutTheFiles) {
+    Image room(16, 8);
+    for (const char* c : {"R", "G", "B"}) {
+        std::vector<float>& values = room.add(c, false);
+        for (std::size_t k = 0; k < values.size(); ++k) values[k] = k == 37 ? 40.0f : 0.3f + 0.01f * float(k % 16);
+    }
+    write_exr(folder_ / "room.exr", room);
+    write_png(folder_ / "wood.png", {2, 2, 3, {200, 0, 0, 0, 200, 0, 0, 0, 200, 200, 200, 0}});
+    write_whole(folder_ / "scene.yaml", kPictured);
+    const scene::Scene scene = scene::load_scene((folder_ / "scene.yaml").string());
+    {
+        CacheWriter w =
+            CacheWriter::create(out("a"), {scene.name, scene::print_scene(scene), scene::simulation_hash(scene)});
+        scene::store_images(scene.look, w);
+        add_frame(w, 1);
+        w.finish();
+    }
+    fs::copy(out("a"), out("b"), fs::copy_options::recursive);
+    fs::copy(out("a"), out("c"), fs::copy_options::recursive);
+    RenderArgs by_scene = args(out("a"));
+    by_scene.scene = (folder_ / "scene.yaml").string();
+    run_stage(by_scene);
+    for (const char* name : {"room.exr", "wood.png", "scene.yaml"}) fs::remove(folder_ / name);
+    run_stage(args(out("b")));
+    EXPECT_EQ(bytes(out("a"), 1), bytes(out("b"), 1));
+    // A cache whose asset is damaged or gone says so.
+    const CacheReader reader(out("c"));
+    for (const CacheFile& asset : reader.manifest().assets)
+        if (asset.name.ends_with(".exr")) fs::resize_file(reader.folder() / asset.name, asset.size - 3);
+    EXPECT_THROW(run_stage(args(out("c"))), CacheError);
+}
+
+TEST_F(RenderStage, TextureCoordinatesThatAMeshDoesNotHaveAreAnError) {
+    make_cache(out("a"), 1);
+    write_png(folder_ / "wood.png", {1, 1, 3, {200, 0, 0}});
+    for (const char* who : {"table: {checker: 0, ", "water: {type: diffuse, "}) {
+        write_whole(folder_ / "wood.yaml",
+                    fmt::format("appearances: {{{}image: {{file: wood.png, mapping: uv}}}}}}\n", who));
+        RenderArgs wood = args(out("a"));
+        wood.look = (folder_ / "wood.yaml").string();
+        try {
+            run_stage(wood);
+            FAIL() << "accepted";
+        } catch (const InputError& e) {
+            EXPECT_NE(std::string(e.what()).find("has no texture coordinates"), std::string::npos) << e.what();
+        }
+    }
 }
 
 }  // namespace

@@ -50,6 +50,49 @@ inline SurfelCloud sphere(std::size_t n, float radius = 1, const Vec3f& centre =
     return cloud;
 }
 
+/// A plane of about n surfels whose radii grow with the distance from the origin, from 1e-5 m to 1 m: rings that grow by a
+/// constant factor. A ring at distance x has surfels of radius kGradedSlope x.
+inline constexpr double kGradedSlope = 0.02;
+inline SurfelCloud graded_plane(std::size_t n) {
+    SurfelCloud cloud;
+    const double rings = std::sqrt(double(n) * std::log(1e5) / (2 * kPi)), per_ring = double(n) / rings;
+    const double growth = std::pow(1e5, 1 / rings), first = 1e-5 / kGradedSlope;
+    const double cover = 1.2 * (growth - 1) / kGradedSlope;  // radii as large as the rings are apart, and a little more
+    for (int ring = 0; ring < int(rings); ++ring) {
+        const double x = first * std::pow(growth, ring);
+        for (int i = 0; i < int(per_ring); ++i) {
+            const double a = 2 * kPi * (i + 0.5 * (ring & 1)) / per_ring;
+            add_disc(cloud, Vec3d(x * std::cos(a), x * std::sin(a), 0).cast<float>(), {0, 0, 1},
+                     float(cover * kGradedSlope * x));
+        }
+    }
+    return cloud;
+}
+
+/// A square of edge 1 m about the origin with side x side surfels.
+inline SurfelCloud even_plane(int side) {
+    SurfelCloud cloud;
+    for (int k = 0; k < side * side; ++k)
+        add_disc(cloud, {(float(k % side) + 0.5f) / float(side) - 0.5f, (float(k / side) + 0.5f) / float(side) - 0.5f, 0}, {0, 0, 1},
+                 1.2f / float(side));
+    return cloud;
+}
+
+/// Slanting rays down to the plane z = 0. graded: to all sizes of graded_plane alike, else to even_plane.
+inline std::vector<Ray> rays_down(int count, bool graded) {
+    std::vector<Ray> rays;
+    for (std::uint64_t i = 0; i < std::uint64_t(count); ++i) {
+        const double u = random_unit(3, i, 0, 0), v = random_unit(3, i, 0, 1);
+        const double x = 2e-5 / kGradedSlope * std::pow(5e4 / 2, u);
+        const Vec3f at = (graded ? Vec3d(x * std::cos(2 * kPi * v), x * std::sin(2 * kPi * v), 0)
+                                 : Vec3d(0.9 * (u - 0.5), 0.9 * (v - 0.5), 0))
+                             .cast<float>();
+        const Vec3f down = Vec3f(float(random_unit(3, i, 1, 0)) - 0.5f, float(random_unit(3, i, 1, 1)) - 0.5f, -1).normalized();
+        rays.push_back({at - (0.1f + at.norm()) * down, down});
+    }
+    return rays;
+}
+
 /// A torus about z (ring radius R, tube radius a): n surfels by area.
 inline SurfelCloud torus(std::size_t n, float R, float a) {
     SurfelCloud cloud;

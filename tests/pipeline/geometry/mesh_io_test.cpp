@@ -96,6 +96,33 @@ TEST(MeshFiles, OfEveryKindGiveTheSameMesh) {
     }
 }
 
+TEST(MeshFiles, KeepTextureCoordinatesOfCorners) {
+    // Two faces with a seam between them: the shared vertices have other coordinates in each.
+    const std::string text =
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 0.5\nvt 0.25 0.75\n"
+        "f 1/1 2/2 3/3\nf 1/-1 3/2 4/1\n";
+    const std::vector<std::array<Vec2f, 3>> uvs = {{Vec2f(0, 0), Vec2f(1, 0), Vec2f(1, 0.5f)},
+                                                   {Vec2f(0.25f, 0.75f), Vec2f(1, 0), Vec2f(0, 0)}};
+    const TriangleMesh mesh = parse_obj(text, "a.obj");
+    EXPECT_EQ(mesh.uvs, uvs);
+    const TriangleMesh back = parse_ply(write_ply(mesh), "a.ply");
+    expect_same(back, mesh);
+    EXPECT_EQ(back.uvs, uvs);
+    // A quad is cut with its coordinates; of vertices they go to the corners.
+    const TriangleMesh quad = parse_ply(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "property float s\nproperty float t\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0 0 0\n2 0 0 1 0\n2 2 0 1 1\n0 2 0 0 1\n4 0 1 2 3\n",
+        "q.ply");
+    ASSERT_EQ(quad.uvs.size(), 2u);
+    for (std::size_t k = 0; k < 2; ++k)
+        for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_EQ(quad.uvs[k][c], Vec2f(quad.vertices[quad.triangles[k][c]].head<2>() / 2));
+    // Where a face has none, the mesh has none; names of coordinates that are not there do no harm.
+    EXPECT_TRUE(parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1 2 3\n", "a.obj").uvs.empty());
+    EXPECT_TRUE(parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/3\n", "a.obj").uvs.empty());
+}
+
 TEST(MeshFiles, AreReadByTheirExtension) {
     const auto folder = std::filesystem::temp_directory_path() / "thixo_mesh_io_test";
     std::filesystem::create_directories(folder);

@@ -1,0 +1,38 @@
+// The image files of a look: environments and textures.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "pipeline/contract/cache.h"
+#include "pipeline/contract/scene.h"
+
+namespace thixo::scene {
+
+enum class ImageUse { environment, texture };
+
+/// f(key path, use, file, content) for every image file the look names; L is Look or const Look.
+template <class L, class F>
+void for_each_image(L& look, F&& f) {
+    for (auto& l : look.lights)
+        if (l.type == LightType::environment) f("look.lights." + l.name, ImageUse::environment, l.file, l.content);
+    for (auto& a : look.appearances)
+        if (!a.image.file.empty())
+            f("look.appearances." + a.name + ".image", ImageUse::texture, a.image.file, a.image.content);
+}
+
+/// ".png" or ".exr", by the first bytes and not the name; empty where it is neither.
+std::string_view image_extension(std::string_view bytes);
+
+/// Throws InputError where the bytes are no image for this use: of another type, damaged, without colour; an environment
+/// that is not twice as wide as high or has values that are negative or not finite; a texture with values beyond 0 to 1.
+void require_usable_image(std::string_view bytes, const std::string& file, ImageUse use);
+
+/// The bytes of an image: from the cache where it has them, else from the file, which must have this content. Throws
+/// InputError where neither has, CacheError where the cache is damaged.
+std::string image_bytes(const std::string& file, const std::string& content, const CacheReader* cache);
+
+/// Stores the look's images in the cache, so that it can be rendered without them. Throws as image_bytes.
+void store_images(const Look& look, CacheWriter& cache);
+
+}  // namespace thixo::scene

@@ -15,6 +15,7 @@
 #include "sim/probes.h"
 #include "sim/pressure_solver.h"
 #include "sim/smoothing.h"
+#include "sim/solid/solids.h"
 #include "sim/surface/surface.h"
 #include "sim/sweep.h"
 #include "sim/tension.h"
@@ -64,6 +65,8 @@ struct StepStats {
            integration_seconds = 0, surface_seconds = 0;
     int viscosity_iterations = 0, viscosity_unconverged = 0;  // iterations, and solves that did not reach the tolerance
     double viscosity_residual = 0;                            // largest [1]
+    double solids_seconds = 0;
+    int solid_sub_steps = 0;
     std::int64_t pairs = 0, particle_steps = 0;
     int surface_updates = 0;
     SurfaceReport surface;  // counts summed, the rest of the last update
@@ -77,6 +80,7 @@ struct Simulation {
     Particles particles{};
     std::vector<EmitterState> emitters{};
     SurfaceState surface{};
+    Solids solids{};  // empty where no body is solid
     std::int64_t next_id = 0;
 
     // Scratch of a step, nothing of it outlives the step.

@@ -174,6 +174,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     s.probes = make_probes(scene);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
     s.solids = make_solids(scene, smoothing, s.particles);
+    if (scene.surface.enabled) s.embedded = make_embedded_surface(scene, s.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(

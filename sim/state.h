@@ -15,6 +15,7 @@
 #include "sim/probes.h"
 #include "sim/pressure_solver.h"
 #include "sim/smoothing.h"
+#include "sim/solid/embedded_surface.h"
 #include "sim/solid/solids.h"
 #include "sim/surface/surface.h"
 #include "sim/sweep.h"
@@ -81,6 +82,7 @@ struct Simulation {
     std::vector<EmitterState> emitters{};
     SurfaceState surface{};
     Solids solids{};  // empty where no body is solid
+    EmbeddedSurface embedded{};  // theirs; does not change
     std::int64_t next_id = 0;
 
     // Scratch of a step, nothing of it outlives the step.

@@ -247,8 +247,12 @@ void step(Simulation& s) {
 }
 
 void refresh_surface(Simulation& s) {
-    if (!s.problem.scene.surface.enabled || !s.solids.empty()) return;
+    if (!s.problem.scene.surface.enabled) return;
     ScopedTimer timer(s.stats.surface_seconds);
+    if (!s.solids.empty()) {
+        ++s.stats.surface_updates;
+        return displace_embedded(s.embedded, s.solids, s.surface);
+    }
     const Smoothing& smoothing = s.problem.smoothing;
     const SurfaceReport report =
         update_surface(s.surface, s.particles, s.walls, s.problem.scene.surface, smoothing.spacing, smoothing.support);

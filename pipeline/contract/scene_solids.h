@@ -33,7 +33,7 @@ struct Elastic {
     double creep = 0;                 // k_creep [1/s]
     double maximum_plastic_strain = 0;  // 1; 0: no limit
     double friction = 0.3;            // Coulomb's mu [1]
-    double contact_damping = 0.1;     // of critical [1]
+    double contact_damping = 0.5;     // of critical [1]
     std::vector<MaterialChange> changes;
     bool solid() const { return youngs_modulus > 0; }
 };

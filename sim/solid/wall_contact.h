@@ -17,9 +17,9 @@ inline std::vector<BodyPose> poses_of(const std::vector<SolidBody>& bodies) {
     return poses;
 }
 
-/// Whether an element is near enough to its body's surface to touch a wall: the outer layers alone do.
+/// Whether an element is near enough to its body's surface to touch a wall: the outermost layer alone does.
 inline bool meets_walls(const Walls& walls, const Elements& e, std::size_t i) {
-    return !walls.list.empty() && e.depth[i] < Real(1.5) * std::cbrt(e.volume[i]);
+    return !walls.list.empty() && e.depth[i] < std::cbrt(e.volume[i]);
 }
 
 /// The end of a kick, and the drift, of an element beside walls. Its surface lies `depth` before it; where a wall at distance d

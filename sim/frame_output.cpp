@@ -67,7 +67,8 @@ PointSet particle_points(const Simulation& s) {
     return points;
 }
 
-PointSet surfel_points(const SurfaceState& s, const EmbeddedSurface& embedded) {
+PointSet surfel_points(const Simulation& simulation) {
+    const SurfaceState& s = simulation.surface;
     PointSet points;
     points.count = s.size();
     points.add("P", floats(s.surfels.position));
@@ -82,7 +83,9 @@ PointSet surfel_points(const SurfaceState& s, const EmbeddedSurface& embedded) {
     points.add("rest", floats(s.rest));
     points.add("v", floats(s.velocity));
     points.add("temperature", floats(s.temperature));
-    if (embedded.size() > 0) points.add("sheet", embedded.sheet);
+    const EmbeddedSurface& embedded = simulation.embedded;
+    if (embedded.size() > 0)
+        points.add("sheet", collect<std::int32_t>(s.size(), [&](std::size_t i) { return embedded.sheet[simulation.embedded_source[i]]; }));
     return points;
 }
 
@@ -186,7 +189,7 @@ Frame make_frame(const Simulation& s, const std::vector<DrawnBoundary>& boundari
     frame.time = s.clock.time;
     frame.spacing = s.problem.scene.solver.spacing;
     frame.particles = particle_points(s);
-    frame.surfels = surfel_points(s.surface, s.embedded);
+    frame.surfels = surfel_points(s);
     frame.bodies = frame_bodies(s);
     for (const DrawnBoundary& b : boundaries) frame.obstacles.push_back(frame_obstacle(b, s.clock.time));
     frame.totals = totals(s);

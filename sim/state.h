@@ -95,6 +95,7 @@ struct Simulation {
     PressureSystem pressure_system{};
     SolveScratch solve_scratch{};
     ReorderScratch reorder_scratch{};
+    std::vector<Index> embedded_source{};  // of each surfel the one of `embedded` it is, or is a part of
     Probes probes{};  // nothing of it outlives a frame
     StepStats stats{};
 };

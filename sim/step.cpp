@@ -251,7 +251,7 @@ void refresh_surface(Simulation& s) {
     ScopedTimer timer(s.stats.surface_seconds);
     if (!s.solids.empty()) {
         ++s.stats.surface_updates;
-        return displace_embedded(s.embedded, s.solids, s.surface);
+        return displace_embedded(s.embedded, s.solids, s.surface, s.embedded_source);
     }
     const Smoothing& smoothing = s.problem.smoothing;
     const SurfaceReport report =

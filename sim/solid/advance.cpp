@@ -18,7 +18,7 @@ void update_laws(const scene::Scene& scene, double time, Solids& solids) {
     if (laws == solids.laws) return;
     solids.laws = std::move(laws);
     set_zero_energy(solids.laws, solids.elements);
-    solids.stiffest = find_stiffest(solids.laws, solids.bodies, solids.elements);
+    solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
 }
 
 /// v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np), and the walls; x(t + dt) = x(t) + dt v(t + dt/2).

@@ -42,6 +42,64 @@ Carried carried(const PointGrid& grid, const SolidBody& body, const Solids& s, c
     return {sum.shift / weight, sum.velocity / weight};
 }
 
+struct Disc {
+    Vec3 place, axis1, axis2;
+};
+/// A surfel in the world.
+struct Drawn {
+    Disc now;
+    Vec3 normal, velocity, rest;
+    std::int64_t id;
+    Index root;
+};
+
+/// The displacement about one surfel made at the start.
+struct Field {
+    const EmbeddedSurface& embedded;
+    const Solids& solids;
+    std::size_t root;
+    std::size_t owner() const { return static_cast<std::size_t>(embedded.owner[root]); }
+    const SolidBody& body() const { return solids.bodies[owner()]; }
+    Carried at(const Vec3& m) const { return carried(embedded.grid[owner()], body(), solids, m, embedded.support[root]); }
+};
+
+Drawn displaced(const Field& field, const Disc& rest, std::int64_t id) {
+    const SolidBody& body = field.body();
+    const Mat3 turn = body.turn.cast<Real>();
+    const Carried at = field.at(rest.place);
+    Drawn d;
+    d.now.place = (body.turn * (rest.place + at.shift).cast<double>() + body.place).cast<Real>();
+    d.now.axis1 = turn * (rest.axis1 + field.at(rest.place + rest.axis1).shift - at.shift);
+    d.now.axis2 = turn * (rest.axis2 + field.at(rest.place + rest.axis2).shift - at.shift);
+    const Vec3 n = d.now.axis1.cross(d.now.axis2);
+    const Real size = n.norm();
+    d.normal = size > 0 ? Vec3(n / size) : Vec3(turn * field.embedded.rest.normal[field.root]);
+    d.velocity = turn * at.velocity;
+    d.rest = field.embedded.first[field.root] + rest.place - field.embedded.rest.position[field.root];
+    d.id = id;
+    d.root = static_cast<Index>(field.root);
+    return d;
+}
+
+/// The surfel, or what it splits into.
+void draw(const Field& field, const Disc& rest, std::int64_t id, int level, std::vector<Drawn>& out) {
+    constexpr int kDeepest = 8;
+    const Drawn d = displaced(field, rest, id);
+    const Vec3 &a = d.now.axis1, &b = d.now.axis2;
+    const Real radius2 = field.embedded.rest.axis1[field.root].squaredNorm();
+    const Real aa = a.squaredNorm() / radius2, bb = b.squaredNorm() / radius2, ab = a.dot(b) / radius2;
+    const Real mean = (aa + bb) / 2, half = std::sqrt(square((aa - bb) / 2) + square(ab));
+    const Real longest = mean + half, shortest = mean - half;
+    if (level == kDeepest || !(longest > kSplitStretch || (longest > Real(1.2) && longest > kSplitRatio * shortest)))
+        return out.push_back(d);
+    // The eigenvector of the longest: along it the disc at rest is cut in two, that overlap a little.
+    const Real angle = std::atan2(2 * ab, aa - bb) / 2, c = std::cos(angle), s = std::sin(angle);
+    const Vec3 along = c * rest.axis1 + s * rest.axis2, across = c * rest.axis2 - s * rest.axis1;
+    const std::int64_t first = 2 * id + static_cast<std::int64_t>(field.embedded.size());
+    draw(field, {rest.place - along / 2, Real(0.6) * along, across}, first, level + 1, out);
+    draw(field, {rest.place + along / 2, Real(0.6) * along, across}, first + 1, level + 1, out);
+}
+
 }  // namespace
 
 EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids) {
@@ -80,38 +138,48 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
     return out;
 }
 
-void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface) {
+void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface, std::vector<Index>& source) {
     const std::size_t n = embedded.size();
     find_gradients(solids.elements, solids.gradients);
+    std::vector<std::vector<Drawn>> drawn((n + kChunk - 1) / kChunk);
+    parallel_chunks(n, [&](std::size_t begin, std::size_t end, std::size_t c) {
+        for (std::size_t i = begin; i < end; ++i)
+            draw(Field{embedded, solids, i}, {embedded.rest.position[i], embedded.rest.axis1[i], embedded.rest.axis2[i]},
+                 static_cast<std::int64_t>(i), 0, drawn[c]);
+    });
+    std::size_t count = 0;
+    std::vector<std::size_t> first;
+    for (const auto& part : drawn) {
+        first.push_back(count);
+        count += part.size();
+    }
+    source.resize(count);
     for_each_array(surface, [&]<class T>(const char*, std::vector<T>& array) {
         if constexpr (std::is_same_v<T, Vec3>)
-            array.resize(n, Vec3::Zero());
+            array.resize(count, Vec3::Zero());
         else
-            array.resize(n);
+            array.resize(count);
     });
-    surface.rest = embedded.first;
-    surface.temperature = embedded.temperature;
     surface.next_id = static_cast<std::int64_t>(n);
-    parallel_for(n, [&](std::size_t i) {
-        const auto owner = static_cast<std::size_t>(embedded.owner[i]);
-        const SolidBody& body = solids.bodies[owner];
-        const PointGrid& grid = embedded.grid[owner];
-        const Real h = embedded.support[i];
-        const Mat3 turn = body.turn.cast<Real>();
-        const Vec3 &m = embedded.rest.position[i], &a = embedded.rest.axis1[i], &b = embedded.rest.axis2[i];
-        const Carried at = carried(grid, body, solids, m, h);
-        const Vec3 t1 = turn * (a + carried(grid, body, solids, m + a, h).shift - at.shift);
-        const Vec3 t2 = turn * (b + carried(grid, body, solids, m + b, h).shift - at.shift);
-        surface.surfels.position[i] = (body.turn * (m + at.shift).cast<double>() + body.place).cast<Real>();
-        surface.surfels.axis1[i] = t1;
-        surface.surfels.axis2[i] = t2;
-        const Vec3 n_now = t1.cross(t2);
-        const Real size = n_now.norm();
-        surface.surfels.normal[i] = size > 0 ? Vec3(n_now / size) : Vec3(turn * embedded.rest.normal[i]);
-        surface.velocity[i] = turn * at.velocity;
-        surface.id[i] = static_cast<std::int64_t>(i);
-        surface.body[i] = body.body;
-    });
+    parallel_for(
+        drawn.size(),
+        [&](std::size_t c) {
+            for (std::size_t k = 0; k < drawn[c].size(); ++k) {
+                const Drawn& d = drawn[c][k];
+                const std::size_t i = first[c] + k;
+                source[i] = d.root;
+                surface.id[i] = d.id;
+                surface.surfels.position[i] = d.now.place;
+                surface.surfels.axis1[i] = d.now.axis1;
+                surface.surfels.axis2[i] = d.now.axis2;
+                surface.surfels.normal[i] = d.normal;
+                surface.velocity[i] = d.velocity;
+                surface.rest[i] = d.rest;
+                surface.temperature[i] = embedded.temperature[d.root];
+                surface.body[i] = solids.bodies[static_cast<std::size_t>(embedded.owner[d.root])].body;
+            }
+        },
+        1);
 }
 
 }  // namespace thixo

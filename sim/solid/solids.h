@@ -27,6 +27,12 @@ struct Grip {
     bool pulls() const { return !force.isZero(); }
 };
 
+/// The fastest rates of small motions of a body about its unstrained rest shape.
+struct FastestRates {
+    double stiffest = 0;  // omega^2 of vibrations [1/s^2]
+    double damping = 0;   // of viscosity [1/s]
+};
+
 struct Solids {
     std::vector<SolidBody> bodies;
     Elements elements;
@@ -35,7 +41,7 @@ struct Solids {
     double stretch2 = 1;    // largest squared stretch of any element in it [1]
     // Of the present time.
     std::vector<StressLaw> laws;        // by body
-    std::vector<double> stiffest;       // largest omega^2 of each body at rest, for `laws` [1/s^2]
+    std::vector<FastestRates> rates;    // by body, for `laws`
     std::vector<Index> element_of;      // by particle id; kNone where the particle has none
     // Scratch.
     StressScratch stress;

@@ -1,5 +1,6 @@
 #include "sim/solid/stable_step.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "pipeline/base/parallel.h"
@@ -58,14 +59,28 @@ std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std:
     return stiffest;
 }
 
+std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws, const std::vector<SolidBody>& bodies, Elements& elements) {
+    std::vector<FastestRates> rates(bodies.size());
+    const std::vector<double> stiffest = find_stiffest(laws, bodies, elements);
+    for (std::size_t b = 0; b < bodies.size(); ++b) rates[b].stiffest = stiffest[b];
+    if (std::ranges::none_of(laws, [](const StressLaw& law) { return law.viscosity > 0; })) return rates;
+    std::vector<StressLaw> viscous;
+    for (const StressLaw& law : laws) viscous.push_back({.mu = law.viscosity});
+    set_zero_energy(viscous, elements);
+    const std::vector<double> damping = find_stiffest(viscous, bodies, elements);
+    set_zero_energy(laws, elements);
+    for (std::size_t b = 0; b < bodies.size(); ++b) rates[b].damping = damping[b];
+    return rates;
+}
+
 double stable_sub_step(const Solids& solids, bool walls) {
     const double growth = std::max(1.0, 1.5 * solids.stretch2 - 0.5);
     double shortest = 1e30;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const StressLaw& law = solids.laws[b];
         const Index first = solids.bodies[b].begin;
-        double omega2 = solids.stiffest[b] * growth;
-        double damping = omega2 * static_cast<double>(law.viscosity / law.mu);
+        double omega2 = solids.rates[b].stiffest * growth;
+        double damping = solids.rates[b].damping * std::max(1.0, solids.stretch2);
         if (walls) {
             const double spring = contact_stiffness(law, solids.elements.volume[first], solids.elements.mass[first]);
             omega2 += spring;

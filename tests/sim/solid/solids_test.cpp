@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <set>
+
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "sim/checkpoint.h"
@@ -180,6 +183,34 @@ TEST(Solids, ASurfaceFollowsARigidMotionExactly) {
         EXPECT_LT((s.surface.surfels.axis1[i] - turned(before.axis1[i])).norm(), 1e-7f);
         EXPECT_LT((s.surface.surfels.normal[i] - turned(before.normal[i])).norm(), 1e-4f);
     }
+}
+
+TEST(Solids, ASurfaceSplitsWhereItIsStretchedAndIsRestoredOnRelease) {
+    scene::Scene scene = rubber_scene();
+    scene.surface.enabled = true;
+    scene.bodies = {fixture::body("block", fixture::shape_at({0.2, 0, 0}, scene::BoxShape{{0.04, 0.04, 0.1}, 0}))};
+    scene.bodies[0].surfels = 800;
+    Simulation s = make_simulation(scene);
+    refresh_surface(s);
+    const SurfaceState rest = s.surface;
+    ASSERT_EQ(rest.size(), 800u);
+    auto& u = s.solids.elements.displacement;
+    const auto stretch = [&](Real by) {
+        for (std::size_t i = 0; i < u.size(); ++i) u[i] = {0, 0, by * s.solids.elements.rest[i].z, 0};
+        refresh_surface(s);
+    };
+    stretch(2);
+    EXPECT_GT(s.surface.size(), 1300u);  // on the four long sides; a disc three times as long becomes at least two
+    std::set<std::int64_t> ids(s.surface.id.begin(), s.surface.id.end());
+    EXPECT_EQ(ids.size(), s.surface.size());
+    Real longest = 0;
+    for (std::size_t i = 0; i < s.surface.size(); ++i)
+        longest = std::max(longest, s.surface.surfels.axis1[i].norm() / rest.surfels.axis1[s.embedded_source[i]].norm());
+    EXPECT_LT(square(longest), kSplitStretch * 1.0001f);
+    stretch(0);
+    EXPECT_EQ(s.surface.id, rest.id);
+    EXPECT_EQ(s.surface.surfels.position, rest.surfels.position);
+    EXPECT_EQ(s.surface.surfels.axis1, rest.surfels.axis1);
 }
 
 TEST(Solids, BadScenesAreRefusedWithAReason) {

@@ -80,6 +80,18 @@ class Reader {
     const std::string& file_;
 };
 
+template <class Stream, class S>
+void visit_solids(Stream& stream, S& s) {
+    for (auto& body : s.bodies) {
+        stream.value("solid.turn", body.turn);
+        stream.value("solid.place", body.place);
+    }
+    for (auto& grip : s.grips) stream.array("solid.anchor", grip.anchor);
+    stream.value("solid.last_dt", s.last_dt);
+    stream.value("solid.stretch2", s.stretch2);
+    for_each_array(s.elements, [&](const char* name, auto& array) { stream.array(name, array); });
+}
+
 /// One list of what a checkpoint holds, for writing (S const) and reading.
 template <class Stream, class S>
 void visit_state(Stream& stream, S& s) {
@@ -94,6 +106,7 @@ void visit_state(Stream& stream, S& s) {
         stream.value("blocked", e.blocked);
     }
     for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
+    if (!s.solids.empty()) visit_solids(stream, s.solids);
     stream.value("surface.next_id", s.surface.next_id);
     for_each_array(s.surface, [&](const char* name, auto& array) { stream.array(name, array); });
 }

@@ -69,7 +69,8 @@ PointSet particle_points(const Simulation& s) {
     return points;
 }
 
-PointSet surfel_points(const SurfaceState& s) {
+PointSet surfel_points(const Simulation& simulation) {
+    const SurfaceState& s = simulation.surface;
     PointSet points;
     points.count = s.size();
     points.add("P", floats(s.surfels.position));
@@ -84,16 +85,22 @@ PointSet surfel_points(const SurfaceState& s) {
     points.add("rest", floats(s.rest));
     points.add("v", floats(s.velocity));
     points.add("temperature", floats(s.temperature));
+    const EmbeddedSurface& embedded = simulation.embedded;
+    if (embedded.size() > 0)
+        points.add("sheet", collect<std::int32_t>(s.size(), [&](std::size_t i) { return embedded.sheet[simulation.embedded_source[i]]; }));
     return points;
 }
 
-std::vector<FrameBody> frame_bodies(const scene::Scene& scene) {
+std::vector<FrameBody> frame_bodies(const Simulation& s) {
+    const scene::Scene& scene = s.problem.scene;
     std::vector<FrameBody> bodies;
     const auto add = [&](const std::string& name, const std::string& material) {
         bodies.push_back({.id = static_cast<int>(bodies.size()), .parent = -1, .name = name, .material = material});
     };
     for (const scene::Body& b : scene.bodies) add(b.name, b.material);
     for (const scene::Emitter& e : scene.emitters) add(e.name, e.material);
+    for (std::size_t b = 0; b < s.embedded.trim.size(); ++b)
+        bodies[static_cast<std::size_t>(s.solids.bodies[b].body)].trim = s.embedded.trim[b];
     return bodies;
 }
 
@@ -153,7 +160,9 @@ FrameTotals totals(const Simulation& s) {
         t.momentum[a] = sum.momentum[static_cast<Eigen::Index>(a)];
         t.angular_momentum[a] = sum.angular[static_cast<Eigen::Index>(a)];
     }
-    if (s.surface.size() > 0) {
+    if (s.embedded.size() > 0) {  // sheets reach past their edges; the matter knows its volume
+        t.surface_volume = parallel_sum(p.size(), [&](std::size_t i) { return static_cast<double>(p.mass[i] / p.density[i]); });
+    } else if (s.surface.size() > 0) {
         const scene::Surface& params = s.problem.scene.surface;
         const Real support = static_cast<Real>(params.support * params.radius) * s.problem.smoothing.spacing;
         t.surface_volume =
@@ -182,8 +191,8 @@ Frame make_frame(const Simulation& s, const std::vector<DrawnBoundary>& boundari
     frame.time = s.clock.time;
     frame.spacing = s.problem.scene.solver.spacing;
     frame.particles = particle_points(s);
-    frame.surfels = surfel_points(s.surface);
-    frame.bodies = frame_bodies(s.problem.scene);
+    frame.surfels = surfel_points(s);
+    frame.bodies = frame_bodies(s);
     for (const DrawnBoundary& b : boundaries) frame.obstacles.push_back(frame_obstacle(b, s.clock.time));
     frame.totals = totals(s);
     return frame;

@@ -9,7 +9,7 @@
 
 namespace thixo {
 
-enum class Kind : std::uint8_t { liquid };
+enum class Kind : std::uint8_t { liquid, solid };
 
 struct Particles {
     std::vector<std::int64_t> id;        // unique for ever, given in order of creation

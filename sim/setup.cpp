@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/shapes.h"
 #include "sim/sampling.h"
 #include "sim/scene_shapes.h"
+#include "sim/solid/solid_setup.h"
 #include "sim/tension.h"
 #include "sim/viscosity_solver.h"
 
@@ -86,13 +88,22 @@ void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Peri
     }
 }
 
+void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, const Simulation& s) {
+    for (const Vec3& x : sites)
+        if (wall_distance(s.walls, x) < 0)
+            throw InputError("{}: body '{}' starts inside a wall at ({:.4g}, {:.4g}, {:.4g}) m; move it out of the wall",
+                             body.shape.where, body.name, x.x(), x.y(), x.z());
+}
+
 void add_body(const scene::Body& body, int number, Simulation& s) {
     const scene::Scene& scene = s.problem.scene;
     const Real d = s.problem.smoothing.spacing;
     const int material = index_of(scene.materials, body.material, "material");
+    const bool solid = scene.materials[static_cast<std::size_t>(material)].elastic.solid();
     PointGrid others;
     others.build(s.particles.position, d);
     const auto free = [&](const Vec3& x) {
+        if (solid) return true;  // a solid is whole, or refused
         if (wall_distance(s.walls, x) < kWallRoom * d) return false;
         bool taken = false;
         others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
@@ -105,7 +116,10 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
         throw InputError(
             "{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
             body.shape.where, body.name, d);
-    const Real volume = cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
+    if (solid) refuse_overlap(body, sites, s);
+    // Of a liquid what a site of the packing stands for; of a solid the mass is that of its shape.
+    const Real volume = solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(sites.size()))
+                              : cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
     Vec3d centre(0, 0, 0);
     for (const Vec3& x : sites) centre += x.cast<double>() / static_cast<double>(sites.size());
     const std::size_t first = s.particles.size();
@@ -123,7 +137,7 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
         p.temperature[i] = body.temperature;
         p.material[i] = material;
         p.body[i] = number;
-        p.kind[i] = Kind::liquid;
+        p.kind[i] = solid ? Kind::solid : Kind::liquid;
     }
 }
 
@@ -160,6 +174,8 @@ Simulation make_simulation(const scene::Scene& scene) {
     s.clock.frame = scene.frames.first;
     s.probes = make_probes(scene);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
+    s.solids = make_solids(scene, smoothing, s.particles);
+    if (scene.surface.enabled) s.embedded = make_embedded_surface(scene, s.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(

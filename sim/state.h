@@ -16,6 +16,8 @@
 #include "sim/probes.h"
 #include "sim/pressure_solver.h"
 #include "sim/smoothing.h"
+#include "sim/solid/embedded_surface.h"
+#include "sim/solid/solids.h"
 #include "sim/surface/surface.h"
 #include "sim/sweep.h"
 #include "sim/tension.h"
@@ -68,6 +70,8 @@ struct StepStats {
     double viscosity_residual = 0;                            // largest [1]
     double heat_seconds = 0;
     int heat_steps = 0;
+    double solids_seconds = 0;
+    int solid_sub_steps = 0;
     std::int64_t pairs = 0, particle_steps = 0;
     int surface_updates = 0;
     SurfaceReport surface;  // counts summed, the rest of the last update
@@ -81,6 +85,8 @@ struct Simulation {
     Particles particles{};
     std::vector<EmitterState> emitters{};
     SurfaceState surface{};
+    Solids solids{};  // empty where no body is solid
+    EmbeddedSurface embedded{};  // theirs; does not change
     std::int64_t next_id = 0;
 
     // Scratch of a step, nothing of it outlives the step.
@@ -94,6 +100,7 @@ struct Simulation {
     PressureSystem pressure_system{};
     SolveScratch solve_scratch{};
     ReorderScratch reorder_scratch{};
+    std::vector<Index> embedded_source{};  // of each surfel the one of `embedded` it is, or is a part of
     Probes probes{};  // nothing of it outlives a frame
     StepStats stats{};
 };

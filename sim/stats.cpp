@@ -1,5 +1,6 @@
 #include "sim/stats.h"
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -63,6 +64,10 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
     };
     if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
         line["solves"] = {{"density", solves(t.density)}, {"divergence", solves(t.divergence)}};
+    if (!s.solids.empty()) {
+        line["solids"] = {{"sub_steps", t.solid_sub_steps}, {"stretch", std::sqrt(s.solids.stretch2)}};
+        line["seconds"]["solids"] = t.solids_seconds;
+    }
     std::ofstream file(out / "stats.jsonl", std::ios::app);
     file << line.dump() << '\n';
     file.flush();

@@ -40,6 +40,14 @@ void find_neighbours(Simulation& s) {
     s.neighbours.build(s.grid, support, s.particles.size());
 }
 
+/// Order, grid and v(t) for what reads them; solids have no neighbours but those at rest.
+void place_solids(Simulation& s) {
+    sort_particles(s);
+    find_ghosts(s.problem.periodic, s.particles.position, s.problem.smoothing.support, s.sweep.ghosts);
+    s.grid.build(s.particles.position, s.problem.smoothing.support);
+    pack_motion(s.particles, 0, false, s.sweep);
+}
+
 void find_density(Simulation& s) {
     ScopedTimer timer(s.stats.density_seconds);
     pack_motion(s.particles, s.clock.last_dt, implicit(s), s.sweep);
@@ -189,6 +197,27 @@ void update_surface_when_due(Simulation& s) {
     if (surface_due(s)) refresh_surface(s);
 }
 
+/// Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
+void step_solids(Simulation& s) {
+    ScopedTimer timer(s.stats.solids_seconds);
+    Clock& c = s.clock;
+    const scene::TimeStep& params = s.problem.scene.solver.time_step;
+    const double dt = divide_evenly(c.next_frame - c.time, params.fixed > 0 ? params.fixed : params.maximum);
+    note_positions(s.probes, s.particles);
+    const SolidReport report = advance_solids(s.problem.scene, s.problem.gravity, c.time, dt, s.walls, s.solids);
+    const double rest = c.next_frame - c.time;
+    c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
+    c.last_dt = dt;
+    ++c.step;
+    write_particles(s.solids, s.particles);
+    count_passages(s.probes, s.particles, s.problem.smoothing.spacing);
+    check_solids_health(s, report);
+    s.stats.solid_sub_steps += report.sub_steps;
+    s.stats.limit = "elastic";
+    s.stats.smallest_dt = std::min(s.stats.smallest_dt, report.smallest_dt);
+    s.stats.largest_dt = std::max(s.stats.largest_dt, dt);
+}
+
 void count_step(Simulation& s) {
     ++s.stats.steps;
     s.stats.particle_steps += static_cast<std::int64_t>(s.particles.size());
@@ -200,6 +229,7 @@ void count_step(Simulation& s) {
 double frame_time(const scene::Frames& frames, int frame) { return (frame - frames.first) / frames.fps; }
 
 void evaluate(Simulation& s) {
+    if (!s.solids.empty()) return place_solids(s);
     find_neighbours(s);
     find_density(s);
 }
@@ -211,6 +241,10 @@ Real shown_pressure(const Simulation& s, std::size_t i) {
 }
 
 void step(Simulation& s) {
+    if (!s.solids.empty()) {
+        step_solids(s);  // elasticity 5.3, 5.4
+        return count_step(s);
+    }
     emit(s);             // emitter    4.2
     find_neighbours(s);  // geometry   7.1
     find_density(s);     // density    2.3, 4.3.1
@@ -228,6 +262,10 @@ void step(Simulation& s) {
 void refresh_surface(Simulation& s) {
     if (!s.problem.scene.surface.enabled) return;
     ScopedTimer timer(s.stats.surface_seconds);
+    if (!s.solids.empty()) {
+        ++s.stats.surface_updates;
+        return displace_embedded(s.embedded, s.solids, s.surface, s.embedded_source);
+    }
     const Smoothing& smoothing = s.problem.smoothing;
     const SurfaceReport report =
         update_surface(s.surface, s.particles, s.walls, s.problem.scene.surface, smoothing.spacing, smoothing.support);

@@ -23,6 +23,7 @@ struct Scene {
     std::vector<Material> materials;
     std::vector<Body> bodies;
     std::vector<Emitter> emitters;
+    std::vector<Handle> handles;
     Solver solver;
     Surface surface;
     std::vector<Probe> probes;
@@ -41,6 +42,7 @@ void visit(V& v, Scene& s) {
     v.named("materials", s.materials, "what bodies and emitters are made of");
     v.named("bodies", s.bodies, "matter that is there at the start");
     v.named("emitters", s.emitters, "discs that matter flows out of");
+    v.named("handles", s.handles, "what holds, moves or pulls parts of solids");
     v.block("solver", s.solver, "how the simulation computes");
     v.block("surface", s.surface, "the surface of surfels around the particles");
     v.named("probes", s.probes, "what is measured at every frame, for probes.csv");

@@ -54,6 +54,9 @@ void check_heat(const Scene& scene, const Checker& check) {
         check.require(m.thermal.latent_heat <= 0 || m.thermal.liquidus > m.thermal.solidus,
                       fmt::format("materials.{}.latent_heat", m.name),
                       "\"latent_heat\" needs a \"liquidus\" above the \"solidus\"");
+    for (const Material& m : scene.materials)
+        check.require(m.thermal.conductivity <= 0 || !m.elastic.solid(), fmt::format("materials.{}.conductivity", m.name),
+                      "heat does not flow in solids yet: a material has either \"conductivity\" or \"youngs_modulus\"");
     for (const HeatSource& source : scene.world.heat_sources)
         check.require(source.to > source.from, fmt::format("world.heat_sources.{}.to", source.name),
                       fmt::format("\"to\" ({}) is not after \"from\" ({})", source.to, source.from));
@@ -178,6 +181,8 @@ void check_extents(const Scene& scene, const Checker& check) {
         if (!good(extents.of(b.shape), "world.boundaries." + b.name + ".shape")) return;
     for (const Body& b : scene.bodies)
         if (!good(extents.of(b.shape), "bodies." + b.name + ".shape")) return;
+    for (const Handle& h : scene.handles)
+        if (!good(extents.of(h.region), "handles." + h.name + ".region")) return;
     for (const Probe& p : scene.probes)
         if (!good(extents.of(p.region), "probes." + p.name + ".region")) return;
 }
@@ -210,6 +215,62 @@ void check_periodic(const Scene& scene, const Checker& check) {
     check.require(list.empty() || !scene.surface.enabled, "world.periodic",
                   "a scene with periodic axes cannot have a surface: surfels do not cross periodic faces",
                   "write surface: {enabled: false}");
+}
+
+void check_elastic(const Scene& scene, const Checker& check) {
+    const auto find = [&](const std::string& name) {
+        return std::find_if(scene.materials.begin(), scene.materials.end(), [&](const Material& m) { return m.name == name; });
+    };
+    for (const Material& m : scene.materials) {
+        double before = -1;
+        for (std::size_t k = 0; k < m.elastic.changes.size(); ++k) {
+            const MaterialChange& c = m.elastic.changes[k];
+            const std::string path = fmt::format("materials.{}.changes.{}", m.name, k);
+            check.refer(c.material, names_of(scene.materials), path + ".material", "material");
+            const auto other = find(c.material);
+            check.require(other == scene.materials.end() || m.elastic.solid() == other->elastic.solid(), path + ".material",
+                          fmt::format("\"{}\" and \"{}\" are not both solids: melting and freezing are not supported yet",
+                                      m.name, c.material),
+                          "give both a youngs_modulus above 0");
+            check.require(c.time - c.duration >= before, path + ".time",
+                          fmt::format("the change begins at {} s, before the one above it is complete", c.time - c.duration));
+            before = c.time;
+        }
+    }
+}
+
+void check_handles(const Scene& scene, const Checker& check) {
+    for (const Handle& h : scene.handles) {
+        const std::string path = "handles." + h.name;
+        check.refer(h.body, names_of(scene.bodies), path + ".body", "body");
+        check_motion(h.motion, path + ".motion", check);
+        check.require(h.stop > h.start, path + ".stop", fmt::format("\"stop\" is {} s, not after \"start\"", h.stop));
+        check.require(h.motion.empty() || h.force.isZero(), path + ".force", "a handle either moves its part or pulls at it",
+                      "leave out \"motion\" or \"force\"");
+        for (const Body& b : scene.bodies)
+            for (const Material& m : scene.materials)
+                check.require(b.name != h.body || m.name != b.material || m.elastic.solid(), path + ".body",
+                              fmt::format("\"{}\" is liquid and cannot be held", b.name),
+                              "a solid is of a material with a youngs_modulus above 0");
+    }
+}
+
+/// What solids cannot do yet, told before anything is computed.
+void check_solids(const Scene& scene, const Checker& check) {
+    const auto is_solid = [&](const std::string& material) {
+        return std::any_of(scene.materials.begin(), scene.materials.end(),
+                           [&](const Material& m) { return m.name == material && m.elastic.solid(); });
+    };
+    const bool any = std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return is_solid(b.material); });
+    for (const Emitter& e : scene.emitters) {
+        check.require(!is_solid(e.material), "emitters." + e.name + ".material", "an emitter cannot release a solid");
+        check.require(!any, "emitters." + e.name, "solids and liquids in one scene are not supported yet");
+    }
+    if (!any) return;
+    for (const Body& b : scene.bodies)
+        check.require(is_solid(b.material), "bodies." + b.name + ".material",
+                      "solids and liquids in one scene are not supported yet", "give all bodies solid materials, or none");
+    check.require(scene.world.periodic.empty(), "world.periodic", "solids in a periodic domain are not supported yet");
 }
 
 }  // namespace
@@ -267,6 +328,9 @@ void check_scene(const Scene& scene, ReadContext& context) {
         check.refer(p.material, materials, "probes." + p.name + ".material", "material");
     check_heat(scene, check);
     check_periodic(scene, check);
+    check_elastic(scene, check);
+    check_handles(scene, check);
+    check_solids(scene, check);
     check_look(scene.look, context);
 }
 

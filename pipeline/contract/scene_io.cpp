@@ -164,6 +164,8 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
     std::set<std::string> materials, appearances;
     for (const Body& b : scene.bodies) materials.insert(b.material);
     for (const Emitter& e : scene.emitters) materials.insert(e.material);
+    for (const Material& m : scene.materials)
+        for (const MaterialChange& c : m.elastic.changes) materials.insert(c.material);
     for (const Material& m : scene.materials) {
         appearances.insert(m.look);
         if (!materials.count(m.name)) warn("materials.{} is not used by any body or emitter", m.name);

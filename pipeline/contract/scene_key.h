@@ -45,7 +45,7 @@ constexpr Check required(Check check = {}) {
 /// Units that say more than a unit: a colour is shown and documented as [r, g, b].
 inline constexpr const char* kColour = "rgb";
 
-enum class Refers { material, appearance, shape };
+enum class Refers { material, appearance, shape, body };
 
 /// The words of an enum as users write them; word k stands for the enumerator of value k.
 template <class E>

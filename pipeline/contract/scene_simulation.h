@@ -8,21 +8,11 @@
 #include "pipeline/base/math.h"
 #include "pipeline/contract/scene_heat.h"
 #include "pipeline/contract/scene_key.h"
+#include "pipeline/contract/scene_motion.h"
 #include "pipeline/contract/scene_shapes.h"
+#include "pipeline/contract/scene_solids.h"
 
 namespace thixo::scene {
-
-struct Key {                  // one instant of a rigid motion
-    double time = 0;          // s
-    Vec3d position{0, 0, 0};  // m
-    Vec3d rotate{0, 0, 0};    // degrees about x, then y, then z
-};
-template <class V>
-void visit(V& v, Key& k) {
-    v.key("time", k.time, "s", required(), "instant; ascending in the list");
-    v.key("position", k.position, "m", any(), "shift from the place given in the scene, after the turn");
-    v.key("rotate", k.rotate, "degrees", any(), "turn about the world's x, then y, then z axis (a camera: about axes through itself)");
-}
 
 struct Frames {
     int first = 1, last = 48;
@@ -101,17 +91,19 @@ struct Material {
     double stiffness = 0;        // Pa, k_gas of the `eos` solver; 0: from the expected speed (1 % compression)
     double gamma = 1;            // exponent of the `eos` solver
     Thermal thermal;
+    Elastic elastic;
     std::string look;            // appearance; empty: the material's name
 };
 template <class V>
 void visit(V& v, Material& m) {
     v.key("density", m.density, "kg/m^3", above_to(0, 1e6), "density at rest");
-    v.key("viscosity", m.viscosity, "Pa s", between(0, 1e9), "dynamic viscosity; water 0.001, honey about 5");
+    v.key("viscosity", m.viscosity, "Pa s", between(0, 1e9), "dynamic viscosity; water 0.001, honey about 5; in a solid it damps changes of shape");
     v.key("surface_tension", m.surface_tension, "N/m", between(0, 1e3), "surface tension; water against air 0.072");
     v.key("stiffness", m.stiffness, "Pa", between(0, 1e12),
           "resistance to compression of the `eos` solver; 0: from the expected speed, for 1 % compression");
     v.key("gamma", m.gamma, "1", between(1, 10), "exponent of the equation of state");
     visit(v, m.thermal);
+    visit(v, m.elastic);
     v.reference("look", m.look, Refers::appearance, any(), "appearance; left out: the one of the material's own name");
 }
 
@@ -121,6 +113,7 @@ struct Body {
     Vec3d velocity{0, 0, 0};          // m/s
     Vec3d angular_velocity{0, 0, 0};  // rad/s about the shape's centre of mass
     double temperature = 20;          // degC
+    int surfels = 0;                  // about so many on a solid; 0: by surface.radius
 };
 template <class V>
 void visit(V& v, Body& b) {
@@ -130,6 +123,8 @@ void visit(V& v, Body& b) {
     v.key("angular_velocity", b.angular_velocity, "rad/s", between(-1e6, 1e6),
           "spin at the start, about the centre of mass");
     v.key("temperature", b.temperature, "degC", between(-273.15, 1e5), "temperature at the start");
+    v.key("surfels", b.surfels, "", between(0, 10'000'000),
+          "number of surfels on the surface of a solid, about; 0: discs of the size surface.radius asks for");
 }
 
 struct Emitter {

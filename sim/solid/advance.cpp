@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/parallel.h"
+#include "sim/solid/grips.h"
+#include "sim/solid/rigid_fit.h"
+#include "sim/solid/solids.h"
+#include "sim/solid/stable_step.h"
+#include "sim/solid/wall_contact.h"
+#include "sim/time_step.h"
+
+namespace thixo {
+namespace {
+
+void update_laws(const scene::Scene& scene, double time, Solids& solids) {
+    std::vector<StressLaw> laws;
+    for (const SolidBody& body : solids.bodies) laws.push_back(law_at(scene, static_cast<std::size_t>(body.material), time));
+    if (laws == solids.laws) return;
+    solids.laws = std::move(laws);
+    set_zero_energy(solids.laws, solids.elements);
+    solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
+}
+
+/// v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np), and the walls; x(t + dt) = x(t) + dt v(t + dt/2).
+void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
+    Elements& e = solids.elements;
+    const Real kick = static_cast<Real>(0.5 * (solids.last_dt + dt)), drift = static_cast<Real>(dt);
+    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    parallel_chunks(
+        e.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallCursor cursor(walls);
+            for (std::size_t i = begin; i < end; ++i) {
+                if (solids.held[i]) continue;
+                const auto owner = static_cast<std::size_t>(e.owner[i]);
+                const Vec3 before = xyz(e.velocity[i]);
+                Vec3 v = before + kick * (solids.force[i] / e.mass[i] + solids.external[i]);
+                Vec3 u = xyz(e.displacement[i]);
+                if (meets_walls(walls, e, i))
+                    push_off_walls(walls, solids.laws[owner], poses[owner], e, i, kick, drift, cursor, u, v);
+                else
+                    u += drift * v;
+                e.acceleration[i] = (v - before) / kick;
+                e.velocity[i] = quad(v);
+                e.displacement[i] = quad(u);
+            }
+        },
+        256);
+}
+
+}  // namespace
+
+SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls, Solids& solids) {
+    SolidReport report;
+    update_laws(scene, time, solids);
+    take_hold(time, gravity, solids);
+    const double end = time + dt;
+    double now = time;
+    while (now < end) {
+        const double step = divide_evenly(end - now, stable_sub_step(solids, !walls.list.empty()));
+        move_walls(walls, now);
+        solids.stretch2 = static_cast<double>(find_stress_forces(solids.laws, solids.elements, solids.stress, solids.force));
+        leapfrog_elements(walls, step, solids);
+        now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
+        move_held(now, step, solids);
+        solids.last_dt = step;
+        ++report.sub_steps;
+        report.smallest_dt = std::min(report.smallest_dt, step);
+    }
+    move_walls(walls, end);
+    if (std::ranges::any_of(solids.laws, [](const StressLaw& law) { return law.creep > 0; })) {
+        find_gradients(solids.elements, solids.gradients);
+        flow_plastically(solids.laws, dt, solids.gradients, solids.elements);
+    }
+    fit_rest_shapes(solids.bodies, solids.elements);
+    return report;
+}
+
+void write_particles(Solids& solids, Particles& particles) {
+    Elements& e = solids.elements;
+    find_gradients(e, solids.gradients);
+    const Real half = static_cast<Real>(0.5 * solids.last_dt);
+    parallel_for(particles.size(), [&](std::size_t k) {
+        if (particles.kind[k] != Kind::solid) return;
+        const Index i = solids.element_of[static_cast<std::size_t>(particles.id[k])];
+        const auto owner = static_cast<std::size_t>(e.owner[i]);
+        const SolidBody& body = solids.bodies[owner];
+        const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>();
+        const Vec3 v = xyz(e.velocity[i]) + half * e.acceleration[i];
+        particles.position[k] = (body.turn * y + body.place).cast<Real>();
+        particles.velocity[k] = (body.turn * v.cast<double>()).cast<Real>();
+        particles.acceleration[k] = Vec3::Zero();
+        const Mat3& h = solids.gradients[i];
+        const Real volume = (Mat3::Identity() + h).determinant();
+        particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume, Real(1e-3));
+        const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
+        const Symmetric stress = solids.laws.empty() ? Symmetric{} : stress_of(solids.laws[owner],
+            {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
+        particles.pressure[k] = -(stress.xx + stress.yy + stress.zz) / 3;
+    });
+}
+
+}  // namespace thixo

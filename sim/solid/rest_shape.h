@@ -1,0 +1,16 @@
+// Rest neighbourhoods and their moment matrices. Dissertation 5.3, 5.9.1.
+#pragma once
+
+#include "sim/solid/elements.h"
+
+namespace thixo {
+
+/// Lists of every element's neighbours in its own body, with weights w_spiky(|r_ij|, h) for both ends' supports, from
+/// rest and support.
+void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements);
+
+/// Moments of all neighbourhoods from the lists and weights. Directions in which a neighbourhood reaches less than 3 % of
+/// its largest extent are left out of A+: those elements are listed in `flat`.
+void measure_moments(Elements& elements);
+
+}  // namespace thixo

@@ -1,0 +1,59 @@
+#include "sim/solid/rigid_fit.h"
+
+#include "pipeline/base/parallel.h"
+
+namespace thixo {
+namespace {
+
+struct Sums {
+    double mass = 0;
+    Vec3d rest{0, 0, 0}, shift{0, 0, 0};  // sums of mass times m, u
+    Mat3d spread = Mat3d::Zero();         // of mass times m (m + u)^T
+    Sums operator+(const Sums& o) const { return {mass + o.mass, rest + o.rest, shift + o.shift, spread + o.spread}; }
+};
+
+Mat3d fitting_rotation(const Mat3d& s) {
+    const Eigen::JacobiSVD<Mat3d> svd(s, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Vec3d sign(1, 1, 1);
+    sign.z() = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1 : 1;
+    return svd.matrixV() * sign.asDiagonal() * svd.matrixU().transpose();
+}
+
+}  // namespace
+
+void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements) {
+    for (SolidBody& body : bodies) {
+        const Index first = body.begin;
+        const std::size_t n = body.end - first;
+        const Sums sum = parallel_sum<Sums>(
+            n,
+            [&](std::size_t k) {
+                const double mass = elements.mass[first + k];
+                const Vec3d m = xyz(elements.rest[first + k]).cast<double>(), u = xyz(elements.displacement[first + k]).cast<double>();
+                return Sums{mass, mass * m, mass * u, mass * m * (m + u).transpose()};
+            },
+            Sums{});
+        const Vec3d mbar = sum.rest / sum.mass, ybar = mbar + sum.shift / sum.mass;
+        const Mat3d turn = fitting_rotation(sum.spread - sum.mass * mbar * ybar.transpose());
+        // Of the frame's own pose (turn, shift): y = turn m' + shift.
+        const Vec3d shift = ybar - turn * mbar;
+        const Mat3d back = turn.transpose(), change = back - Mat3d::Identity();
+        parallel_for(
+            n,
+            [&](std::size_t k) {
+                Quad &u = elements.displacement[first + k], &v = elements.velocity[first + k];
+                const Vec3d m = xyz(elements.rest[first + k]).cast<double>();
+                u = quad((back * (xyz(u).cast<double>() - shift) + change * m).cast<Real>());
+                v = quad((back * xyz(v).cast<double>()).cast<Real>());
+                Vec3& a = elements.acceleration[first + k];
+                a = (back * a.cast<double>()).cast<Real>();
+            },
+            2048);
+        body.place += body.turn * shift;
+        body.turn = body.turn * turn;
+        // Rounding of many steps must not make it anything but a rotation.
+        body.turn = Quatd(body.turn).normalized().toRotationMatrix();
+    }
+}
+
+}  // namespace thixo

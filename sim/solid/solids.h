@@ -1,0 +1,72 @@
+// All solid bodies of a simulation and how they move on.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "pipeline/contract/scene.h"
+#include "pipeline/geometry/keyframes.h"
+#include "pipeline/geometry/shape.h"
+#include "sim/particles.h"
+#include "sim/solid/elasticity.h"
+#include "sim/solid/elements.h"
+#include "sim/walls.h"
+
+namespace thixo {
+
+/// A part of a body that is held, moved or pulled.
+struct Grip {
+    RigidMotion motion;
+    Vec3d force{0, 0, 0};         // [N]; not zero: pulls in place of holding
+    double start = 0, stop = 0;   // [s]
+    std::vector<Index> elements;  // ascending
+    double mass = 0;              // of them [kg]
+    // State.
+    std::vector<Vec3d> anchor;  // where they are taken from, in the world at `start` [m]; empty: not yet
+    bool active(double time) const { return time >= start && time < stop; }
+    bool pulls() const { return !force.isZero(); }
+};
+
+/// The fastest rates of small motions of a body about its unstrained rest shape.
+struct FastestRates {
+    double stiffest = 0;  // omega^2 of vibrations [1/s^2]
+    double damping = 0;   // of viscosity [1/s]
+};
+
+struct Solids {
+    std::vector<SolidBody> bodies;
+    Elements elements;
+    std::vector<Grip> grips;
+    double last_dt = 0;     // the last sub-step; 0: none yet [s]
+    double stretch2 = 1;    // largest squared stretch of any element in it [1]
+    // Of the present time.
+    std::vector<StressLaw> laws;        // by body
+    std::vector<FastestRates> rates;    // by body, for `laws`
+    std::vector<Index> element_of;      // by particle id; kNone where the particle has none
+    // Scratch.
+    StressScratch stress;
+    std::vector<Vec3> force;        // [N]
+    std::vector<Vec3> external;     // acceleration that is held over the sub-steps, material frame [m/s^2]
+    std::vector<std::uint8_t> held;  // 1 + the grip that holds an element; 0: free
+    std::vector<Mat3> gradients;
+    bool empty() const { return bodies.empty(); }
+};
+
+/// The law of a material at `time` [s], with the changes the scene makes to it: E, nu and the others go over linearly.
+StressLaw law_at(const scene::Scene& scene, std::size_t material, double time);
+
+/// What sub-steps did, for stats.jsonl.
+struct SolidReport {
+    int sub_steps = 0;
+    double smallest_dt = 1e30;  // [s]
+};
+
+/// From t to t + dt [s]: sub-steps of leapfrog within what explicit integration bears, with walls, grips and the particles'
+/// other accelerations (here gravity [m/s^2]) acting; then plastic flow, and the rest shapes follow the bodies. Walls are left
+/// at t + dt.
+SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls, Solids& solids);
+
+/// Writes place, velocity v(t), density rho0/|J| and pressure -tr(sigma)/3 of every solid's particle.
+void write_particles(Solids& solids, Particles& particles);
+
+}  // namespace thixo

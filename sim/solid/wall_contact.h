@@ -1,0 +1,61 @@
+// Solids against walls. A wall takes part as a body of infinite stiffness and mass (dissertation 5.8).
+#pragma once
+
+#include "sim/solid/solids.h"
+#include "sim/solid/stable_step.h"
+
+namespace thixo {
+
+/// A body's pose in the numbers of the state.
+struct BodyPose {
+    Mat3 turn;
+    Vec3 place;
+};
+inline std::vector<BodyPose> poses_of(const std::vector<SolidBody>& bodies) {
+    std::vector<BodyPose> poses;
+    for (const SolidBody& b : bodies) poses.push_back({b.turn.cast<Real>(), b.place.cast<Real>()});
+    return poses;
+}
+
+/// Whether an element is near enough to its body's surface to touch a wall: the outermost layer alone does.
+inline bool meets_walls(const Walls& walls, const Elements& e, std::size_t i) {
+    return !walls.list.empty() && e.depth[i] < std::cbrt(e.volume[i]);
+}
+
+/// The end of a kick, and the drift, of an element beside walls. Its surface lies `depth` before it; where a wall at distance d
+/// presses that layer, d < depth, it pushes with
+///   f_n = max(k (depth - d) - 2 zeta sqrt(k m) v_n, 0),  k = (lambda + 2 mu) V^(1/3)
+/// and rubs with f_t <= mu f_n against the sliding velocity that all other forces of the step would leave. So friction can hold,
+/// with no creep, and never reverses. The drift does not take the element itself into the wall: there the way inwards ends.
+/// In and out: u [m] and v [m/s] in the body's frame, v after the kick by all other forces.
+inline void push_off_walls(const Walls& walls, const StressLaw& law, const BodyPose& pose, const Elements& e, std::size_t i,
+                           Real kick, Real drift, WallCursor& cursor, Vec3& u, Vec3& v) {
+    const Vec3 x = pose.turn * (xyz(e.rest[i]) + u) + pose.place;
+    const Vec3 slow = xyz(e.velocity[i]);
+    const Real spring = contact_stiffness(law, e.volume[i], e.mass[i]);
+    for (std::size_t k = 0; k < walls.list.size(); ++k) {
+        const Wall& wall = walls.list[k];
+        Vec3 n;
+        const Real d = wall.map.distance(wall.to_wall(x), n, cursor.at[k]);
+        if (d >= e.depth[i] + drift * (v - pose.turn.transpose() * wall.velocity_at(x)).norm()) continue;
+        n = pose.turn.transpose() * (wall.turn * n);
+        const Vec3 moving = pose.turn.transpose() * wall.velocity_at(x);
+        const Real pressed = e.depth[i] - d;
+        if (pressed > 0) {
+            const Real damping = 2 * law.contact_damping * std::sqrt(spring);
+            const Real push = kick * std::max(spring * pressed - damping * n.dot(slow - moving), Real(0));
+            v += push * n;
+            Vec3 slide = v - moving;
+            slide -= n * n.dot(slide);
+            const Real sliding = slide.norm();
+            if (sliding > 0) v -= std::min(law.friction * push / sliding, Real(1)) * slide;
+        }
+        // What is left of the way to the wall, of which this step may take all.
+        const Real inward = -n.dot(v - moving);
+        if (inward * drift > std::max(d, Real(0))) v += (inward - std::max(d, Real(0)) / drift) * n;
+        if (d < 0) u -= d * n;
+    }
+    u += drift * v;
+}
+
+}  // namespace thixo

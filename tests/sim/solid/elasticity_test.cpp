@@ -1,0 +1,256 @@
+// Laws of the elastic forces, in double state.
+#include "sim/solid/elasticity.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/solid/rigid_fit.h"
+#include "sim/solid/stable_step.h"
+#include "tests/sim/solid/blocks.h"
+
+namespace thixo {
+namespace {
+
+using fixture::block;
+using fixture::prepared;
+using fixture::rubber;
+
+constexpr Real kDistance = Real(0.01);
+
+Mat3 turn() { return Eigen::AngleAxis<Real>(Real(1.1), Vec3(1, 2, -1).normalized()).toRotationMatrix(); }
+
+std::vector<Vec3> forces(const StressLaw& law, const Elements& e) {
+    StressScratch scratch;
+    std::vector<Vec3> force;
+    find_stress_forces({law}, e, scratch, force);
+    return force;
+}
+Real largest(const std::vector<Vec3>& force) {
+    Real most = 0;
+    for (const Vec3& f : force) most = std::max(most, f.norm());
+    return most;
+}
+
+/// The energy as elasticity.h states it, neighbour by neighbour with plain matrices: readable, not fast.
+Real energy(const StressLaw& law, const Elements& e) {
+    Real total = 0;
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        const auto neighbours = [&](auto&& f) {
+            for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
+                const Index j = e.neighbour[k];
+                f(e.weight[k], Vec3(xyz(e.rest[j]) - xyz(e.rest[i])), Vec3(xyz(e.displacement[j]) - xyz(e.displacement[i])));
+            }
+        };
+        Mat3 a = Mat3::Zero(), b = Mat3::Zero();
+        neighbours([&](Real w, const Vec3& r, const Vec3& u) {
+            a += w * r * r.transpose();
+            b += w * (r + u) * r.transpose();
+        });
+        const Mat3 inverse = matrix(e.moment[i].inverse), j = b * inverse;
+        const Mat3 strain = Real(0.5) * (j.transpose() * j - a * inverse) - matrix(e.plastic[i]);
+        const Mat3 stress = law.lambda * strain.trace() * Mat3::Identity() + 2 * law.mu * strain;
+        total += e.volume[i] / 2 * strain.cwiseProduct(stress).sum();
+        if (e.moment[i].full) total += e.volume[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);
+        if (!(a.trace() > 0)) continue;
+        const Real c = law.zero_energy * e.volume[i] / a.trace();
+        neighbours([&](Real w, const Vec3& r, const Vec3& u) { total += c / 2 * w * (r + u - j * r - (r - a * inverse * r)).squaredNorm(); });
+    }
+    return total;
+}
+
+/// Compares the forces with central differences of the energy. Differences over 1e-6 distances leave 1e-16/1e-6 rounding and
+/// 1e-12 truncation, relative to energies some thousand times the largest term: 1e-6 of the largest force.
+void expect_forces_of_energy(const StressLaw& law, Elements e) {
+    const std::vector<Vec3> force = forces(law, e);
+    const Real step = Real(1e-6) * kDistance, scale = largest(force);
+    ASSERT_GT(scale, 0);
+    for (std::size_t i = 0; i < e.size(); i += 7)
+        for (int a = 0; a < 3; ++a) {
+            Real& u = (&e.displacement[i].x)[a];
+            const Real here = u;
+            u = here + step;
+            const Real more = energy(law, e);
+            u = here - step;
+            const Real less = energy(law, e);
+            u = here;
+            EXPECT_NEAR(force[i][a], (less - more) / (2 * step), 1e-6 * scale) << "particle " << i << " axis " << a;
+        }
+}
+
+TEST(Elasticity, ALinearDisplacementIsReproducedExactlyOnIrregularParticles) {
+    Elements e = prepared(block(6, 5, 5, kDistance, Real(0.3)), rubber());
+    Mat3 gradient;
+    gradient << 0.1, 0.02, -0.05, 0.3, -0.1, 0.07, -0.04, 0.2, 0.15;
+    fixture::move(e, [&](const Vec3& m) { return Vec3(m + gradient * m + Vec3(1, 2, 3)); });
+    std::vector<Mat3> found;
+    find_gradients(e, found);
+    for (const Mat3& h : found) EXPECT_LT((h - gradient).norm(), 1e-12);  // rounding of places at 1 m
+    // And nothing of it is left to the zero-energy modes, whatever their stiffness.
+    StressLaw soft = rubber(), hard = rubber();
+    soft.zero_energy = 0;
+    hard.zero_energy = 100 * rubber().zero_energy;
+    const auto a = forces(soft, prepared(e, soft)), b = forces(hard, prepared(e, hard));
+    for (std::size_t i = 0; i < e.size(); ++i) EXPECT_LT((a[i] - b[i]).norm(), 1e-9 * largest(a));
+}
+
+TEST(Elasticity, AUniformStrainGivesTheStressOfTheLaw) {
+    const StressLaw law = rubber();
+    const Real modulus = 1e5, nu = Real(0.3), s = Real(0.01);
+    const Real axial = s + s * s / 2, lateral = -nu * axial;
+    const Symmetric stress = stress_of(law, {axial, lateral, lateral, 0, 0, 0});
+    EXPECT_NEAR(stress.xx, modulus * axial, 1e-9 * modulus);
+    EXPECT_NEAR(stress.yy, 0, 1e-9 * modulus);
+    EXPECT_NEAR(stress_of(law, {0, 0, 0, s, 0, 0}).xy, modulus / (1 + nu) * s, 1e-9 * modulus);
+}
+
+TEST(Elasticity, ARigidMotionGivesNoForce) {
+    StressLaw law = rubber();
+    law.volume_stiffness = 1e5;
+    Elements e = prepared(block(5, 5, 6, kDistance, Real(0.3)), law);
+    fixture::move(e, [&](const Vec3& m) { return Vec3(turn() * m + Vec3(0.3, -1, 2)); });
+    EXPECT_LT(largest(forces(law, e)), 1e-10 * law.mu * square(kDistance));
+}
+
+TEST(Elasticity, ForcesAreMinusTheGradientOfTheEnergy) {
+    StressLaw law = rubber();
+    law.volume_stiffness = 2e5;
+    Elements e = prepared(block(5, 4, 5, kDistance, Real(0.3)), law);
+    for (std::size_t i = 0; i < e.size(); ++i) e.plastic[i] = {Real(0.05), Real(-0.02), 0, Real(0.03), 0, Real(0.01)};
+    fixture::shake(e, kDistance, Real(0.2));
+    expect_forces_of_energy(law, e);
+}
+
+TEST(Elasticity, SupportsOfTheirOwnKeepForcesTheGradientOfTheEnergy) {
+    Elements bare = block(5, 5, 4, kDistance, Real(0.2));
+    for (std::size_t i = 0; i < bare.size(); ++i) bare.support[i] *= Real(i % 3 == 0 ? 1.4 : 1);
+    Elements e = prepared(std::move(bare), rubber());
+    fixture::shake(e, kDistance, Real(0.2));
+    expect_forces_of_energy(rubber(), e);
+}
+
+TEST(Elasticity, AFlatLayerResistsInItsPlaneAndTurnsFreely) {
+    Elements e = prepared(block(7, 7, 1, kDistance, 0), rubber());
+    EXPECT_EQ(e.flat.size(), e.size());
+    fixture::move(e, [&](const Vec3& m) { return Vec3(turn() * m); });
+    EXPECT_LT(largest(forces(rubber(), e)), 1e-10 * rubber().mu * square(kDistance));
+    fixture::shake(e, kDistance, Real(0.2));
+    expect_forces_of_energy(rubber(), e);
+}
+
+TEST(Elasticity, LoneParticlesAndPairsAreNoTrouble) {
+    Elements e = prepared(block(2, 1, 1, kDistance, 0), rubber());
+    e.displacement[1].x = Real(0.001);
+    const auto pair = forces(rubber(), e);
+    EXPECT_LT(pair[1].x(), 0);  // a rod of two pulls itself together
+    EXPECT_NEAR(pair[0].x(), -pair[1].x(), 1e-12);
+    EXPECT_EQ(largest(forces(rubber(), prepared(block(1, 1, 1, kDistance, 0), rubber()))), 0);
+}
+
+TEST(Elasticity, ForcesHaveNoSumAndNoTorque) {
+    StressLaw law = rubber();
+    law.volume_stiffness = 2e5;
+    law.viscosity = 10;
+    Elements e = prepared(block(6, 5, 5, kDistance, Real(0.3)), law);
+    fixture::shake(e, kDistance, Real(0.3));
+    for (std::size_t i = 0; i < e.size(); ++i) e.velocity[i] = {Real(i % 5), Real(i % 3), Real(i % 7), 0};
+    const auto force = forces(law, e);
+    Vec3 sum(0, 0, 0), torque(0, 0, 0);
+    Real all = 0, arms = 0;
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        const Vec3 x = xyz(e.rest[i]) + xyz(e.displacement[i]);
+        sum += force[i];
+        torque += x.cross(force[i]);
+        all += force[i].norm();
+        arms += x.norm() * force[i].norm();
+    }
+    EXPECT_LT(sum.norm(), 1e-13 * all);
+    EXPECT_LT(torque.norm(), 1e-13 * arms);
+}
+
+TEST(Elasticity, ViscosityTakesEnergyOfStrainingAndNoneOfRigidMotion) {
+    StressLaw law = rubber();
+    law.viscosity = 10;
+    Elements e = prepared(block(5, 5, 5, kDistance, Real(0.3)), law);
+    const Vec3 spin(3, -2, 5);
+    for (std::size_t i = 0; i < e.size(); ++i) e.velocity[i] = quad(spin.cross(xyz(e.rest[i])) + Vec3(1, 2, 3));
+    EXPECT_LT(largest(forces(law, e)), 1e-10 * law.viscosity * kDistance * 5);
+    for (std::size_t i = 0; i < e.size(); ++i) e.velocity[i] = quad(Vec3(xyz(e.rest[i]).x(), 0, 0));
+    Real power = 0;
+    const auto force = forces(law, e);
+    for (std::size_t i = 0; i < e.size(); ++i) power += force[i].dot(xyz(e.velocity[i]));
+    EXPECT_NEAR(power, -2 * law.viscosity * 125 * cube(kDistance), 1e-9 * law.viscosity * 125 * cube(kDistance));  // 2 eta V (d/dt eps)^2
+}
+
+TEST(PlasticFlow, BelowTheYieldNothingStaysAndAboveItCreepsAtItsRate) {
+    StressLaw law = rubber();
+    law.yield = Real(0.02);
+    law.creep = 10;
+    Elements e = prepared(block(4, 4, 4, kDistance, Real(0.2)), law);
+    std::vector<Mat3> gradients;
+    const auto stretch = [&](Real s) {
+        fixture::move(e, [&](const Vec3& m) { return Vec3(m.x() * (1 + s), m.y(), m.z()); });
+        find_gradients(e, gradients);
+        flow_plastically({law}, 0.01, gradients, e);
+    };
+    stretch(Real(0.019));
+    for (const Symmetric& p : e.plastic) EXPECT_EQ(norm(p), 0);
+    stretch(Real(0.1));
+    for (const Symmetric& p : e.plastic) EXPECT_NEAR(p.xx, 0.1 * (0.1 + 0.005), 1e-12);  // dt k_creep eps
+    law.most_plastic = Real(0.05);
+    for (int k = 0; k < 20; ++k) stretch(Real(0.1));
+    for (const Symmetric& p : e.plastic) EXPECT_NEAR(norm(p), 0.05, 1e-12);
+    // A step longer than 1/k_creep takes all of it and no more.
+    law.most_plastic = 0;
+    flow_plastically({law}, 1, gradients, e);
+    for (const Symmetric& p : e.plastic) EXPECT_NEAR(p.xx, 0.105, 1e-12);
+}
+
+TEST(RestShapeFit, FollowsTheBodyAndMovesNothing) {
+    Elements e = prepared(block(5, 5, 5, kDistance, Real(0.2)), rubber());
+    fixture::shake(e, kDistance, Real(0.05));
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        e.displacement[i] = quad(turn() * (xyz(e.rest[i]) + xyz(e.displacement[i])) + Vec3(1, -2, 3) - xyz(e.rest[i]));
+        e.velocity[i] = quad(Vec3(1, 2, 3));
+    }
+    std::vector<SolidBody> bodies = fixture::one_body(e);
+    const auto place = [&](std::size_t i) {
+        return Vec3d(bodies[0].turn * (xyz(e.rest[i]) + xyz(e.displacement[i])).cast<double>() + bodies[0].place);
+    };
+    std::vector<Vec3d> before;
+    for (std::size_t i = 0; i < e.size(); ++i) before.push_back(place(i));
+    const auto force = forces(rubber(), e);
+    fit_rest_shapes(bodies, e);
+    Real far = 0;
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        EXPECT_LT((place(i) - before[i]).norm(), 1e-14 * 10);
+        EXPECT_LT((bodies[0].turn * xyz(e.velocity[i]).cast<double>() - Vec3d(1, 2, 3)).norm(), 1e-14 * 10);
+        far = std::max(far, xyz(e.displacement[i]).norm());
+    }
+    EXPECT_LT(far, kDistance / 2);                                         // what the shaking did, without turn and shift
+    EXPECT_LT((bodies[0].turn - turn().cast<double>()).norm(), 0.05);
+    // The forces are those of before, in the new frame.
+    const auto after = forces(rubber(), e);
+    for (std::size_t i = 0; i < e.size(); ++i) EXPECT_LT((bodies[0].turn.cast<Real>() * after[i] - force[i]).norm(), 1e-9 * largest(force));
+}
+
+TEST(StableStep, TheStiffestModeIsThatOfTheStiffnessMatrix) {
+    StressLaw law = rubber();
+    law.volume_stiffness = 1e5;
+    Elements e = prepared(block(4, 4, 3, kDistance, Real(0.2)), law);
+    const auto n = static_cast<Eigen::Index>(e.size());
+    Eigen::MatrixXd k(3 * n, 3 * n);
+    const Real small = Real(1e-7) * kDistance;
+    for (Eigen::Index c = 0; c < 3 * n; ++c) {
+        Real& u = (&e.displacement[static_cast<std::size_t>(c / 3)].x)[c % 3];
+        u = small;
+        const auto force = forces(law, e);
+        u = 0;
+        for (Eigen::Index r = 0; r < 3 * n; ++r) k(r, c) = static_cast<double>(-force[static_cast<std::size_t>(r / 3)][r % 3] / small / e.mass[0]);
+    }
+    const double largest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>((k + k.transpose()) / 2).eigenvalues().maxCoeff();
+    const double found = find_stiffest({law}, fixture::one_body(e), e)[0];
+    EXPECT_LE(found, largest * (1 + 1e-3));  // displacements of 1e-4 supports are linear to 1e-4
+    EXPECT_GE(found, 0.9 * largest);         // the step leaves room for a third
+}
+
+}  // namespace
+}  // namespace thixo

@@ -29,7 +29,7 @@ void light(World& world) {
 
 int main(int argc, char** argv) {
     SurfelSet set = shapes::one_object(bench::sheet_and_ball(500000));
-    set.cloud.normal = {};  // the renderer takes it from the axes
+    set.cloud.normal = std::vector<Vec3f>();  // the renderer takes it from the axes
     const std::size_t n = set.cloud.size();
     const double begin = wall_seconds();
     World world;

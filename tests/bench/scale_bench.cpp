@@ -79,7 +79,7 @@ void size(std::size_t n) {
     const double before = resident_bytes();
     // With what a cache gives: m0, velocity, temperature.
     SurfelSet set = shapes::one_object(shapes::sphere(n, 1, Vec3f::Zero(), 0.2f));
-    set.cloud.normal = {};
+    set.cloud.normal = std::vector<Vec3f>();
     set.rest = set.velocity = set.cloud.position;
     set.temperature.assign(n, 20);
     const double begin = wall_seconds();

@@ -69,7 +69,8 @@ struct RayScene::Impl {
         scene = rtcNewScene(device);
         packed = pack_surfels(surfels.cloud, surfels.layer);
         // What is left of the cloud serves the attributes: axes and normals are in the blocks.
-        for (std::vector<Vec3f>* v : {&surfels.cloud.axis1, &surfels.cloud.axis2, &surfels.cloud.normal}) free_memory(*v);
+        for (std::vector<Vec3f>* v : {&surfels.cloud.axis1, &surfels.cloud.axis2, &surfels.cloud.normal})
+            free_memory(*v);
         free_memory(surfels.layer);
         if (!packed.blocks().empty()) add_surfels();
         for (std::size_t i = 0; i < meshes.size(); ++i) add_mesh(meshes[i], unsigned(i) + 1);
@@ -284,8 +285,8 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (query.candidates.faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims, query.candidates,
-                                                     end, attributes, surfel)) {
+        if (query.candidates.faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims,
+                                                     query.candidates, end, attributes, surfel)) {
             surfel_hit(ray, interior, surfel, hit);
             if (attributes) blend_attributes(surfel, hit);
             return true;

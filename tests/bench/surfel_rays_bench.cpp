@@ -1,5 +1,5 @@
-// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one thread,
-// turn by turn. Counters: million rays a second each, and their ratio.
+// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one
+// thread, turn by turn. Counters: million rays a second each, and their ratio.
 #include <benchmark/benchmark.h>
 
 #include "tests/bench/gather_designs.h"
@@ -118,7 +118,8 @@ void trimmed(benchmark::State& state, SurfelSet set, const std::vector<Ray>& ray
 }
 /// Seen from askew.
 std::vector<Ray> turned(std::vector<Ray> rays) {
-    const Mat3f turn = (Eigen::AngleAxisf(0.5f, Vec3f::UnitX()) * Eigen::AngleAxisf(0.7f, Vec3f::UnitZ())).toRotationMatrix();
+    const Mat3f turn =
+        (Eigen::AngleAxisf(0.5f, Vec3f::UnitX()) * Eigen::AngleAxisf(0.7f, Vec3f::UnitZ())).toRotationMatrix();
     for (Ray& ray : rays) {
         ray.origin = turn * ray.origin;
         ray.direction = (turn * ray.direction).normalized();

@@ -40,9 +40,9 @@ class Environment {
 
     int width_, height_;
     std::vector<Vec3f> radiance_;
-    std::vector<float> edge_;       // z of the rows' edges, height + 1
-    std::vector<float> row_end_;    // chance of this row and those before it
-    std::vector<float> column_end_; // in each row, chance of this column and those before it
+    std::vector<float> edge_;        // z of the rows' edges, height + 1
+    std::vector<float> row_end_;     // chance of this row and those before it
+    std::vector<float> column_end_;  // in each row, chance of this column and those before it
     Vec3f mean_{0, 0, 0};
 };
 

@@ -27,8 +27,8 @@ class Appearances {
         else
             missing_.push_back(name);
         index_[name] = Index(world_.materials.size());
-        world_.materials.push_back(
-            make_material(appearance, appearance.image.file.empty() ? nullptr : pictures_.textures.at(appearance.image.content)));
+        world_.materials.push_back(make_material(
+            appearance, appearance.image.file.empty() ? nullptr : pictures_.textures.at(appearance.image.content)));
         return add(index_[name]);
     }
 

@@ -56,7 +56,9 @@ struct Material {
     /// Lets light through in a straight line, but for refraction.
     bool clear() const { return dielectric() && smooth(); }
     /// Whether it looks at the attributes of a hit.
-    bool reads_attributes() const { return in_rest || image.by_uv() || colour_by != scene::ColourBy::none || bump.amplitude > 0; }
+    bool reads_attributes() const {
+        return in_rest || image.by_uv() || colour_by != scene::ColourBy::none || bump.amplitude > 0;
+    }
     /// Colour at a hit: the attribute's, the image's, the checker's field, or plain.
     Vec3f colour_at(const Hit& hit) const;
 };

@@ -19,7 +19,7 @@ struct State {
     float compression = 1;  // product of (n after / n before)^2: throughput times this is what roulette goes by
     int shaded = 0;         // surfaces that are neither mirror nor clear, so far
     int bounces = 0;
-    float travelled = 0;    // along the path [m]
+    float travelled = 0;  // along the path [m]
     Chain chain = Chain::direct;
     float pdf = std::numeric_limits<float>::infinity();  // of the direction, at the last shaded surface
     Vec3f position{0, 0, 0}, normal{0, 0, 0};            // there

@@ -50,14 +50,14 @@ std::shared_ptr<const Texture> make_texture(std::string_view bytes, const std::s
 
 Pictures load_pictures(const scene::Look& look, const CacheReader* cache) {
     Pictures pictures;
-    scene::for_each_image(
-        look, [&](const std::string&, ImageUse use, const std::string& file, const std::string& content) {
-            const std::string bytes = scene::image_bytes(file, content, cache);
-            if (use == ImageUse::environment)
-                pictures.environments[content] = make_environment(bytes, file);
-            else
-                pictures.textures[content] = make_texture(bytes, file);
-        });
+    scene::for_each_image(look,
+                          [&](const std::string&, ImageUse use, const std::string& file, const std::string& content) {
+                              const std::string bytes = scene::image_bytes(file, content, cache);
+                              if (use == ImageUse::environment)
+                                  pictures.environments[content] = make_environment(bytes, file);
+                              else
+                                  pictures.textures[content] = make_texture(bytes, file);
+                          });
     return pictures;
 }
 

@@ -40,6 +40,11 @@ RTCDevice make_device() {
     return device;
 }
 
+template <class T>
+void free_memory(std::vector<T>& v) {
+    std::vector<T>().swap(v);  // v = {} would keep it
+}
+
 /// Not unit.
 Vec3f face_normal(const TriangleMesh& mesh, Index triangle) {
     const auto& [a, b, c] = mesh.triangles[triangle];
@@ -64,8 +69,9 @@ struct RayScene::Impl {
         scene = rtcNewScene(device);
         packed = pack_surfels(surfels.cloud, surfels.layer);
         // What is left of the cloud serves the attributes: axes and normals are in the blocks.
-        surfels.cloud.axis1 = surfels.cloud.axis2 = surfels.cloud.normal = {};
-        surfels.layer = {};
+        for (std::vector<Vec3f>* v : {&surfels.cloud.axis1, &surfels.cloud.axis2, &surfels.cloud.normal})
+            free_memory(*v);
+        free_memory(surfels.layer);
         if (!packed.blocks().empty()) add_surfels();
         for (std::size_t i = 0; i < meshes.size(); ++i) add_mesh(meshes[i], unsigned(i) + 1);
         rtcCommitScene(scene);
@@ -279,8 +285,8 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (query.candidates.faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims, query.candidates,
-                                                     end, attributes, surfel)) {
+        if (query.candidates.faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims,
+                                                     query.candidates, end, attributes, surfel)) {
             surfel_hit(ray, interior, surfel, hit);
             if (attributes) blend_attributes(surfel, hit);
             return true;

@@ -55,8 +55,8 @@ Extent extent(std::span<const Place> places) {
 /// Up to here a histogram costs more than it saves.
 constexpr std::size_t kSmall = 96;
 
-/// As std::nth_element into `to`, but without a branch to guess: by a histogram into what is below, in, and above the bin
-/// of the median, which alone is then sorted out.
+/// As std::nth_element into `to`, but without a branch to guess: by a histogram into what is below, in, and above the
+/// bin of the median, which alone is then sorted out.
 void part(std::span<const Place> from, std::span<Place> to, std::size_t middle, const Extent& e) {
     constexpr int bins = 64;
     std::array<std::uint32_t, bins + 1> ends{};
@@ -64,14 +64,15 @@ void part(std::span<const Place> from, std::span<Place> to, std::size_t middle, 
     const auto bin = [&](const Place& p) { return int((p.x[e.axis] - e.lower) * scale); };
     for (const Place& p : from) ++ends[std::size_t(bin(p)) + 1];
     int median = 0;
-    for (; ends[std::size_t(median) + 1] <= middle; ++median) ends[std::size_t(median) + 2] += ends[std::size_t(median) + 1];
+    for (; ends[std::size_t(median) + 1] <= middle; ++median)
+        ends[std::size_t(median) + 2] += ends[std::size_t(median) + 1];
     Place* out[3] = {to.data(), to.data() + ends[std::size_t(median)], to.data() + ends[std::size_t(median) + 1]};
     for (const Place& p : from) {
         const int k = bin(p);
         *out[(k >= median) + (k > median)]++ = p;
     }
-    std::nth_element(to.data() + ends[std::size_t(median)], to.data() + middle, to.data() + ends[std::size_t(median) + 1],
-                     Along{e.axis});
+    std::nth_element(to.data() + ends[std::size_t(median)], to.data() + middle,
+                     to.data() + ends[std::size_t(median) + 1], Along{e.axis});
 }
 
 /// By place: the order in which surfels were given leaves no trace in the sums over a block.

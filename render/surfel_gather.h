@@ -40,8 +40,8 @@ struct Candidates {
     float end = kInfinity;
     bool faced = false;  // one at least faces the ray; none: it cannot cross the surface in this window
 
-    /// Makes the list of the rows. Where there are more candidates than it holds, the first are kept, and the window ends
-    /// where the first dropped one begins. The result does not depend on the order of the rows.
+    /// Makes the list of the rows. Where there are more candidates than it holds, the first are kept, and the window
+    /// ends where the first dropped one begins. The result does not depend on the order of the rows.
     void make_list(float tmin);
     /// make_list where the end of the window depends on it.
     void settle(float tmin);

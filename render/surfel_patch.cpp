@@ -29,7 +29,8 @@ struct Patch {
 
     __m256 weights(int i, __m256 tau) const {
         const Lanes& l = lanes[i];
-        const __m256 q = _mm256_max_ps(_mm256_fmadd_ps(_mm256_fmadd_ps(l.qa, tau, l.qb), tau, l.qc), _mm256_setzero_ps());
+        const __m256 q =
+            _mm256_max_ps(_mm256_fmadd_ps(_mm256_fmadd_ps(l.qa, tau, l.qb), tau, l.qc), _mm256_setzero_ps());
         return _mm256_mul_ps(_mm256_mul_ps(q, q), q);
     }
     Fit fit(const Vec3f& d, float tau) const {
@@ -58,9 +59,9 @@ unsigned facing(const Row& row, bool inside) {
 }
 unsigned averted(const Row& row, bool inside) { return inside ? up_to(row.facing, 0) : from(row.facing, 0); }
 
-/// Candidates that begin before `end`, less what the ray has left behind: surfels that look away from it (it has bounced
-/// off them, it may be) and end before any that faces it begins weigh nothing where those do. False: some of the others
-/// do not face the ray, or none is left.
+/// Candidates that begin before `end`, less what the ray has left behind: surfels that look away from it (it has
+/// bounced off them, it may be) and end before any that faces it begins weigh nothing where those do. False: some of
+/// the others do not face the ray, or none is left.
 bool choose_lanes(const Candidates& candidates, bool inside, float end, unsigned* lanes) {
     unsigned all = 0, rest = 0;
     for (int i = 0; i < candidates.row_count; ++i) {
@@ -82,7 +83,8 @@ bool choose_lanes(const Candidates& candidates, bool inside, float end, unsigned
 }
 
 /// Rows by block: sums must not depend on the traversal. False: of several layers.
-bool sort_rows(std::span<const SurfelBlock> blocks, const Candidates& candidates, const unsigned* chosen, Patch& patch) {
+bool sort_rows(std::span<const SurfelBlock> blocks, const Candidates& candidates, const unsigned* chosen,
+               Patch& patch) {
     for (int i = 0; i < candidates.row_count; ++i) {
         const Row& row = candidates.rows[i];
         const unsigned lanes = chosen[i];
@@ -133,9 +135,9 @@ bool prepare(std::span<const SurfelBlock> blocks, const Vec3f& reference, float 
     const Vec3f mean = Vec3f(sum(normal[0]), sum(normal[1]), sum(normal[2])).normalized() / kNearMean;
     for (int i = 0; i < patch.count; ++i) {
         const Patch::Lanes& l = patch.lanes[i];
-        const __m256 cosine =
-            _mm256_fmadd_ps(l.n[0], _mm256_set1_ps(mean.x()),
-                            _mm256_fmadd_ps(l.n[1], _mm256_set1_ps(mean.y()), _mm256_mul_ps(l.n[2], _mm256_set1_ps(mean.z()))));
+        const __m256 cosine = _mm256_fmadd_ps(
+            l.n[0], _mm256_set1_ps(mean.x()),
+            _mm256_fmadd_ps(l.n[1], _mm256_set1_ps(mean.y()), _mm256_mul_ps(l.n[2], _mm256_set1_ps(mean.z()))));
         if ((patch.taking_part[i] & ~bits(_mm256_cmp_ps(cosine, _mm256_set1_ps(1.0f), _CMP_GE_OQ))) != 0) return false;
     }
     return true;

@@ -8,10 +8,10 @@
 
 namespace thixo::render {
 
-/// The crossing of the candidates where they are one surface without doubt: all of one layer, normals within 35 degrees of
-/// each other, all facing the ray by more than 6 degrees. f then falls all along the ray, so a root is the first
-/// crossing; Newton's steps find it from where the ray meets the discs. The same surface as first_crossing's in all other
-/// cases: weights and fit are the same, the root is as exact. False: not this case, or no root found; `hit` is
+/// The crossing of the candidates where they are one surface without doubt: all of one layer, normals within 35 degrees
+/// of each other, all facing the ray by more than 6 degrees. f then falls all along the ray, so a root is the first
+/// crossing; Newton's steps find it from where the ray meets the discs. The same surface as first_crossing's in all
+/// other cases: weights and fit are the same, the root is as exact. False: not this case, or no root found; `hit` is
 /// untouched.
 bool smooth_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
                      std::span<const Index> object, const Trims& trims, const Candidates& candidates, float end,

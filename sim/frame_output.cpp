@@ -87,7 +87,9 @@ PointSet surfel_points(const Simulation& simulation) {
     points.add("temperature", floats(s.temperature));
     const EmbeddedSurface& embedded = simulation.embedded;
     if (embedded.size() > 0)
-        points.add("sheet", collect<std::int32_t>(s.size(), [&](std::size_t i) { return embedded.sheet[simulation.embedded_source[i]]; }));
+        points.add("sheet", collect<std::int32_t>(s.size(), [&](std::size_t i) {
+                       return embedded.sheet[simulation.embedded_source[i]];
+                   }));
     return points;
 }
 
@@ -161,7 +163,8 @@ FrameTotals totals(const Simulation& s) {
         t.angular_momentum[a] = sum.angular[static_cast<Eigen::Index>(a)];
     }
     if (s.embedded.size() > 0) {  // sheets reach past their edges; the matter knows its volume
-        t.surface_volume = parallel_sum(p.size(), [&](std::size_t i) { return static_cast<double>(p.mass[i] / p.density[i]); });
+        t.surface_volume =
+            parallel_sum(p.size(), [&](std::size_t i) { return static_cast<double>(p.mass[i] / p.density[i]); });
     } else if (s.surface.size() > 0) {
         const scene::Surface& params = s.problem.scene.surface;
         const Real support = static_cast<Real>(params.support * params.radius) * s.problem.smoothing.spacing;

@@ -68,25 +68,32 @@ void check_solids_health(const Simulation& s, const SolidReport& report) {
     for (std::size_t b = 0; b < s.solids.bodies.size(); ++b) {
         const Index first = s.solids.bodies[b].begin;
         const double density = static_cast<double>(s.solids.elements.mass[first] / s.solids.elements.volume[first]);
-        sound2 = std::max(sound2, static_cast<double>(s.solids.laws[b].wave_modulus() + s.solids.laws[b].volume_stiffness) / density);
+        sound2 = std::max(
+            sound2, static_cast<double>(s.solids.laws[b].wave_modulus() + s.solids.laws[b].volume_stiffness) / density);
     }
     const double fastest = kAbsurd * std::max(std::sqrt(sound2), s.problem.expected_speed);
     const Particles& p = s.particles;
-    const auto wrong = [&](std::size_t i) { return !p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest); };
+    const auto wrong = [&](std::size_t i) {
+        return !p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest);
+    };
     const std::size_t n = p.size();
     const std::size_t first = parallel_reduce(
-        n, n, [&](std::size_t i) { return wrong(i) ? i : n; }, [](std::size_t a, std::size_t b) { return std::min(a, b); });
+        n, n, [&](std::size_t i) { return wrong(i) ? i : n; },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
     if (first == n) return;
     const scene::Scene& scene = s.problem.scene;
     const Vec3& x = p.position[first];
     throw DivergedError(
-        "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, step {} (sub-step "
+        "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, "
+        "step {} (sub-step "
         "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
-        x.allFinite() ? "velocity" : "position", p.id[first], scene.bodies[static_cast<std::size_t>(p.body[first])].name, x.x(), x.y(), x.z(),
-        s.clock.frame + 1, s.clock.step, report.smallest_dt, std::sqrt(s.solids.stretch2),
-        s.solids.stretch2 > 9 ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "
-                                "raise youngs_modulus, or add volume_stiffness"
-                              : "a handle or a moving wall is faster than the body can follow",
+        x.allFinite() ? "velocity" : "position", p.id[first],
+        scene.bodies[static_cast<std::size_t>(p.body[first])].name, x.x(), x.y(), x.z(), s.clock.frame + 1,
+        s.clock.step, report.smallest_dt, std::sqrt(s.solids.stretch2),
+        s.solids.stretch2 > 9
+            ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "
+              "raise youngs_modulus, or add volume_stiffness"
+            : "a handle or a moving wall is faster than the body can follow",
         s.problem.scene_path.empty() ? scene.name : s.problem.scene_path, scene.frames.first, s.clock.frame + 1);
 }
 

@@ -10,7 +10,8 @@ namespace thixo {
 /// the command that runs the frame again.
 void check_health(const Simulation& s, const StepLimits& limits);
 
-/// The same of solids after their sub-steps: places and speeds are finite and possible, and no element is beyond any strain.
+/// The same of solids after their sub-steps: places and speeds are finite and possible, and no element is beyond any
+/// strain.
 void check_solids_health(const Simulation& s, const SolidReport& report);
 
 }  // namespace thixo

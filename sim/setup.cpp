@@ -91,8 +91,9 @@ void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Peri
 void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, const Simulation& s) {
     for (const Vec3& x : sites)
         if (wall_distance(s.walls, x) < 0)
-            throw InputError("{}: body '{}' starts inside a wall at ({:.4g}, {:.4g}, {:.4g}) m; move it out of the wall",
-                             body.shape.where, body.name, x.x(), x.y(), x.z());
+            throw InputError(
+                "{}: body '{}' starts inside a wall at ({:.4g}, {:.4g}, {:.4g}) m; move it out of the wall",
+                body.shape.where, body.name, x.x(), x.y(), x.z());
 }
 
 void add_body(const scene::Body& body, int number, Simulation& s) {
@@ -118,8 +119,9 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
             body.shape.where, body.name, d);
     if (solid) refuse_overlap(body, sites, s);
     // Of a liquid what a site of the packing stands for; of a solid the mass is that of its shape.
-    const Real volume = solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(sites.size()))
-                              : cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
+    const Real volume =
+        solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(sites.size()))
+              : cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
     Vec3d centre(0, 0, 0);
     for (const Vec3& x : sites) centre += x.cast<double>() / static_cast<double>(sites.size());
     const std::size_t first = s.particles.size();

@@ -212,6 +212,11 @@ void step_solids(Simulation& s) {
     write_particles(s.solids, s.particles);
     count_passages(s.probes, s.particles, s.problem.smoothing.spacing);
     check_solids_health(s, report);
+    const double speed2 = parallel_reduce(
+        s.particles.size(), 0.0,
+        [&](std::size_t i) { return static_cast<double>(s.particles.velocity[i].squaredNorm()); },
+        [](double a, double b) { return std::max(a, b); });
+    s.stats.fastest = std::max(s.stats.fastest, std::sqrt(speed2));
     s.stats.solid_sub_steps += report.sub_steps;
     s.stats.limit = "elastic";
     s.stats.smallest_dt = std::min(s.stats.smallest_dt, report.smallest_dt);

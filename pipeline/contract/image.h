@@ -55,8 +55,8 @@ struct Image8 {
 std::string encode_png(const Image8& image);
 /// encode_png, written whole (atomic_file.h). Throws ResourceError.
 void write_png(const std::filesystem::path& path, const Image8& image);
-/// `file` is named in messages. Throws CacheError: damaged, not a PNG. More than 8 bits a channel are rounded to 8, grey
-/// becomes RGB.
+/// `file` is named in messages. Throws CacheError: damaged, not a PNG. More than 8 bits a channel are rounded to 8,
+/// grey becomes RGB.
 Image8 decode_png(std::string_view bytes, const std::string& file);
 /// Throws CacheError: missing, damaged, not a PNG.
 Image8 read_png(const std::filesystem::path& path);

@@ -37,7 +37,8 @@ void require_values(const Image& image, const std::string& file, ImageUse use) {
             const float v = channel->values[k];
             if (v >= 0 && v <= most) continue;
             const std::size_t width = std::size_t(image.width);
-            throw InputError("the image '{}' has {} = {} at column {} of row {}; {}", file, name, v, k % width, k / width,
+            throw InputError("the image '{}' has {} = {} at column {} of row {}; {}", file, name, v, k % width,
+                             k / width,
                              use == ImageUse::texture ? "colours go from 0 to 1" : "light is finite and not negative");
         }
     }
@@ -62,8 +63,8 @@ void require_usable_image(std::string_view bytes, const std::string& file, Image
         }
         const Image image = decode_exr(bytes, file);
         if (use == ImageUse::environment && image.width != 2 * image.height)
-            throw InputError("the environment '{}' has {} x {} pixels; it must be twice as wide as high", file, image.width,
-                             image.height);
+            throw InputError("the environment '{}' has {} x {} pixels; it must be twice as wide as high", file,
+                             image.width, image.height);
         require_values(image, file, use);
     } catch (const CacheError& e) {  // an image a user names is input
         throw InputError("{}", e.what());

@@ -219,7 +219,8 @@ void check_periodic(const Scene& scene, const Checker& check) {
 
 void check_elastic(const Scene& scene, const Checker& check) {
     const auto find = [&](const std::string& name) {
-        return std::find_if(scene.materials.begin(), scene.materials.end(), [&](const Material& m) { return m.name == name; });
+        return std::find_if(scene.materials.begin(), scene.materials.end(),
+                            [&](const Material& m) { return m.name == name; });
     };
     for (const Material& m : scene.materials) {
         double before = -1;
@@ -228,12 +229,14 @@ void check_elastic(const Scene& scene, const Checker& check) {
             const std::string path = fmt::format("materials.{}.changes.{}", m.name, k);
             check.refer(c.material, names_of(scene.materials), path + ".material", "material");
             const auto other = find(c.material);
-            check.require(other == scene.materials.end() || m.elastic.solid() == other->elastic.solid(), path + ".material",
-                          fmt::format("\"{}\" and \"{}\" are not both solids: melting and freezing are not supported yet",
-                                      m.name, c.material),
-                          "give both a youngs_modulus above 0");
-            check.require(c.time - c.duration >= before, path + ".time",
-                          fmt::format("the change begins at {} s, before the one above it is complete", c.time - c.duration));
+            check.require(
+                other == scene.materials.end() || m.elastic.solid() == other->elastic.solid(), path + ".material",
+                fmt::format("\"{}\" and \"{}\" are not both solids: melting and freezing are not supported yet", m.name,
+                            c.material),
+                "give both a youngs_modulus above 0");
+            check.require(
+                c.time - c.duration >= before, path + ".time",
+                fmt::format("the change begins at {} s, before the one above it is complete", c.time - c.duration));
             before = c.time;
         }
     }
@@ -245,8 +248,8 @@ void check_handles(const Scene& scene, const Checker& check) {
         check.refer(h.body, names_of(scene.bodies), path + ".body", "body");
         check_motion(h.motion, path + ".motion", check);
         check.require(h.stop > h.start, path + ".stop", fmt::format("\"stop\" is {} s, not after \"start\"", h.stop));
-        check.require(h.motion.empty() || h.force.isZero(), path + ".force", "a handle either moves its part or pulls at it",
-                      "leave out \"motion\" or \"force\"");
+        check.require(h.motion.empty() || h.force.isZero(), path + ".force",
+                      "a handle either moves its part or pulls at it", "leave out \"motion\" or \"force\"");
         for (const Body& b : scene.bodies)
             for (const Material& m : scene.materials)
                 check.require(b.name != h.body || m.name != b.material || m.elastic.solid(), path + ".body",
@@ -261,7 +264,8 @@ void check_solids(const Scene& scene, const Checker& check) {
         return std::any_of(scene.materials.begin(), scene.materials.end(),
                            [&](const Material& m) { return m.name == material && m.elastic.solid(); });
     };
-    const bool any = std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return is_solid(b.material); });
+    const bool any =
+        std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return is_solid(b.material); });
     for (const Emitter& e : scene.emitters) {
         check.require(!is_solid(e.material), "emitters." + e.name + ".material", "an emitter cannot release a solid");
         check.require(!any, "emitters." + e.name, "solids and liquids in one scene are not supported yet");
@@ -269,7 +273,8 @@ void check_solids(const Scene& scene, const Checker& check) {
     if (!any) return;
     for (const Body& b : scene.bodies)
         check.require(is_solid(b.material), "bodies." + b.name + ".material",
-                      "solids and liquids in one scene are not supported yet", "give all bodies solid materials, or none");
+                      "solids and liquids in one scene are not supported yet",
+                      "give all bodies solid materials, or none");
     check.require(scene.world.periodic.empty(), "world.periodic", "solids in a periodic domain are not supported yet");
 }
 

@@ -51,7 +51,8 @@ struct Light {
 template <class V>
 void visit(V& v, Light& l) {
     v.key("type", l.type, "", required(),
-          "sun: parallel light; sky: light from all sides; area: a rectangle that shines; environment: a picture of light "
+          "sun: parallel light; sky: light from all sides; area: a rectangle that shines; environment: a picture of "
+          "light "
           "from all sides");
     v.key("colour", l.colour, kColour, at_least(0), "colour, linear Rec.709; of an environment a factor");
     v.key("strength", l.strength, "W/m^2, W/(m^2 sr)", at_least(0),
@@ -63,7 +64,8 @@ void visit(V& v, Light& l) {
     v.key("horizon", l.horizon, kColour, at_least(0), "sky: colour factor at the horizon");
     v.key("ground", l.ground, kColour, at_least(0), "sky: colour factor below the horizon");
     v.file("file", l.file, any(),
-           "environment: EXR, twice as wide as high: longitude from left to right, latitude from top to bottom; its middle is "
+           "environment: EXR, twice as wide as high: longitude from left to right, latitude from top to bottom; its "
+           "middle is "
            "the direction +x, +y a quarter to the left");
     v.key("content", l.content, "", any(),
           "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
@@ -105,22 +107,25 @@ struct ImageTexture {
     std::string file;     // empty: none
     std::string content;  // hash of the file's bytes, filled in when the look is read
     Mapping mapping = Mapping::planar;
-    Axis axis = Axis::z;            // planar: projected along it; cylinder: wound about it
-    Vec3d origin{0, 0, 0};          // m, of the picture's lower left corner
-    Vec2d size{1, 1};               // m, of one picture; uv: in uv
+    Axis axis = Axis::z;    // planar: projected along it; cylinder: wound about it
+    Vec3d origin{0, 0, 0};  // m, of the picture's lower left corner
+    Vec2d size{1, 1};       // m, of one picture; uv: in uv
 };
 template <class V>
 void visit(V& v, ImageTexture& t) {
     v.file("file", t.file, any(), "PNG (sRGB) or EXR (linear, from 0 to 1), repeated without end; none: no picture");
     v.key("content", t.content, "", any(),
           "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
-    v.key("mapping", t.mapping, "", any(),
-          "planar: projected along `axis`; box: along the axis nearest to the normal; cylinder: wound once about `axis`; "
-          "uv: by the texture coordinates of a mesh");
+    v.key(
+        "mapping", t.mapping, "", any(),
+        "planar: projected along `axis`; box: along the axis nearest to the normal; cylinder: wound once about `axis`; "
+        "uv: by the texture coordinates of a mesh");
     v.key("axis", t.axis, "", any(),
           "planar: projected along it (right and up in the picture are y z, x z or x y); cylinder: wound about it");
-    v.key("origin", t.origin, "m", any(), "place of the lower left corner, in the space of `space`; cylinder: of its foot on the axis");
-    v.key("size", t.size, "m", above(0), "width and height of one picture; uv: in uv; cylinder: the height alone counts");
+    v.key("origin", t.origin, "m", any(),
+          "place of the lower left corner, in the space of `space`; cylinder: of its foot on the axis");
+    v.key("size", t.size, "m", above(0),
+          "width and height of one picture; uv: in uv; cylinder: the height alone counts");
 }
 
 struct Bumps {
@@ -159,7 +164,8 @@ void visit(V& v, Appearance& a) {
           "albedo, linear Rec.709; of a conductor its reflectance at normal incidence");
     v.key("colour2", a.colour2, kColour, between(0, 1), "second colour of a checker");
     v.key("checker", a.checker, "m", at_least(0), "edge of the fields of a checker in xy; 0: plain");
-    v.key("space", a.space, "", any(), "of checker and image; world: they stand still; rest: they move with the material");
+    v.key("space", a.space, "", any(),
+          "of checker and image; world: they stand still; rest: they move with the material");
     v.key("colour_by", a.colour_by, "", any(), "attribute that `colour_map` colours by; none: `colour` is taken");
     v.list("colour_map", a.colour_map, "colours of the values of `colour_by`");
     v.block("image", a.image, "picture in place of `colour`");

@@ -15,7 +15,8 @@ template <class V>
 void visit(V& v, Key& k) {
     v.key("time", k.time, "s", required(), "instant; ascending in the list");
     v.key("position", k.position, "m", any(), "shift from the place given in the scene, after the turn");
-    v.key("rotate", k.rotate, "degrees", any(), "turn about the world's x, then y, then z axis (a camera: about axes through itself)");
+    v.key("rotate", k.rotate, "degrees", any(),
+          "turn about the world's x, then y, then z axis (a camera: about axes through itself)");
 }
 
 }  // namespace thixo::scene

@@ -19,21 +19,22 @@ struct MaterialChange {
 template <class V>
 void visit(V& v, MaterialChange& c) {
     v.key("time", c.time, "s", required(at_least(0)), "instant from which the new values hold; ascending in the list");
-    v.key("duration", c.duration, "s", at_least(0), "time before it in which the values go over, linearly; 0: a switch");
+    v.key("duration", c.duration, "s", at_least(0),
+          "time before it in which the values go over, linearly; 0: a switch");
     v.reference("material", c.material, Refers::material, required(),
                 "material whose elastic values, viscosity and friction are taken over; density and look stay");
 }
 
 struct Elastic {
-    double youngs_modulus = 0;        // E [Pa]; 0: a liquid
-    double poisson_ratio = 0.3;       // nu [1]
-    double volume_stiffness = 0;      // k_v [Pa]
-    double zero_energy = 0.1;         // 1
-    double yield_strain = 0;          // k_yield [1]
-    double creep = 0;                 // k_creep [1/s]
+    double youngs_modulus = 0;          // E [Pa]; 0: a liquid
+    double poisson_ratio = 0.3;         // nu [1]
+    double volume_stiffness = 0;        // k_v [Pa]
+    double zero_energy = 0.1;           // 1
+    double yield_strain = 0;            // k_yield [1]
+    double creep = 0;                   // k_creep [1/s]
     double maximum_plastic_strain = 0;  // 1; 0: no limit
-    double friction = 0.3;            // Coulomb's mu [1]
-    double contact_damping = 0.5;     // of critical [1]
+    double friction = 0.3;              // Coulomb's mu [1]
+    double contact_damping = 0.5;       // of critical [1]
     std::vector<MaterialChange> changes;
     bool solid() const { return youngs_modulus > 0; }
 };
@@ -42,15 +43,17 @@ template <class V>
 void visit(V& v, Elastic& e) {
     v.key("youngs_modulus", e.youngs_modulus, "Pa", between(0, 1e13),
           "stiffness E; above 0 the material is a solid that keeps its shape. Jelly 1e4, soft rubber 1e6");
-    v.key("poisson_ratio", e.poisson_ratio, "1", {.low = -1, .high = 0.5, .open_low = true, .open_high = true},
-          "how much a stretched solid narrows; 0.5 would be no compression at all: write 0.49, or add volume_stiffness");
+    v.key(
+        "poisson_ratio", e.poisson_ratio, "1", {.low = -1, .high = 0.5, .open_low = true, .open_high = true},
+        "how much a stretched solid narrows; 0.5 would be no compression at all: write 0.49, or add volume_stiffness");
     v.key("volume_stiffness", e.volume_stiffness, "Pa", between(0, 1e13),
           "k_v, additional resistance of a solid to a change of volume; keeps large strains from collapsing it");
     v.key("zero_energy", e.zero_energy, "1", between(0, 10),
           "stiffness, in parts of E, against the zigzag of neighbouring particles that strain does not see");
     v.key("yield_strain", e.yield_strain, "1", between(0, 1e3),
           "elastic strain above which a solid with `creep` deforms for good");
-    v.key("creep", e.creep, "1/s", between(0, 1e9), "rate at which strain above `yield_strain` becomes permanent; 0: never");
+    v.key("creep", e.creep, "1/s", between(0, 1e9),
+          "rate at which strain above `yield_strain` becomes permanent; 0: never");
     v.key("maximum_plastic_strain", e.maximum_plastic_strain, "1", between(0, 1e3),
           "permanent strain is no larger than this; 0: no limit");
     v.key("friction", e.friction, "1", between(0, 100), "coefficient of Coulomb friction of a solid");
@@ -64,7 +67,7 @@ struct Handle {
     std::string name, body;
     Shape region;
     std::vector<Key> motion;
-    Vec3d force{0, 0, 0};  // N, of the whole region
+    Vec3d force{0, 0, 0};          // N, of the whole region
     double start = 0, stop = 1e9;  // s
 };
 template <class V>
@@ -74,7 +77,8 @@ void visit(V& v, Handle& h) {
     v.list("motion", h.motion, "moves the part; left out, and without a force: it is held where it is");
     v.key("force", h.force, "N", between(-1e12, 1e12),
           "pulls at the part with this force, shared by mass, in place of holding it");
-    v.key("start", h.start, "s", at_least(0), "time from which it acts; a part that has moved is carried on from where it is");
+    v.key("start", h.start, "s", at_least(0),
+          "time from which it acts; a part that has moved is carried on from where it is");
     v.key("stop", h.stop, "s", at_least(0), "time at which it lets go");
 }
 

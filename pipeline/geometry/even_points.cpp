@@ -5,6 +5,7 @@
 #include <queue>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/neighbour_lists.h"
 #include "pipeline/geometry/point_grid.h"
 
 namespace thixo {
@@ -28,10 +29,11 @@ std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const 
     const Real reach = 2 * spacing / std::sqrt(2 * std::sqrt(Real(3)));
     PointGrid grid;
     grid.build(positions, reach);
+    NeighbourLists near;
+    near.build(grid, reach);
     const auto for_each_near = [&](std::size_t i, auto&& f) {
-        grid.for_each_neighbour(positions[i], reach, [&](Index j, Real r2) {
-            if (j != i && normals[i].dot(normals[j]) > 0) f(j, crowding(r2, reach));
-        });
+        for (const Index j : near[i])
+            if (normals[i].dot(normals[j]) > 0) f(j, crowding((positions[i] - positions[j]).squaredNorm(), reach));
     };
     std::vector<float> weight(n, 0);
     parallel_for(n, [&](std::size_t i) { for_each_near(i, [&](Index, float w) { weight[i] += w; }); });

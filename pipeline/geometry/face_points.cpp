@@ -12,7 +12,7 @@
 namespace thixo {
 namespace {
 
-constexpr int kPerCell = 4;           // points tried in a cell
+constexpr int kPerCell = 3;           // points tried in a cell
 constexpr double kLayer = 0.25;       // half thickness of the layer, in cells
 constexpr double kMostCells = 1e8;    // of one face
 

@@ -41,7 +41,7 @@ struct SolidPoints {
     double area = 0;  // of a point [m^2]
 };
 
-/// Points about eight to a square of `spacing` [m], to `reach` [m] past the edges. Cells of half the spacing around the
+/// Points about six to a square of `spacing` [m], to `reach` [m] past the edges. Cells of half the spacing around the
 /// surface hold random points; those within a thin layer about the face are brought onto it, which makes them even by
 /// area (the layer's volume is its thickness times the area). A face that is made of a surface gives its own points.
 SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reach, std::uint64_t seed);

@@ -10,9 +10,9 @@ namespace thixo {
 
 /// Reads a mesh by its extension (.obj, .ply, .stl; any case): polygons are cut into triangles, PLY triangle strips
 /// unrolled, STL corners welded by position, colours decoded from sRGB, texture coordinates kept where every face has
-/// them (PLY: s and t or u and v of the vertices, or a face's list texcoord). A point set (PLY or OBJ vertices without faces)
-/// has no triangles. Throws InputError naming the file and the line or byte: unreadable, unknown format, damaged, index
-/// out of range, number not finite.
+/// them (PLY: s and t or u and v of the vertices, or a face's list texcoord). A point set (PLY or OBJ vertices without
+/// faces) has no triangles. Throws InputError naming the file and the line or byte: unreadable, unknown format,
+/// damaged, index out of range, number not finite.
 TriangleMesh read_mesh(const std::string& path);
 
 /// The same from bytes in memory; `name` stands for the file in messages.

@@ -160,7 +160,8 @@ class PlyReader {
                   c[3] = {e.find("red"), e.find("green"), e.find("blue")};
         if (x[0] < 0 || x[1] < 0 || x[2] < 0) fail("vertices without x, y and z");
         int uv[2] = {-1, -1};
-        for (const auto& [u, v] : {std::pair("s", "t"), {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}})
+        for (const auto& [u, v] :
+             {std::pair("s", "t"), {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}})
             if (e.find(u) >= 0 && e.find(v) >= 0) uv[0] = e.find(u), uv[1] = e.find(v);
         const bool normals = n[0] >= 0 && n[1] >= 0 && n[2] >= 0, colours = c[0] >= 0 && c[1] >= 0 && c[2] >= 0;
         mesh_.vertices.reserve(e.count);

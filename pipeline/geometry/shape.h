@@ -42,7 +42,7 @@ class Shape {
         virtual std::optional<Vec3f> colour(const Vec3& /*x*/) const { return std::nullopt; }
         /// The surface itself, where the shape is made of one (a mesh); null for all others.
         virtual std::shared_ptr<const DirectSurface> direct_surface() const { return nullptr; }
-        /// The surfels a point set was given as; null for all other shapes.
+        /// A surfel for every point of a point set or vertex of a mesh; null for all other shapes.
         virtual std::shared_ptr<const PointSurfels> own_surfels() const { return nullptr; }
     };
     explicit Shape(std::shared_ptr<const Node> node) : node_(std::move(node)) {}

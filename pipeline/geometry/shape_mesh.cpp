@@ -6,6 +6,7 @@
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/direct_surface.h"
 #include "pipeline/geometry/mesh_repair.h"
+#include "pipeline/geometry/point_surfels.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/vertex_normals.h"
 
@@ -20,6 +21,7 @@ struct Triangles final : DirectSurface {
             smooth = given;
         } else {
             smooth = welded(given);
+            if (given.colours.size() == given.vertices.size()) take_colours(given);
             add_vertex_normals(smooth);
         }
         double sum = 0;
@@ -54,6 +56,12 @@ struct Triangles final : DirectSurface {
         const Vec3 n = (b - a).cross(c - a);
         const Real scale = 1 / n.squaredNorm();
         return {n.dot((c - a).cross(a - x)) * scale, n.dot((a - x).cross(b - a)) * scale};
+    }
+    void take_colours(const TriangleMesh& given) {
+        smooth.colours.resize(smooth.vertices.size());
+        for (std::size_t k = 0; k < given.triangles.size(); ++k)
+            for (std::size_t i = 0; i < 3; ++i)
+                smooth.colours[smooth.triangles[k][i]] = given.colours[given.triangles[k][i]];
     }
     Vec3 normal_at(Index k, Real v, Real w) const {
         const auto& t = smooth.triangles[k];
@@ -105,6 +113,20 @@ struct Mesh final : Shape::Node {
         return Vec3f((1 - v - w) * mesh.colours[corner[0]] + v * mesh.colours[corner[1]] + w * mesh.colours[corner[2]]);
     }
     std::shared_ptr<const DirectSurface> direct_surface() const override { return std::make_shared<Triangles>(query); }
+    std::shared_ptr<const PointSurfels> own_surfels() const override {
+        const TriangleMesh smooth = Triangles(query).smooth;
+        std::vector<char> used(smooth.vertices.size(), 0);
+        for (const auto& t : smooth.triangles)
+            for (const Index v : t) used[v] = 1;
+        TriangleMesh points;
+        for (std::size_t v = 0; v < used.size(); ++v) {
+            if (!used[v]) continue;
+            points.vertices.push_back(smooth.vertices[v]);
+            points.normals.push_back(smooth.normals[v]);
+            if (!smooth.colours.empty()) points.colours.push_back(smooth.colours[v]);
+        }
+        return std::make_shared<PointSurfels>(surfels_of_points(points));
+    }
     std::shared_ptr<const MeshQuery> query;
     Box3 box;
     bool closed;

@@ -130,7 +130,7 @@ void add_colours(const Shape& shape, SampledSurface& surface) {
 
 SampledSurface one_for_every_point(const Shape& shape) {
     const auto points = shape.node().own_surfels();
-    if (!points) throw InputError("a surface needs a count of surfels or their spacing, unless it is a set of points");
+    if (!points) throw InputError("a surface needs a count of surfels or their spacing, unless it is a mesh or a set of points");
     SampledSurface result;
     result.surfels = points->surfels;
     result.colour = points->colour;

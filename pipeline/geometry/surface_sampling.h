@@ -11,7 +11,7 @@
 
 namespace thixo {
 
-/// How densely: one of count and spacing; neither: the surfels of a point set, one for every point.
+/// How densely: one of count and spacing; neither: a surfel for every point of a point set or vertex of a mesh.
 struct SurfaceSampling {
     std::size_t count = 0;   // surfels in all, those that reach past edges included
     double spacing = 0;      // [m]; every surfel has a square of this edge
@@ -37,7 +37,7 @@ inline constexpr double kSheetReach = 1.75;
 /// by area; random points on the faces are thinned to them (sample elimination, Yuksel 2015), then pushed apart along
 /// the surface. Normals are gradients of the distance. Radii are the spacing, more where that leaves a gap: every point
 /// of the surface lies under a disc of its sheet. The same arguments give the same bits at any thread count. Throws
-/// InputError where the shape is unbounded or no surface is found, both count and spacing are given, or neither and it is no point set.
+/// InputError where the shape is unbounded or no surface is found, both count and spacing are given, or neither and the shape has no points of its own.
 SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& sampling);
 
 }  // namespace thixo

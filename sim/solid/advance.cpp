@@ -14,7 +14,8 @@ namespace {
 
 void update_laws(const scene::Scene& scene, double time, Solids& solids) {
     std::vector<StressLaw> laws;
-    for (const SolidBody& body : solids.bodies) laws.push_back(law_at(scene, static_cast<std::size_t>(body.material), time));
+    for (const SolidBody& body : solids.bodies)
+        laws.push_back(law_at(scene, static_cast<std::size_t>(body.material), time));
     if (laws == solids.laws) return;
     solids.laws = std::move(laws);
     set_zero_energy(solids.laws, solids.elements);
@@ -50,7 +51,8 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
 
 }  // namespace
 
-SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls, Solids& solids) {
+SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls,
+                           Solids& solids) {
     SolidReport report;
     update_laws(scene, time, solids);
     take_hold(time, gravity, solids);
@@ -59,7 +61,8 @@ SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, doubl
     while (now < end) {
         const double step = divide_evenly(end - now, stable_sub_step(solids, !walls.list.empty()));
         move_walls(walls, now);
-        solids.stretch2 = static_cast<double>(find_stress_forces(solids.laws, solids.elements, solids.stress, solids.force));
+        solids.stretch2 =
+            static_cast<double>(find_stress_forces(solids.laws, solids.elements, solids.stress, solids.force));
         leapfrog_elements(walls, step, solids);
         now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
         move_held(now, step, solids);
@@ -94,8 +97,10 @@ void write_particles(Solids& solids, Particles& particles) {
         const Real volume = (Mat3::Identity() + h).determinant();
         particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume, Real(1e-3));
         const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
-        const Symmetric stress = solids.laws.empty() ? Symmetric{} : stress_of(solids.laws[owner],
-            {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
+        const Symmetric stress = solids.laws.empty()
+                                     ? Symmetric{}
+                                     : stress_of(solids.laws[owner], {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz,
+                                                                      s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
         particles.pressure[k] = -(stress.xx + stress.yy + stress.zz) / 3;
     });
 }

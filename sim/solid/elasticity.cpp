@@ -51,8 +51,8 @@ Differences differences(const Elements& e, std::size_t i, const Quad* field) {
 
 /// |J| - 1 of J = 1 + H, without the difference.
 Real dilatation(const Mat3& h) {
-    const Real minors = h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0) + h(1, 1) * h(2, 2) - h(1, 2) * h(2, 1) + h(0, 0) * h(2, 2) -
-                        h(0, 2) * h(2, 0);
+    const Real minors = h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0) + h(1, 1) * h(2, 2) - h(1, 2) * h(2, 1) +
+                        h(0, 0) * h(2, 2) - h(0, 2) * h(2, 0);
     return h.trace() + minors + h.determinant();
 }
 Mat3 cofactors(const Mat3& j) {
@@ -83,7 +83,8 @@ Real write_stencil(const StressLaw& law, const Elements& e, const Mat3& projecti
     const Mat3 h = u.outer * inverse, j = projection + h;
     const Symmetric p = e.plastic[i];
     Symmetric strain = symmetric(green(projection, h));
-    strain = {strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz, strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};
+    strain = {strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz,
+              strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};
     Mat3 stress = matrix(stress_of(law, strain));
     if (law.viscosity > 0) {
         const Mat3 rate = differences(e, i, e.velocity.data()).outer * inverse;
@@ -97,7 +98,9 @@ Real write_stencil(const StressLaw& law, const Elements& e, const Mat3& projecti
     const Mat3 t = force + c * h;
     out.own[i] = c * u.sum - t * moment.first;
     const Quad shift = e.displacement[i];
-    out.stencil[i] = {{{t(0, 0), t(0, 1), t(0, 2), shift.x}, {t(1, 0), t(1, 1), t(1, 2), shift.y}, {t(2, 0), t(2, 1), t(2, 2), shift.z}},
+    out.stencil[i] = {{{t(0, 0), t(0, 1), t(0, 2), shift.x},
+                       {t(1, 0), t(1, 1), t(1, 2), shift.y},
+                       {t(2, 0), t(2, 1), t(2, 2), shift.z}},
                       e.rest[i]};
     return squared_stretch(j);
 }
@@ -128,7 +131,8 @@ Vec3 force_of_neighbours(const Elements& e, const StencilForce* stencil, std::si
 
 Mat3 projection_of(const Elements& e, std::size_t i) {
     if (e.moment[i].full) return Mat3::Identity();
-    const auto at = std::lower_bound(e.flat.begin(), e.flat.end(), i, [](const auto& a, std::size_t b) { return a.first < b; });
+    const auto at =
+        std::lower_bound(e.flat.begin(), e.flat.end(), i, [](const auto& a, std::size_t b) { return a.first < b; });
     return matrix(at->second);
 }
 
@@ -147,7 +151,8 @@ void find_gradients(const Elements& elements, std::vector<Mat3>& gradients) {
     parallel_for(
         elements.size(),
         [&](std::size_t i) {
-            gradients[i] = differences(elements, i, elements.displacement.data()).outer * matrix(elements.moment[i].inverse);
+            gradients[i] =
+                differences(elements, i, elements.displacement.data()).outer * matrix(elements.moment[i].inverse);
         },
         kElements);
 }
@@ -175,7 +180,8 @@ Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elem
     return *std::max_element(scratch.chunk.begin(), scratch.chunk.end());
 }
 
-void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::vector<Mat3>& gradients, Elements& elements) {
+void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::vector<Mat3>& gradients,
+                      Elements& elements) {
     parallel_for(elements.size(), [&](std::size_t i) {
         const StressLaw& law = laws[static_cast<std::size_t>(elements.owner[i])];
         if (!(law.creep > 0)) return;
@@ -184,7 +190,8 @@ void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::
         const Symmetric e{s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx};
         if (!(norm(e) > law.yield)) return;
         const Real part = std::min(static_cast<Real>(dt) * law.creep, Real(1));
-        p = {p.xx + part * e.xx, p.yy + part * e.yy, p.zz + part * e.zz, p.xy + part * e.xy, p.yz + part * e.yz, p.zx + part * e.zx};
+        p = {p.xx + part * e.xx, p.yy + part * e.yy, p.zz + part * e.zz,
+             p.xy + part * e.xy, p.yz + part * e.yz, p.zx + part * e.zx};
         const Real size = norm(p);
         if (!(law.most_plastic > 0) || size <= law.most_plastic) return;
         const Real back = law.most_plastic / size;
@@ -198,7 +205,12 @@ Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradien
 
 Symmetric stress_of(const StressLaw& law, const Symmetric& e) {
     const Real pressure = law.lambda * (e.xx + e.yy + e.zz), shear = 2 * law.mu;
-    return {pressure + shear * e.xx, pressure + shear * e.yy, pressure + shear * e.zz, shear * e.xy, shear * e.yz, shear * e.zx};
+    return {pressure + shear * e.xx,
+            pressure + shear * e.yy,
+            pressure + shear * e.zz,
+            shear * e.xy,
+            shear * e.yz,
+            shear * e.zx};
 }
 
 }  // namespace thixo

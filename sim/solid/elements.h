@@ -1,5 +1,6 @@
-// Bodies that keep a shape: the elastic attribute group of their particles. Elements stand body by body and within a body
-// in the cell order of its rest shape; as rest neighbourhoods stay, so does this order, whatever the particles' is.
+// Bodies that keep a shape: the elastic attribute group of their particles. Elements stand body by body and within a
+// body in the cell order of its rest shape; as rest neighbourhoods stay, so does this order, whatever the particles'
+// is.
 #pragma once
 
 #include <cstdint>
@@ -25,13 +26,13 @@ inline Real norm(const Symmetric& s) {
     return std::sqrt(square(s.xx) + square(s.yy) + square(s.zz) + 2 * (square(s.xy) + square(s.yz) + square(s.zx)));
 }
 
-/// A solid body. Its material frame is the first rest shape about its centre of mass; the rest shape of now, rotated and
-/// moved to fit the deformed one (dissertation 5.4.3), is that frame in the pose x = R m + t. So the material frame holds
-/// all that is bound to the matter, and nothing in it is ever turned.
+/// A solid body. Its material frame is the first rest shape about its centre of mass; the rest shape of now, rotated
+/// and moved to fit the deformed one (dissertation 5.4.3), is that frame in the pose x = R m + t. So the material frame
+/// holds all that is bound to the matter, and nothing in it is ever turned.
 struct SolidBody {
-    std::int32_t body = 0;      // index into Scene::bodies, and Particles::body
-    std::int32_t material = 0;  // index into Scene::materials
-    Index begin = 0, end = 0;   // its elements
+    std::int32_t body = 0;           // index into Scene::bodies, and Particles::body
+    std::int32_t material = 0;       // index into Scene::materials
+    Index begin = 0, end = 0;        // its elements
     Mat3d turn = Mat3d::Identity();  // R
     Vec3d place{0, 0, 0};            // t [m]
 };
@@ -47,19 +48,20 @@ struct RestMoment {
 /// Structure of arrays; element e of every array is element e. Places and vectors are in their body's material frame.
 struct Elements {
     // The rest shape; made once.
-    std::vector<std::int64_t> id;    // of its particle
-    std::vector<std::int32_t> owner; // index of its SolidBody
-    std::vector<Quad> rest;          // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
+    std::vector<std::int64_t> id;     // of its particle
+    std::vector<std::int32_t> owner;  // index of its SolidBody
+    std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
     std::vector<Real> mass, volume;  // [kg], V at rest [m^3]
     std::vector<Real> support;       // h [m]
     std::vector<Real> depth;         // of the particle below the body's surface, at rest [m]
     std::vector<RestMoment> moment;
     std::vector<std::pair<Index, Symmetric>> flat;  // elements without rank 3, ascending, and their projection P = A A+
-    // Neighbours: all j with |r_ij| below h_i or h_j. Each list is filled up with i itself, of weight 0, to a multiple of kLanes.
+    // Neighbours: all j with |r_ij| below h_i or h_j. Each list is filled up with i itself, of weight 0, to a multiple
+    // of kLanes.
     std::vector<std::size_t> begin;  // one more than elements
     std::vector<Index> neighbour;
-    std::vector<Real> weight;        // w_ij = w_spiky(|r_ij|, h_i) [1/m^3], of i's own stencil
-    std::vector<Real> weight_back;   // w_ji, of j's stencil
+    std::vector<Real> weight;       // w_ij = w_spiky(|r_ij|, h_i) [1/m^3], of i's own stencil
+    std::vector<Real> weight_back;  // w_ji, of j's stencil
 
     // The state; part of a checkpoint.
     std::vector<Quad> displacement;  // u = x - m; - [m]

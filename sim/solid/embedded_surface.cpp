@@ -60,7 +60,9 @@ struct Field {
     std::size_t root;
     std::size_t owner() const { return static_cast<std::size_t>(embedded.owner[root]); }
     const SolidBody& body() const { return solids.bodies[owner()]; }
-    Carried at(const Vec3& m) const { return carried(embedded.grid[owner()], body(), solids, m, embedded.support[root]); }
+    Carried at(const Vec3& m) const {
+        return carried(embedded.grid[owner()], body(), solids, m, embedded.support[root]);
+    }
 };
 
 Drawn displaced(const Field& field, const Disc& rest, std::int64_t id) {
@@ -138,13 +140,15 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
     return out;
 }
 
-void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface, std::vector<Index>& source) {
+void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
+                       std::vector<Index>& source) {
     const std::size_t n = embedded.size();
     find_gradients(solids.elements, solids.gradients);
     std::vector<std::vector<Drawn>> drawn((n + kChunk - 1) / kChunk);
     parallel_chunks(n, [&](std::size_t begin, std::size_t end, std::size_t c) {
         for (std::size_t i = begin; i < end; ++i)
-            draw(Field{embedded, solids, i}, {embedded.rest.position[i], embedded.rest.axis1[i], embedded.rest.axis2[i]},
+            draw(Field{embedded, solids, i},
+                 {embedded.rest.position[i], embedded.rest.axis1[i], embedded.rest.axis2[i]},
                  static_cast<std::int64_t>(i), 0, drawn[c]);
     });
     std::size_t count = 0;

@@ -14,11 +14,11 @@ namespace thixo {
 
 /// Made once from the shapes of the bodies, in the order of their elements; the state is the elements'.
 struct EmbeddedSurface {
-    SurfelCloud rest;                       // in the material frame of the owner [m]
-    std::vector<std::int32_t> owner, sheet; // index of the SolidBody; sheet of its surface, from 0 on
-    std::vector<Vec3> first;                // m0: where the surfel was made, in the world [m]
-    std::vector<Real> support;              // of its weights: the elements', more where too few are near [m]
-    std::vector<Real> temperature;          // degC
+    SurfelCloud rest;                           // in the material frame of the owner [m]
+    std::vector<std::int32_t> owner, sheet;     // index of the SolidBody; sheet of its surface, from 0 on
+    std::vector<Vec3> first;                    // m0: where the surfel was made, in the world [m]
+    std::vector<Real> support;                  // of its weights: the elements', more where too few are near [m]
+    std::vector<Real> temperature;              // degC
     std::vector<std::optional<TrimNode>> trim;  // by body
     std::vector<PointGrid> grid;                // of every body's elements at rest
     std::size_t size() const { return owner.size(); }
@@ -30,13 +30,15 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
 /// Where the surfels are now. The displacement is of first order, and exact under rigid motion (5.28):
 ///   u(m) = sum_j w_poly6(m - m_j, h) (u_j + H_j (m - m_j)) / sum_j w_poly6(m - m_j, h)
 ///   s = m + u(m),   t' = t + u(m + t) - u(m),   n = unit(t1' x t2')
-/// velocities by the same weights. A surfel that is stretched too far gives way to two halves side by side along its longest
-/// direction, and these again (5.5.2): where the squared half-axes of its disc as it is drawn, the eigenvalues of
-/// [t1'.t1' t1'.t2'; t1'.t2' t2'.t2'] over the squared radius of the surfel made at the start, are above kSplitStretch, or differ by
-/// more than kSplitRatio with the longer one above 1.2. This depends on the displacement of now alone: what is released has the
-/// surfels, ids and axes, that it had, and there is no state to keep. Ids of halves follow from their parent's: 2 i + n and 2 i + 1 + n
-/// of n made at the start. Writes every array of `surface`, in the order of the surfels made at the start; `source` says of which.
-void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface, std::vector<Index>& source);
+/// velocities by the same weights. A surfel that is stretched too far gives way to two halves side by side along its
+/// longest direction, and these again (5.5.2): where the squared half-axes of its disc as it is drawn, the eigenvalues
+/// of [t1'.t1' t1'.t2'; t1'.t2' t2'.t2'] over the squared radius of the surfel made at the start, are above
+/// kSplitStretch, or differ by more than kSplitRatio with the longer one above 1.2. This depends on the displacement of
+/// now alone: what is released has the surfels, ids and axes, that it had, and there is no state to keep. Ids of halves
+/// follow from their parent's: 2 i + n and 2 i + 1 + n of n made at the start. Writes every array of `surface`, in the
+/// order of the surfels made at the start; `source` says of which.
+void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
+                       std::vector<Index>& source);
 
 inline constexpr Real kSplitStretch = 2;  // squared stretch
 inline constexpr Real kSplitRatio = 3;    // of squared stretches

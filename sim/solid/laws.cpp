@@ -15,10 +15,13 @@ Values values_of(const scene::Material& m) { return {m.elastic, m.viscosity}; }
 
 Values between(const Values& a, const Values& b, double part) {
     Values out = b;
-    const auto mix = [&](double scene::Elastic::*key) { out.elastic.*key = (1 - part) * (a.elastic.*key) + part * (b.elastic.*key); };
-    for (const auto key : {&scene::Elastic::youngs_modulus, &scene::Elastic::poisson_ratio, &scene::Elastic::volume_stiffness,
-                           &scene::Elastic::zero_energy, &scene::Elastic::yield_strain, &scene::Elastic::creep,
-                           &scene::Elastic::maximum_plastic_strain, &scene::Elastic::friction, &scene::Elastic::contact_damping})
+    const auto mix = [&](double scene::Elastic::*key) {
+        out.elastic.*key = (1 - part) * (a.elastic.*key) + part * (b.elastic.*key);
+    };
+    for (const auto key :
+         {&scene::Elastic::youngs_modulus, &scene::Elastic::poisson_ratio, &scene::Elastic::volume_stiffness,
+          &scene::Elastic::zero_energy, &scene::Elastic::yield_strain, &scene::Elastic::creep,
+          &scene::Elastic::maximum_plastic_strain, &scene::Elastic::friction, &scene::Elastic::contact_damping})
         mix(key);
     out.viscosity = (1 - part) * a.viscosity + part * b.viscosity;
     return out;

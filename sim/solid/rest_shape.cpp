@@ -86,7 +86,8 @@ void measure_moments(Elements& elements) {
             kept += v * v.transpose();
             ++rank;
         }
-        elements.moment[i] = {symmetric(inverse.cast<Real>()), first.cast<Real>(), static_cast<Real>(a.trace()), rank == 3};
+        elements.moment[i] = {symmetric(inverse.cast<Real>()), first.cast<Real>(), static_cast<Real>(a.trace()),
+                              rank == 3};
         projection[i] = symmetric(kept.cast<Real>());
     });
     elements.flat.clear();

@@ -9,8 +9,8 @@ namespace thixo {
 /// rest and support.
 void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements);
 
-/// Moments of all neighbourhoods from the lists and weights. Directions in which a neighbourhood reaches less than 3 % of
-/// its largest extent are left out of A+: those elements are listed in `flat`.
+/// Moments of all neighbourhoods from the lists and weights. Directions in which a neighbourhood reaches less than 3 %
+/// of its largest extent are left out of A+: those elements are listed in `flat`.
 void measure_moments(Elements& elements);
 
 }  // namespace thixo

@@ -29,7 +29,8 @@ void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements) {
             n,
             [&](std::size_t k) {
                 const double mass = elements.mass[first + k];
-                const Vec3d m = xyz(elements.rest[first + k]).cast<double>(), u = xyz(elements.displacement[first + k]).cast<double>();
+                const Vec3d m = xyz(elements.rest[first + k]).cast<double>(),
+                            u = xyz(elements.displacement[first + k]).cast<double>();
                 return Sums{mass, mass * m, mass * u, mass * m * (m + u).transpose()};
             },
             Sums{});

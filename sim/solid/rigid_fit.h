@@ -7,8 +7,8 @@ namespace thixo {
 
 /// Fits every body's pose to its deformed shape by the masses' least squares,
 ///   S = sum_j m_j m_j (x_j - xbar)^T = U W V^T,   R = V diag(1, 1, |V U^T|) U^T,   t = xbar - R mbar
-/// and takes the displacements and velocities over into the new frame, so that places and motion in the world stay what they
-/// are and displacements are small.
+/// and takes the displacements and velocities over into the new frame, so that places and motion in the world stay what
+/// they are and displacements are small.
 void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements);
 
 }  // namespace thixo

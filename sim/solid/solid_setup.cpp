@@ -27,7 +27,8 @@ std::vector<Index> elements_in_order(const Particles& particles, std::int32_t bo
     return order;
 }
 
-void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& smoothing, const Particles& particles, Solids& s) {
+void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& smoothing, const Particles& particles,
+              Solids& s) {
     const std::vector<Index> order = elements_in_order(particles, number, smoothing.support);
     if (order.empty()) return;
     Elements& e = s.elements;
@@ -73,8 +74,9 @@ Grip make_grip(const scene::Scene& scene, const scene::Handle& handle, const Sol
         }
     }
     if (grip.elements.empty())
-        throw InputError("{}: handle '{}' holds no particle of body '{}'; move its region to where the body is, or enlarge it",
-                         handle.region.where, handle.name, handle.body);
+        throw InputError(
+            "{}: handle '{}' holds no particle of body '{}'; move its region to where the body is, or enlarge it",
+            handle.region.where, handle.name, handle.body);
     return grip;
 }
 
@@ -82,9 +84,11 @@ Grip make_grip(const scene::Scene& scene, const scene::Handle& handle, const Sol
 
 Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles) {
     Solids s;
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene, static_cast<std::int32_t>(b), smoothing, particles, s);
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+        add_body(scene, static_cast<std::int32_t>(b), smoothing, particles, s);
     if (s.empty()) return s;
-    if (scene.handles.size() > 255) throw InputError("the scene has {} handles; 255 are possible", scene.handles.size());
+    if (scene.handles.size() > 255)
+        throw InputError("the scene has {} handles; 255 are possible", scene.handles.size());
     find_rest_neighbours(s.bodies, s.elements);
     measure_moments(s.elements);
     for (const scene::Handle& h : scene.handles) s.grips.push_back(make_grip(scene, h, s));

@@ -37,16 +37,16 @@ struct Solids {
     std::vector<SolidBody> bodies;
     Elements elements;
     std::vector<Grip> grips;
-    double last_dt = 0;     // the last sub-step; 0: none yet [s]
-    double stretch2 = 1;    // largest squared stretch of any element in it [1]
+    double last_dt = 0;   // the last sub-step; 0: none yet [s]
+    double stretch2 = 1;  // largest squared stretch of any element in it [1]
     // Of the present time.
-    std::vector<StressLaw> laws;        // by body
-    std::vector<FastestRates> rates;    // by body, for `laws`
-    std::vector<Index> element_of;      // by particle id; kNone where the particle has none
+    std::vector<StressLaw> laws;      // by body
+    std::vector<FastestRates> rates;  // by body, for `laws`
+    std::vector<Index> element_of;    // by particle id; kNone where the particle has none
     // Scratch.
     StressScratch stress;
-    std::vector<Vec3> force;        // [N]
-    std::vector<Vec3> external;     // acceleration that is held over the sub-steps, material frame [m/s^2]
+    std::vector<Vec3> force;         // [N]
+    std::vector<Vec3> external;      // acceleration that is held over the sub-steps, material frame [m/s^2]
     std::vector<std::uint8_t> held;  // 1 + the grip that holds an element; 0: free
     std::vector<Mat3> gradients;
     bool empty() const { return bodies.empty(); }
@@ -61,10 +61,11 @@ struct SolidReport {
     double smallest_dt = 1e30;  // [s]
 };
 
-/// From t to t + dt [s]: sub-steps of leapfrog within what explicit integration bears, with walls, grips and the particles'
-/// other accelerations (here gravity [m/s^2]) acting; then plastic flow, and the rest shapes follow the bodies. Walls are left
-/// at t + dt.
-SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls, Solids& solids);
+/// From t to t + dt [s]: sub-steps of leapfrog within what explicit integration bears, with walls, grips and the
+/// particles' other accelerations (here gravity [m/s^2]) acting; then plastic flow, and the rest shapes follow the
+/// bodies. Walls are left at t + dt.
+SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls,
+                           Solids& solids);
 
 /// Writes place, velocity v(t), density rho0/|J| and pressure -tr(sigma)/3 of every solid's particle.
 void write_particles(Solids& solids, Particles& particles);

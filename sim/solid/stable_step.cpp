@@ -10,8 +10,8 @@ namespace thixo {
 namespace {
 
 constexpr int kIterations = 40;
-constexpr double kUsed = 0.64;           // of the stability limit
-constexpr Real kSmall = Real(1e-4);      // displacement in supports: strains this small are linear
+constexpr double kUsed = 0.64;       // of the stability limit
+constexpr Real kSmall = Real(1e-4);  // displacement in supports: strains this small are linear
 constexpr std::uint64_t kStartUse = 0x736f6c69;
 
 /// Scales the field of one body so that its largest displacement is `small`; its mean square before that.
@@ -24,7 +24,8 @@ void normalise(const SolidBody& body, Real small, std::vector<Quad>& field) {
 
 }  // namespace
 
-std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std::vector<SolidBody>& bodies, Elements& elements) {
+std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std::vector<SolidBody>& bodies,
+                                  Elements& elements) {
     std::vector<StressLaw> still = laws;
     for (StressLaw& law : still) law.viscosity = 0;
     const std::size_t n = elements.size();
@@ -32,7 +33,9 @@ std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std:
     std::vector<Symmetric> plastic(n);
     for (std::size_t i = 0; i < n; ++i) {
         const auto id = static_cast<std::uint64_t>(elements.id[i]);
-        const auto random = [&](std::uint64_t axis) { return static_cast<Real>(random_unit(0, id, axis, kStartUse) - 0.5); };
+        const auto random = [&](std::uint64_t axis) {
+            return static_cast<Real>(random_unit(0, id, axis, kStartUse) - 0.5);
+        };
         field[i] = quad(Vec3(random(0), random(1), random(2)));
     }
     elements.plastic.swap(plastic);
@@ -59,7 +62,8 @@ std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std:
     return stiffest;
 }
 
-std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws, const std::vector<SolidBody>& bodies, Elements& elements) {
+std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws, const std::vector<SolidBody>& bodies,
+                                             Elements& elements) {
     std::vector<FastestRates> rates(bodies.size());
     const std::vector<double> stiffest = find_stiffest(laws, bodies, elements);
     for (std::size_t b = 0; b < bodies.size(); ++b) rates[b].stiffest = stiffest[b];
@@ -86,7 +90,8 @@ double stable_sub_step(const Solids& solids, bool walls) {
             omega2 += spring;
             damping += 2 * static_cast<double>(law.contact_damping) * std::sqrt(spring);
         }
-        shortest = std::min(shortest, 2 * kUsed / (damping / 2 + std::sqrt(square(damping / 2) + kUsed * omega2) + 1e-30));
+        shortest =
+            std::min(shortest, 2 * kUsed / (damping / 2 + std::sqrt(square(damping / 2) + kUsed * omega2) + 1e-30));
     }
     return shortest;
 }

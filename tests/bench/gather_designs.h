@@ -11,8 +11,8 @@
 namespace thixo::bench {
 
 /// Embree's oriented discs, as wide as the supports, with a filter that notes every disc hit and draws the search in
-/// behind the first. Circles only, and rays that cross a support without hitting its disc do not find it: an upper bound
-/// of what a complete blend could reach so.
+/// behind the first. Circles only, and rays that cross a support without hitting its disc do not find it: an upper
+/// bound of what a complete blend could reach so.
 class FilterGather {
   public:
     explicit FilterGather(SurfelCloud cloud) {
@@ -89,8 +89,18 @@ class BlockGather {
         rtcInitIntersectContext(&query.context);
         query.ray = &ray;
         RTCRayHit found;
-        found.ray = {ray.origin.x(), ray.origin.y(),  ray.origin.z(), 0, ray.direction.x(), ray.direction.y(), ray.direction.z(), 0,
-                     1e30f,          0xffffffffu, 0,          0};
+        found.ray = {ray.origin.x(),
+                     ray.origin.y(),
+                     ray.origin.z(),
+                     0,
+                     ray.direction.x(),
+                     ray.direction.y(),
+                     ray.direction.z(),
+                     0,
+                     1e30f,
+                     0xffffffffu,
+                     0,
+                     0};
         found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(scene_, &query.context, &found);

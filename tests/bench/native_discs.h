@@ -38,7 +38,8 @@ class NativeDiscs {
     NativeDiscs& operator=(const NativeDiscs&) = delete;
 
     /// `context`: with a filter of one's own; none: the nearest disc.
-    bool intersect(const Vec3f& origin, const Vec3f& direction, float& t, RTCIntersectContext* context = nullptr) const {
+    bool intersect(const Vec3f& origin, const Vec3f& direction, float& t,
+                   RTCIntersectContext* context = nullptr) const {
         RTCIntersectContext plain;
         if (!context) rtcInitIntersectContext(context = &plain);
         RTCRayHit ray;

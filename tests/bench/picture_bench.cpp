@@ -1,6 +1,6 @@
-// A whole picture: 500 000 matt surfels (a wavy sheet, a ball over it) in sun and sky, 640 x 360 pixels, 16 samples, all
-// threads. Seconds from the surfels in memory to the finished image, and the peak of memory. `picture_bench FILE.png`
-// writes the picture to be looked at.
+// A whole picture: 500 000 matt surfels (a wavy sheet, a ball over it) in sun and sky, 640 x 360 pixels, 16 samples,
+// all threads. Seconds from the surfels in memory to the finished image, and the peak of memory. `picture_bench
+// FILE.png` writes the picture to be looked at.
 #include <fmt/core.h>
 #include <sys/resource.h>
 
@@ -29,7 +29,7 @@ void light(World& world) {
 
 int main(int argc, char** argv) {
     SurfelSet set = shapes::one_object(bench::sheet_and_ball(500000));
-    set.cloud.normal = {};  // the renderer takes it from the axes
+    set.cloud.normal = std::vector<Vec3f>();  // the renderer takes it from the axes
     const std::size_t n = set.cloud.size();
     const double begin = wall_seconds();
     World world;
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
     const double seconds = wall_seconds() - begin;
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    fmt::print("{} surfels, 640 x 360, 16 samples: ready in {:.3f} s, picture in {:.2f} s, peak {:.0f} MB\n", n, ready, seconds,
-               double(usage.ru_maxrss) * 1024e-6);
+    fmt::print("{} surfels, 640 x 360, 16 samples: ready in {:.3f} s, picture in {:.2f} s, peak {:.0f} MB\n", n, ready,
+               seconds, double(usage.ru_maxrss) * 1024e-6);
     if (argc > 1) write_png(argv[1], to_display(image, scene::ViewTransform::filmic, 0));
 }

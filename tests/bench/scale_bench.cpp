@@ -1,5 +1,5 @@
-// Blended surfels from ten thousand to ten million: time to make ready, memory, rays; then the same number with radii over
-// five orders of magnitude. Each cloud in a process of its own. `scale_bench 1e6` stops at a million.
+// Blended surfels from ten thousand to ten million: time to make ready, memory, rays; then the same number with radii
+// over five orders of magnitude. Each cloud in a process of its own. `scale_bench 1e6` stops at a million.
 #include <fmt/core.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -79,7 +79,7 @@ void size(std::size_t n) {
     const double before = resident_bytes();
     // With what a cache gives: m0, velocity, temperature.
     SurfelSet set = shapes::one_object(shapes::sphere(n, 1, Vec3f::Zero(), 0.2f));
-    set.cloud.normal = {};
+    set.cloud.normal = std::vector<Vec3f>();
     set.rest = set.velocity = set.cloud.position;
     set.temperature.assign(n, 20);
     const double begin = wall_seconds();
@@ -88,10 +88,12 @@ void size(std::size_t n) {
     const double memory = resident_bytes() - before;
     const double coherent = blended_ns(scene, primary), incoherent = blended_ns(scene, crossing);
     const NativeDiscs native(shapes::sphere(n, 1, Vec3f::Zero(), 0.2f));
-    fmt::print("{:>9} surfels: ready in {:>7.1f} ms, {:>4.0f} bytes each; ray {:>5.0f} ns primary (discs {:>4.0f}), {:>5.0f} ns "
-               "crossing (discs {:>4.0f})\n",
-               n, 1e3 * ready, memory / double(n), coherent, native_ns(native, primary), incoherent,
-               native_ns(native, crossing));
+    fmt::print(
+        "{:>9} surfels: ready in {:>7.1f} ms, {:>4.0f} bytes each; ray {:>5.0f} ns primary (discs {:>4.0f}), {:>5.0f} "
+        "ns "
+        "crossing (discs {:>4.0f})\n",
+        n, 1e3 * ready, memory / double(n), coherent, native_ns(native, primary), incoherent,
+        native_ns(native, crossing));
 }
 
 /// As many surfels of one radius, and of radii from 1e-5 m to 1 m.
@@ -103,7 +105,8 @@ void plane(bool graded) {
     const double ready = wall_seconds() - begin;
     const NativeDiscs native(cloud);
     fmt::print("{:>9} surfels of {}: ready in {:.1f} ms; ray {:.0f} ns (discs {:.0f})\n", cloud.size(),
-               graded ? "radii from 1e-5 to 1" : "one radius", 1e3 * ready, blended_ns(scene, rays), native_ns(native, rays));
+               graded ? "radii from 1e-5 to 1" : "one radius", 1e3 * ready, blended_ns(scene, rays),
+               native_ns(native, rays));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// One sub-step of the explicit elastic bodies: strain, stress, forces, walls, leapfrog. The reference of the same run is one bare sweep over
-// the same rest lists: read a sub-step in such sweeps, and items/s (particle-sub-steps a second).
+// One sub-step of the explicit elastic bodies: strain, stress, forces, walls, leapfrog. The reference of the same run
+// is one bare sweep over the same rest lists: read a sub-step in such sweeps, and items/s (particle-sub-steps a
+// second).
 //   elastic_sub_step/threads/particles     a cantilever in motion, no wall
 //   embedded_surface/threads/surfels       bringing the surfels of a body of 200 particles to where they are
 #include <benchmark/benchmark.h>
@@ -49,8 +50,10 @@ void elastic_sub_step(benchmark::State& state) {
         sub_steps += s.stats.solid_sub_steps;
     }
     state.counters["particles"] = static_cast<double>(s.particles.size());
-    state.counters["ns_per_particle"] = 1e9 * seconds / static_cast<double>(sub_steps) / static_cast<double>(s.particles.size());
-    state.counters["neighbours"] = static_cast<double>(s.solids.elements.neighbour.size()) / static_cast<double>(s.particles.size());
+    state.counters["ns_per_particle"] =
+        1e9 * seconds / static_cast<double>(sub_steps) / static_cast<double>(s.particles.size());
+    state.counters["neighbours"] =
+        static_cast<double>(s.solids.elements.neighbour.size()) / static_cast<double>(s.particles.size());
 }
 
 void bare_sweep(benchmark::State& state) {
@@ -61,7 +64,8 @@ void bare_sweep(benchmark::State& state) {
     for (auto _ : state)
         for (std::size_t i = 0; i < e.size(); ++i) {
             Real sum = 0;
-            for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) sum += e.weight[k] * e.displacement[e.neighbour[k]].x;
+            for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k)
+                sum += e.weight[k] * e.displacement[e.neighbour[k]].x;
             total += sum;
         }
     benchmark::DoNotOptimize(total);
@@ -74,7 +78,12 @@ void embedded_surface(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(s.surface.size()));
 }
 
-BENCHMARK(elastic_sub_step)->Args({1, 3'000})->Args({1, 30'000})->Args({2, 30'000})->Unit(benchmark::kMillisecond)->UseManualTime();
+BENCHMARK(elastic_sub_step)
+    ->Args({1, 3'000})
+    ->Args({1, 30'000})
+    ->Args({2, 30'000})
+    ->Unit(benchmark::kMillisecond)
+    ->UseManualTime();
 BENCHMARK(bare_sweep)->Arg(30'000)->Unit(benchmark::kMillisecond);
 BENCHMARK(embedded_surface)->Args({1, 10'000})->Unit(benchmark::kMillisecond)->UseRealTime();
 

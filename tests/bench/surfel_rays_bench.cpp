@@ -1,5 +1,5 @@
-// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one thread,
-// turn by turn. Counters: million rays a second each, and their ratio.
+// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one
+// thread, turn by turn. Counters: million rays a second each, and their ratio.
 #include <benchmark/benchmark.h>
 
 #include "tests/bench/gather_designs.h"
@@ -72,35 +72,63 @@ void blended_bounce(benchmark::State& state) {
     compare_scene(state, bounce_rays(kRays, cloud.axis1[0].norm()), native, scene);
 }
 
-/// The ball without what lies beyond a slanting plane: two sheets and their tree.
+TrimNode all_of(int sheets) {
+    TrimNode tree{TrimNode::Op::all, 0, {}};
+    for (int k = 0; k < sheets; ++k) tree.parts.push_back({TrimNode::Op::sheet, k, {}});
+    return tree;
+}
+
+/// A square of discs about offset * normal, as sheet `sheet`.
+void add_plane(SurfelSet& set, std::uint32_t sheet, const Vec3f& normal, float offset, float half, float step) {
+    Vec3f a, b;
+    orthonormal_basis(normal, a, b);
+    for (float u = -half; u < half; u += step)
+        for (float v = -half; v < half; v += step) {
+            shapes::add_disc(set.cloud, offset * normal + u * a + v * b, normal, step);
+            set.layer.push_back(sheet);
+        }
+}
+
+/// A cube: six sheets that reach past its edges.
+SurfelSet cube() {
+    SurfelSet set;
+    constexpr float half = 0.65f, step = 2 * half / 285;
+    for (int k = 0; k < 6; ++k)
+        add_plane(set, std::uint32_t(k), (k % 2 == 0 ? 1.0f : -1.0f) * Vec3f::Unit(k / 2), half, half + 2 * step, step);
+    set.object.assign(6, 0);
+    set.trim = {all_of(6)};
+    return set;
+}
+
+/// The ball without what lies beyond a slanting plane.
 SurfelSet cut_ball() {
     SurfelSet set;
     set.cloud = shapes::sphere(kSurfels * 4 / 5, 1, Vec3f::Zero(), 0.2f);
     set.layer.assign(set.cloud.size(), 0);
-    const Vec3f normal = Vec3f(0.6f, -0.7f, 0.3f).normalized();
-    Vec3f a, b;
-    orthonormal_basis(normal, a, b);
-    constexpr float step = 0.0056f;
-    for (float u = -1; u < 1; u += step)
-        for (float v = -1; v < 1; v += step) {
-            const Vec3f x = 0.3f * normal + u * a + v * b;
-            if (x.norm() > 1 + 2 * step) continue;
-            shapes::add_disc(set.cloud, x, normal, step);
-            set.layer.push_back(1);
-        }
+    add_plane(set, 1, Vec3f(0.6f, -0.7f, 0.3f).normalized(), 0.3f, 1, 0.0056f);
     set.object.assign(2, 0);
-    set.trim = {TrimNode{TrimNode::Op::all, 0, {{TrimNode::Op::sheet, 0, {}}, {TrimNode::Op::sheet, 1, {}}}}};
+    set.trim = {all_of(2)};
     return set;
 }
 
-void trimmed(benchmark::State& state, const std::vector<Ray>& rays) {
-    SurfelSet set = cut_ball();
+void trimmed(benchmark::State& state, SurfelSet set, const std::vector<Ray>& rays) {
     const NativeDiscs native(set.cloud);
     const RayScene scene(std::move(set), {});
     compare_scene(state, rays, native, scene);
 }
-void trimmed_primary(benchmark::State& state) { trimmed(state, primary_rays(kRays)); }
-void trimmed_crossing(benchmark::State& state) { trimmed(state, crossing_rays(kRays)); }
+/// Seen from askew.
+std::vector<Ray> turned(std::vector<Ray> rays) {
+    const Mat3f turn =
+        (Eigen::AngleAxisf(0.5f, Vec3f::UnitX()) * Eigen::AngleAxisf(0.7f, Vec3f::UnitZ())).toRotationMatrix();
+    for (Ray& ray : rays) {
+        ray.origin = turn * ray.origin;
+        ray.direction = (turn * ray.direction).normalized();
+    }
+    return rays;
+}
+void trimmed_primary(benchmark::State& state) { trimmed(state, cube(), turned(primary_rays(kRays))); }
+void trimmed_crossing(benchmark::State& state) { trimmed(state, cube(), crossing_rays(kRays)); }
+void trimmed_curved(benchmark::State& state) { trimmed(state, cut_ball(), primary_rays(1 << 10)); }
 
 /// The two ways to collect, without what is done with the surfels: discs with a filter.
 void filter_gather(benchmark::State& state, const std::vector<Ray>& rays) {
@@ -127,6 +155,7 @@ THIXO_RAYS(blended_bounce);
 THIXO_RAYS(blended_crossing);
 THIXO_RAYS(trimmed_primary);
 THIXO_RAYS(trimmed_crossing);
+THIXO_RAYS(trimmed_curved);
 THIXO_RAYS(filter_primary);
 THIXO_RAYS(filter_crossing);
 THIXO_RAYS(blocks_primary);

@@ -10,8 +10,8 @@
 namespace thixo {
 namespace {
 
-/// Mean over [0, end) of a vibration about its rest, by Hann's window: what of a mode is not a whole period is left out to a part in
-/// (periods)^3.
+/// Mean over [0, end) of a vibration about its rest, by Hann's window: what of a mode is not a whole period is left out
+/// to a part in (periods)^3.
 double mean_of_vibration(const std::vector<double>& time, const std::vector<double>& value) {
     double sum = 0, weights = 0;
     for (std::size_t k = 0; k < time.size(); ++k) {
@@ -27,7 +27,8 @@ class Slope {
   public:
     Slope(const Particles& p, int axis, double reach) : axis_(axis) {
         for (std::size_t i = 0; i < p.size(); ++i)
-            if (std::abs(static_cast<double>(p.position[i].z())) < reach) rest_[p.id[i]] = static_cast<double>(p.position[i][axis]);
+            if (std::abs(static_cast<double>(p.position[i].z())) < reach)
+                rest_[p.id[i]] = static_cast<double>(p.position[i][axis]);
     }
     double of(const Particles& p) const {
         double across = 0, square = 0;
@@ -45,8 +46,8 @@ class Slope {
 };
 
 TEST(PulledBar, GetsLongerByForceOverStiffnessAndNarrowsByPoisson) {
-    // Ten particles across. St. Venant's law at 1 % strain is 1.5 % stiffer than Hooke's; what is left is the sampling of the free
-    // faces: 3 %.
+    // Ten particles across. St. Venant's law at 1 % strain is 1.5 % stiffer than Hooke's; what is left is the sampling
+    // of the free faces: 3 %.
     Simulation s = make_simulation(gate::load("pulled_bar"));
     evaluate(s);
     const Slope along(s.particles, 2, 0.1), across(s.particles, 0, 0.05);
@@ -98,8 +99,8 @@ TEST(StretchedBar, KeepsToItsLawAtAnyStretch) {
             farthest = std::max(farthest, at.stretch);
         }
         EXPECT_GT(farthest, 1.49);
-        gate::expect({"stretched bar, nu " + std::to_string(nu).substr(0, 4), "largest error of its volume", "%", 100 * worst, 0, 3,
-                      "St. Venant and Kirchhoff"});
+        gate::expect({"stretched bar, nu " + std::to_string(nu).substr(0, 4), "largest error of its volume", "%",
+                      100 * worst, 0, 3, "St. Venant and Kirchhoff"});
     }
 }
 
@@ -127,7 +128,8 @@ TEST(BlockOnASlope, SticksBelowTheAngleOfFriction) {
     Simulation s = make_simulation(gate::load("slope", {"materials.rubber.friction=0.65"}));
     const gate::Series series = gate::run(s);
     const auto way = series.of("way");
-    gate::expect({"block on a slope, steeper friction", "creep from frame 6 on", "m", way.back() - way[6], 0, 2e-5, "Coulomb"});
+    gate::expect(
+        {"block on a slope, steeper friction", "creep from frame 6 on", "m", way.back() - way[6], 0, 2e-5, "Coulomb"});
 }
 
 TEST(FallingCube, BouncesAndComesToRestWhereItsWeightHoldsIt) {
@@ -141,10 +143,12 @@ TEST(FallingCube, BouncesAndComesToRestWhereItsWeightHoldsIt) {
         if (lowest < 0.055) bounce = std::max(bounce, h);
     }
     EXPECT_GT(bounce, 0.06);
-    gate::expect({"falling cube", "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
+    gate::expect(
+        {"falling cube", "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
     // Its weight presses it by rho g H/(3 E) in the mean, and the floor's spring by rho g H V^(1/3)/(lambda + 2 mu).
     const double settled = 0.05 - 9810 * 0.01 / 3e5 - 9810 * 0.1 * 0.01 / 1.346e5;
-    gate::expect({"falling cube", "height at the end", "m", height.back(), settled, 2e-4, "its weight; a fiftieth of a spacing"});
+    gate::expect({"falling cube", "height at the end", "m", height.back(), settled, 2e-4,
+                  "its weight; a fiftieth of a spacing"});
 }
 
 }  // namespace

@@ -18,8 +18,8 @@ Vec3f towards(double longitude, double latitude) {  // degrees
     return Vec3d(std::cos(b) * std::cos(a), std::cos(b) * std::sin(a), std::sin(b)).cast<float>();
 }
 
-/// A dim sky over a dark ground and a sun of a few texels, 2000 times as bright, 40 degrees high towards -y: half of the
-/// light on level ground.
+/// A dim sky over a dark ground and a sun of a few texels, 2000 times as bright, 40 degrees high towards -y: half of
+/// the light on level ground.
 constexpr int kWidth = 128, kHeight = 64;
 std::shared_ptr<const Environment> sunny() {
     std::vector<Vec3f> radiance;
@@ -33,8 +33,8 @@ std::shared_ptr<const Environment> sunny() {
 }
 
 std::shared_ptr<const Environment> constant(float value, int height = 8) {
-    return std::make_shared<const Environment>(2 * height, height,
-                                               std::vector<Vec3f>(std::size_t(2 * height * height), Vec3f::Constant(value)));
+    return std::make_shared<const Environment>(
+        2 * height, height, std::vector<Vec3f>(std::size_t(2 * height * height), Vec3f::Constant(value)));
 }
 
 Light light_of(std::shared_ptr<const Environment> environment, double rotation = 0, double strength = 1) {
@@ -70,7 +70,8 @@ TEST(Environment, IsSampledAsItsDensitySays) {
         EXPECT_NEAR(s.direction.norm(), 1, 1e-5f);
         // At a cell's edge rounding may find the neighbour's density: seen in 1 of 10 000.
         if (uniform(i, 0) > 0.001f) in_sun += map->radiance(s.direction).x() > 5;
-        if (std::abs(map->pdf(s.direction) - s.pdf) > 1e-3f * s.pdf) ADD_FAILURE() << i << " " << s.direction.transpose();
+        if (std::abs(map->pdf(s.direction) - s.pdf) > 1e-3f * s.pdf)
+            ADD_FAILURE() << i << " " << s.direction.transpose();
         if (::testing::Test::HasFailure()) break;
     }
     // The integral of the density over the directions that show the sun, by even directions in a cone about it.
@@ -124,7 +125,8 @@ TEST(Environment, ARotationTurnsItAboutTheVertical) {
         const Vec3f a = infinite_radiance(still, d), b = infinite_radiance(turned, there);
         EXPECT_LT((a - b).norm(), 2e-3f * (1 + a.norm()));
         const LightSample sample = sample_light(turned, {0, 0, 0}, {0, 0, 1}, {uniform(i, 0), uniform(i, 1)});
-        EXPECT_LT((infinite_radiance(turned, sample.direction) - sample.radiance).norm(), 2e-3f * (1 + sample.radiance.norm()));
+        EXPECT_LT((infinite_radiance(turned, sample.direction) - sample.radiance).norm(),
+                  2e-3f * (1 + sample.radiance.norm()));
         EXPECT_NEAR(light_pdf(turned, {0, 0, 1}, sample.direction, 1), sample.pdf, 2e-3f * sample.pdf);
     }
 }

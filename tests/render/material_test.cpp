@@ -94,10 +94,12 @@ TEST(Material, LightMayRunEitherWayInColour) {
         a.roughness = c.roughness;
         const Material m = make_material(a);
         for (std::uint64_t i = 0; i < 200; ++i) {
-            const Vec3f p = sample_cosine({uniform(i, 0), uniform(i, 1)}), q = sample_cosine({uniform(i, 2), uniform(i, 3)});
+            const Vec3f p = sample_cosine({uniform(i, 0), uniform(i, 1)}),
+                        q = sample_cosine({uniform(i, 2), uniform(i, 3)});
             if (p.z() < 0.02f || q.z() < 0.02f) continue;
             float unused;
-            const Vec3f there = evaluate(m, m.colour, p, q, unused) / q.z(), back = evaluate(m, m.colour, q, p, unused) / p.z();
+            const Vec3f there = evaluate(m, m.colour, p, q, unused) / q.z(),
+                        back = evaluate(m, m.colour, q, p, unused) / p.z();
             EXPECT_LT((there - back).norm(), 1e-3f * std::max(1.0f, there.norm())) << int(c.type) << " " << c.roughness;
         }
     }

@@ -106,7 +106,8 @@ World furnace(const scene::Appearance& appearance, bool straight, bool environme
     if (environment) {
         scene::Light light;
         light.type = scene::LightType::environment;
-        world.lights = {make_light(light, std::make_shared<const Environment>(16, 8, std::vector<Vec3f>(128, Vec3f::Ones())))};
+        world.lights = {
+            make_light(light, std::make_shared<const Environment>(16, 8, std::vector<Vec3f>(128, Vec3f::Ones())))};
     } else {
         add_sky(world);
     }

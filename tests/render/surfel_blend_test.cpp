@@ -277,6 +277,41 @@ TEST(SurfelBlend, AnEmptySceneIsMissed) {
     EXPECT_FALSE(scene.intersect({{0, 0, 3}, {0, 0, -1}}, {}, hit));
 }
 
+TEST(SurfelBlend, TheShortWayFindsTheSurfaceOfTheGeneralOne) {
+    // The same candidates as rows and as a list: the list always takes the walk. Rays from outside, and from inside of
+    // the object; to twice the tolerance of a root, 1e-5 radii, over the least slope that the short way takes, 0.1, and the
+    // rounding of t.
+    for (const SurfelCloud& cloud : {shapes::sphere(3000, 1, Vec3f::Zero(), 0.3f), shapes::torus(3000, 0.7f, 0.3f)}) {
+        const SurfelSet set = shapes::one_object(cloud);
+        const SurfelBlocks packed = pack_surfels(set.cloud, set.layer);
+        const float radius = set.cloud.axis1[0].norm();
+        int compared = 0;
+        for (std::uint64_t i = 0; i < 3000; ++i) {
+            const bool within = i % 3 == 0;
+            const Vec3f from = within ? Vec3f(0.7f * on_sphere(i, 0)) : Vec3f(2 * on_sphere(i, 0));
+            Ray ray{from, (0.9f * on_sphere(i, 1) - from).normalized()};
+            Interior interior;
+            if (within) interior.add(0);
+            Candidates rows;
+            for (Index b = 0; b < packed.blocks().size(); ++b)
+                gather(packed.blocks()[b], b, ray, interior, set.object, rows);
+            if (rows.listed || !rows.faced) continue;
+            Candidates list = rows;
+            list.make_list(ray.tmin);
+            SurfelHit a, b;
+            const bool found = first_crossing(packed.blocks(), ray, interior, set.object, {}, rows, rows.end, true, a);
+            ASSERT_EQ(found, first_crossing(packed.blocks(), ray, interior, set.object, {}, list, list.end, true, b)) << i;
+            if (!found) continue;
+            ++compared;
+            EXPECT_NEAR(a.t, b.t, 2e-4f * radius + 1e-6f) << i;
+            EXPECT_LT((a.normal - b.normal).norm(), 1e-3f) << i;
+            ASSERT_EQ(a.count, b.count);
+            for (int k = 0; k < a.count; ++k) EXPECT_NEAR(a.weight[k], b.weight[k], 2e-3f);
+        }
+        EXPECT_GT(compared, 1500);
+    }
+}
+
 double seconds_of_rays(const RayScene& scene, const std::vector<Ray>& rays) {
     timespec begin{}, end{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &begin);
@@ -289,8 +324,8 @@ double seconds_of_rays(const RayScene& scene, const std::vector<Ray>& rays) {
 }
 
 TEST(SurfelBlend, RadiiOverFiveOrdersOfMagnitudeAreMetAndCostNoMore) {
-    // The plane to a hundredth of the radius there (and the rounding of the ray's origin), in at most three times the time
-    // that surfels of one radius take (measured: as much), turn by turn and the best of five.
+    // The plane to a hundredth of the radius there (and the rounding of the ray's origin), in at most three times the
+    // time that surfels of one radius take (measured: as much), turn by turn and the best of five.
     const RayScene graded(shapes::one_object(shapes::graded_plane(60000)), {}),
         even(shapes::one_object(shapes::even_plane(245)), {});
     const std::vector<Ray> to_graded = shapes::rays_down(20000, true), to_even = shapes::rays_down(20000, false);

@@ -50,8 +50,8 @@ inline SurfelCloud sphere(std::size_t n, float radius = 1, const Vec3f& centre =
     return cloud;
 }
 
-/// A plane of about n surfels whose radii grow with the distance from the origin, from 1e-5 m to 1 m: rings that grow by a
-/// constant factor. A ring at distance x has surfels of radius kGradedSlope x.
+/// A plane of about n surfels whose radii grow with the distance from the origin, from 1e-5 m to 1 m: rings that grow
+/// by a constant factor. A ring at distance x has surfels of radius kGradedSlope x.
 inline constexpr double kGradedSlope = 0.02;
 inline SurfelCloud graded_plane(std::size_t n) {
     SurfelCloud cloud;
@@ -73,8 +73,9 @@ inline SurfelCloud graded_plane(std::size_t n) {
 inline SurfelCloud even_plane(int side) {
     SurfelCloud cloud;
     for (int k = 0; k < side * side; ++k)
-        add_disc(cloud, {(float(k % side) + 0.5f) / float(side) - 0.5f, (float(k / side) + 0.5f) / float(side) - 0.5f, 0}, {0, 0, 1},
-                 1.2f / float(side));
+        add_disc(cloud,
+                 {(float(k % side) + 0.5f) / float(side) - 0.5f, (float(k / side) + 0.5f) / float(side) - 0.5f, 0},
+                 {0, 0, 1}, 1.2f / float(side));
     return cloud;
 }
 
@@ -87,7 +88,8 @@ inline std::vector<Ray> rays_down(int count, bool graded) {
         const Vec3f at = (graded ? Vec3d(x * std::cos(2 * kPi * v), x * std::sin(2 * kPi * v), 0)
                                  : Vec3d(0.9 * (u - 0.5), 0.9 * (v - 0.5), 0))
                              .cast<float>();
-        const Vec3f down = Vec3f(float(random_unit(3, i, 1, 0)) - 0.5f, float(random_unit(3, i, 1, 1)) - 0.5f, -1).normalized();
+        const Vec3f down =
+            Vec3f(float(random_unit(3, i, 1, 0)) - 0.5f, float(random_unit(3, i, 1, 1)) - 0.5f, -1).normalized();
         rays.push_back({at - (0.1f + at.norm()) * down, down});
     }
     return rays;

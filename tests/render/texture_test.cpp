@@ -30,7 +30,8 @@ TEST(Texture, IsExactAtTexelCentresAndRepeatsWithoutEnd) {
         for (int column = 0; column < kWidth; ++column)
             for (const Vec2f& shift : {Vec2f(0, 0), Vec2f(3, 0), Vec2f(-2, 5), Vec2f(-1, -1)}) {
                 const Vec2f uv((float(column) + 0.5f) / kWidth, 1 - (float(row) + 0.5f) / kHeight);
-                EXPECT_LT((texture.colour(uv + shift, {0, 0}) - colours[std::size_t(row * kWidth + column)]).norm(), 2e-5f);
+                EXPECT_LT((texture.colour(uv + shift, {0, 0}) - colours[std::size_t(row * kWidth + column)]).norm(),
+                          2e-5f);
             }
 }
 
@@ -112,15 +113,19 @@ TEST(ImageMap, APlanarOneLooksAlongItsAxis) {
     // Texel (1, 2) has its centre at 1.5/8 of the width 2 m and 2.5/8 of the height 4 m.
     const float right = 1.5f / 8 * 2, up = 2.5f / 8 * 4;
     using scene::Axis;
-    EXPECT_LT((laid(scene::Mapping::planar, Axis::z).colour_at(at({10 + right, 20 + up, 77})) - texel(1, 2)).norm(), 1e-4f);
-    EXPECT_LT((laid(scene::Mapping::planar, Axis::y).colour_at(at({10 + right, 77, 30 + up})) - texel(1, 2)).norm(), 1e-4f);
-    EXPECT_LT((laid(scene::Mapping::planar, Axis::x).colour_at(at({77, 20 + right, 30 + up})) - texel(1, 2)).norm(), 1e-4f);
+    EXPECT_LT((laid(scene::Mapping::planar, Axis::z).colour_at(at({10 + right, 20 + up, 77})) - texel(1, 2)).norm(),
+              1e-4f);
+    EXPECT_LT((laid(scene::Mapping::planar, Axis::y).colour_at(at({10 + right, 77, 30 + up})) - texel(1, 2)).norm(),
+              1e-4f);
+    EXPECT_LT((laid(scene::Mapping::planar, Axis::x).colour_at(at({77, 20 + right, 30 + up})) - texel(1, 2)).norm(),
+              1e-4f);
 }
 
 TEST(ImageMap, ABoxReadsTheRightWayFromEverySide) {
     const Material m = laid(scene::Mapping::box, scene::Axis::z);
     const Vec3f centre(10, 20, 30), up_z(0, 0, 1), up_y(0, 1, 0);
-    for (const Vec3f& n : {Vec3f(1, 0, 0), Vec3f(-1, 0, 0), Vec3f(0, 1, 0), Vec3f(0, -1, 0), Vec3f(0, 0, 1), Vec3f(0, 0, -1)}) {
+    for (const Vec3f& n :
+         {Vec3f(1, 0, 0), Vec3f(-1, 0, 0), Vec3f(0, 1, 0), Vec3f(0, -1, 0), Vec3f(0, 0, 1), Vec3f(0, 0, -1)}) {
         const Vec3f up = std::abs(n.z()) > 0.5f ? up_y : up_z, right = up.cross(n);  // as seen from outside
         const Vec3f x = centre + right * (1.5f / 8 * 2) + up * (2.5f / 8 * 4) + 5 * n;
         const Vec3f tilted = (n + 0.3f * right + 0.2f * up).normalized();
@@ -167,7 +172,8 @@ TEST(ImageMap, ByUvIsThatOfTheMeshAtTheHit) {
     MeshObject square = worlds::ground(0, 1);
     const auto uv = [](const Vec3f& x) { return Vec2f(0.25f * x.x() + 0.25f, 0.5f * x.y() + 0.5f); };
     for (const auto& [p, q, r] : square.mesh.triangles)
-        square.mesh.uvs.push_back({uv(square.mesh.vertices[p]), uv(square.mesh.vertices[q]), uv(square.mesh.vertices[r])});
+        square.mesh.uvs.push_back(
+            {uv(square.mesh.vertices[p]), uv(square.mesh.vertices[q]), uv(square.mesh.vertices[r])});
     const RayScene rays({}, {square});
     for (std::uint64_t i = 0; i < 200; ++i) {
         const Vec3f x(1.9f * uniform(i, 0) - 0.95f, 1.9f * uniform(i, 1) - 0.95f, 0);

@@ -2,8 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/mesh_io.h"
+#include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/tessellate.h"
+#include "sim/scene_shapes.h"
 #include "tests/sim/fixture.h"
 
 namespace thixo {
@@ -98,6 +104,44 @@ TEST(Sampling, BodiesDoNotOverlap) {
     const auto& x = s.particles.position;
     for (std::size_t i = 0; i < x.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) ASSERT_GT((x[i] - x[j]).norm(), 0.0069);  // 0.7 spacings
+}
+
+TEST(SceneShapes, APlacedMeshStandsAtTheOriginWithItsHeight) {
+    TriangleMesh mesh = tessellate(box({2, 4, 8}), 0.1);
+    transform_mesh(mesh, 1, Quatd::Identity(), {10, 20, 30});
+    const std::string file = testing::TempDir() + "placed.ply";
+    std::ofstream(file, std::ios::binary) << write_ply(mesh);
+    const auto bounds = [&](scene::Place place) {
+        scene::MeshFile kind;
+        kind.file = file;
+        kind.height = 0.5;
+        kind.place = place;
+        scene::Shape shape;
+        shape.kind = kind;
+        return *make_shape({}, shape).bounds();
+    };
+    const auto near = [](const Vec3& a, const Vec3d& b) { return (a.cast<double>() - b).norm() < 1e-5; };
+    EXPECT_TRUE(near(bounds(scene::Place::base).lower, {-0.0625, -0.125, 0}));
+    EXPECT_TRUE(near(bounds(scene::Place::base).upper, {0.0625, 0.125, 0.5}));
+    EXPECT_TRUE(near(bounds(scene::Place::centre).upper, {0.0625, 0.125, 0.25}));
+    EXPECT_TRUE(near(bounds(scene::Place::file).lower, {9.0 / 16, 18.0 / 16, 26.0 / 16}));
+}
+
+TEST(SceneShapes, AFileOfPointsWithNormalsIsAShape) {
+    TriangleMesh points = welded(tessellate(sphere(1), 0.1, 64));
+    points.normals = points.vertices;
+    points.triangles.clear();
+    const std::string file = testing::TempDir() + "points.ply";
+    std::ofstream(file, std::ios::binary) << write_ply(points);
+    scene::MeshFile kind;
+    kind.file = file;
+    kind.scale = 0.5;
+    scene::Shape shape;
+    shape.kind = kind;
+    EXPECT_NEAR(make_shape({}, shape).distance(Vec3(0, 0, Real(0.1))), -0.4, 0.01);
+    points.normals.clear();
+    std::ofstream(file, std::ios::binary) << write_ply(points);
+    EXPECT_THROW(make_shape({}, shape), InputError);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Images that a look names: bound by content, stored with the cache, refused in one clear line where they are of no use.
+// Images that a look names: bound by content, stored with the cache, refused in one clear line where they are of no
+// use.
 #include "pipeline/contract/look_images.h"
 
 #include <gtest/gtest.h>
@@ -165,8 +166,8 @@ TEST_F(LookImages, OfACachesLookAreNotLookedAtButThoseOfALookFileAre) {
     write("looks/gone.yaml", "lights: {room: {file: gone.exr}}\n");
     EXPECT_THROW(overlay_look(cached.look, (folder_ / "looks/gone.yaml").string()), InputError);
     // An override of a cache's scene names a file of today.
-    const Scene set = parse_scene(text, "manifest.json", {"look.lights.room.file=" + (folder_ / "looks/stars.exr").string()},
-                                  Files::ignore);
+    const Scene set = parse_scene(text, "manifest.json",
+                                  {"look.lights.room.file=" + (folder_ / "looks/stars.exr").string()}, Files::ignore);
     EXPECT_EQ(set.look.lights[0].content, hash_hex(sky_bytes(0.01f)));
 }
 

@@ -6,6 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/surface_sampling.h"
 #include "pipeline/geometry/tessellate.h"
@@ -88,6 +89,16 @@ TEST(MeshSurfels, LieOnTheMeshAtTheCountAskedForWithItsColours) {
         const Vec3 ring = Vec3(x.x(), x.y(), 0).normalized() * Real(0.5);
         ASSERT_GT(s.surfels.normal[i].dot((x - ring).normalized()), 0.998);
     }
+}
+
+TEST(MeshSurfels, AMeshGivesASurfelForEveryVertex) {
+    TriangleMesh mesh = tessellate(sphere(0.5), 0.05, 48);
+    mesh.normals.clear();
+    const std::size_t vertices = welded(mesh).vertices.size();
+    const SampledSurface s = sample_surface(mesh_shape(mesh), {});
+    ASSERT_EQ(s.surfels.size(), vertices);
+    for (std::size_t i = 0; i < vertices; ++i) ASSERT_GT(s.surfels.normal[i].dot(s.surfels.position[i].normalized()), 0.999);
+    EXPECT_THROW(sample_surface(sphere(1), {}), InputError);
 }
 
 TEST(PointSurfels, RefuseWhatIsNoSurface) {

@@ -16,10 +16,13 @@ inline Elements block(int nx, int ny, int nz, Real distance, Real jitter, Real d
         for (int j = 0; j < ny; ++j)
             for (int i = 0; i < nx; ++i) {
                 const auto id = static_cast<std::uint64_t>(e.size());
-                const auto shift = [&](std::uint64_t a) { return jitter * static_cast<Real>(2 * random_unit(7, id, a, 1) - 1); };
+                const auto shift = [&](std::uint64_t a) {
+                    return jitter * static_cast<Real>(2 * random_unit(7, id, a, 1) - 1);
+                };
                 e.id.push_back(static_cast<std::int64_t>(id));
                 e.owner.push_back(0);
-                e.rest.push_back({distance * (Real(i) + shift(0)), distance * (Real(j) + shift(1)), distance * (Real(k) + shift(2)), 0});
+                e.rest.push_back({distance * (Real(i) + shift(0)), distance * (Real(j) + shift(1)),
+                                  distance * (Real(k) + shift(2)), 0});
                 e.volume.push_back(cube(distance));
                 e.mass.push_back(density * cube(distance));
                 e.support.push_back(2 * distance);
@@ -55,7 +58,8 @@ void move(Elements& e, F&& f) {
 inline void shake(Elements& e, Real distance, Real size) {
     move(e, [&](const Vec3& m) {
         const Vec3 q = m / (6 * distance);
-        return Vec3(m + size * 3 * distance * Vec3(std::sin(q.y() + 2 * q.z()), std::cos(q.x() - q.z()), std::sin(q.x() + q.y())));
+        return Vec3(m + size * 3 * distance *
+                            Vec3(std::sin(q.y() + 2 * q.z()), std::cos(q.x() - q.z()), std::sin(q.x() + q.y())));
     });
     for (std::size_t i = 0; i < e.size(); ++i)
         for (std::uint64_t a = 0; a < 3; ++a)
@@ -64,7 +68,9 @@ inline void shake(Elements& e, Real distance, Real size) {
 
 inline StressLaw rubber() {
     const Real modulus = 1e5, nu = Real(0.3);
-    return {.lambda = modulus * nu / ((1 + nu) * (1 - 2 * nu)), .mu = modulus / (2 * (1 + nu)), .zero_energy = modulus / 10};
+    return {.lambda = modulus * nu / ((1 + nu) * (1 - 2 * nu)),
+            .mu = modulus / (2 * (1 + nu)),
+            .zero_energy = modulus / 10};
 }
 
 }  // namespace thixo::fixture

@@ -37,7 +37,8 @@ Real energy(const StressLaw& law, const Elements& e) {
         const auto neighbours = [&](auto&& f) {
             for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
                 const Index j = e.neighbour[k];
-                f(e.weight[k], Vec3(xyz(e.rest[j]) - xyz(e.rest[i])), Vec3(xyz(e.displacement[j]) - xyz(e.displacement[i])));
+                f(e.weight[k], Vec3(xyz(e.rest[j]) - xyz(e.rest[i])),
+                  Vec3(xyz(e.displacement[j]) - xyz(e.displacement[i])));
             }
         };
         Mat3 a = Mat3::Zero(), b = Mat3::Zero();
@@ -52,13 +53,15 @@ Real energy(const StressLaw& law, const Elements& e) {
         if (e.moment[i].full) total += e.volume[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);
         if (!(a.trace() > 0)) continue;
         const Real c = law.zero_energy * e.volume[i] / a.trace();
-        neighbours([&](Real w, const Vec3& r, const Vec3& u) { total += c / 2 * w * (r + u - j * r - (r - a * inverse * r)).squaredNorm(); });
+        neighbours([&](Real w, const Vec3& r, const Vec3& u) {
+            total += c / 2 * w * (r + u - j * r - (r - a * inverse * r)).squaredNorm();
+        });
     }
     return total;
 }
 
-/// Compares the forces with central differences of the energy. Differences over 1e-6 distances leave 1e-16/1e-6 rounding and
-/// 1e-12 truncation, relative to energies some thousand times the largest term: 1e-6 of the largest force.
+/// Compares the forces with central differences of the energy. Differences over 1e-6 distances leave 1e-16/1e-6
+/// rounding and 1e-12 truncation, relative to energies some thousand times the largest term: 1e-6 of the largest force.
 void expect_forces_of_energy(const StressLaw& law, Elements e) {
     const std::vector<Vec3> force = forces(law, e);
     const Real step = Real(1e-6) * kDistance, scale = largest(force);
@@ -177,7 +180,8 @@ TEST(Elasticity, ViscosityTakesEnergyOfStrainingAndNoneOfRigidMotion) {
     Real power = 0;
     const auto force = forces(law, e);
     for (std::size_t i = 0; i < e.size(); ++i) power += force[i].dot(xyz(e.velocity[i]));
-    EXPECT_NEAR(power, -2 * law.viscosity * 125 * cube(kDistance), 1e-9 * law.viscosity * 125 * cube(kDistance));  // 2 eta V (d/dt eps)^2
+    EXPECT_NEAR(power, -2 * law.viscosity * 125 * cube(kDistance),
+                1e-9 * law.viscosity * 125 * cube(kDistance));  // 2 eta V (d/dt eps)^2
 }
 
 TEST(PlasticFlow, BelowTheYieldNothingStaysAndAboveItCreepsAtItsRate) {
@@ -225,11 +229,12 @@ TEST(RestShapeFit, FollowsTheBodyAndMovesNothing) {
         EXPECT_LT((bodies[0].turn * xyz(e.velocity[i]).cast<double>() - Vec3d(1, 2, 3)).norm(), 1e-14 * 10);
         far = std::max(far, xyz(e.displacement[i]).norm());
     }
-    EXPECT_LT(far, kDistance / 2);                                         // what the shaking did, without turn and shift
+    EXPECT_LT(far, kDistance / 2);  // what the shaking did, without turn and shift
     EXPECT_LT((bodies[0].turn - turn().cast<double>()).norm(), 0.05);
     // The forces are those of before, in the new frame.
     const auto after = forces(rubber(), e);
-    for (std::size_t i = 0; i < e.size(); ++i) EXPECT_LT((bodies[0].turn.cast<Real>() * after[i] - force[i]).norm(), 1e-9 * largest(force));
+    for (std::size_t i = 0; i < e.size(); ++i)
+        EXPECT_LT((bodies[0].turn.cast<Real>() * after[i] - force[i]).norm(), 1e-9 * largest(force));
 }
 
 TEST(StableStep, TheStiffestModeIsThatOfTheStiffnessMatrix) {
@@ -244,9 +249,11 @@ TEST(StableStep, TheStiffestModeIsThatOfTheStiffnessMatrix) {
         u = small;
         const auto force = forces(law, e);
         u = 0;
-        for (Eigen::Index r = 0; r < 3 * n; ++r) k(r, c) = static_cast<double>(-force[static_cast<std::size_t>(r / 3)][r % 3] / small / e.mass[0]);
+        for (Eigen::Index r = 0; r < 3 * n; ++r)
+            k(r, c) = static_cast<double>(-force[static_cast<std::size_t>(r / 3)][r % 3] / small / e.mass[0]);
     }
-    const double largest = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>((k + k.transpose()) / 2).eigenvalues().maxCoeff();
+    const double largest =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>((k + k.transpose()) / 2).eigenvalues().maxCoeff();
     const double found = find_stiffest({law}, fixture::one_body(e), e)[0];
     EXPECT_LE(found, largest * (1 + 1e-3));  // displacements of 1e-4 supports are linear to 1e-4
     EXPECT_GE(found, 0.9 * largest);         // the step leaves room for a third

@@ -45,7 +45,8 @@ scene::Scene busy() {
     s.materials[1].name = "stiffer";
     s.materials[1].elastic.youngs_modulus = 2e5;
     s.materials[0].elastic.changes = {{.time = 0.06, .duration = 0.03, .material = "stiffer"}};
-    s.bodies = {fixture::body("block", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}), {0.2, 0, -0.5})};
+    s.bodies = {
+        fixture::body("block", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}), {0.2, 0, -0.5})};
     s.bodies[0].angular_velocity = {3, 8, 1};
     s.bodies[0].surfels = 300;
     s.handles = {handle(fixture::shape_at({0, 0, 0.03}, scene::BoxShape{{1, 1, 0.02}, 0}), 0.05, 0.09)};
@@ -55,13 +56,15 @@ scene::Scene busy() {
 }
 
 TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
-    // A thousand sub-steps. Velocities are rounded to 6e-8 of themselves at each of them and at every turn of the frame, at random:
-    // 1e-6 of sum m|v|, and of its arm.
+    // A thousand sub-steps. Velocities are rounded to 6e-8 of themselves at each of them and at every turn of the
+    // frame, at random: 1e-6 of sum m|v|, and of its arm.
     scene::Scene scene = rubber_scene();
-    scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.08, 0.05, 0.06}, 0}), {1, -0.5, 0.3})};
+    scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.08, 0.05, 0.06}, 0}),
+                                  {1, -0.5, 0.3})};
     scene.bodies[0].angular_velocity = {5, 20, 10};
     Simulation s = make_simulation(scene);
-    for (std::size_t i = 0; i < s.solids.elements.size(); ++i) s.solids.elements.velocity[i].x += (i % 2 ? 0.3f : -0.3f);
+    for (std::size_t i = 0; i < s.solids.elements.size(); ++i)
+        s.solids.elements.velocity[i].x += (i % 2 ? 0.3f : -0.3f);
     fixture::steps(s, 1, 1e-4);
     const Vec3d linear = fixture::momentum(s.particles), angular = fixture::angular_momentum(s.particles);
     const double motion = fixture::motion(s.particles);
@@ -71,8 +74,8 @@ TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
         sub_steps = s.stats.solid_sub_steps;
     }
     EXPECT_LT((fixture::momentum(s.particles) - linear).norm(), 1e-6 * motion);
-    // v(t) of a particle is carried on from half a sub-step before, without the change of the force in between: of angular momentum
-    // that leaves what the trembling does in it.
+    // v(t) of a particle is carried on from half a sub-step before, without the change of the force in between: of
+    // angular momentum that leaves what the trembling does in it.
     EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-4 * motion * 0.1);
 }
 
@@ -123,7 +126,8 @@ TEST(Solids, AHandleHoldsMovesAndLetsGo) {
     scene.frames.fps = 20;
     Simulation s = make_simulation(scene);
     std::map<std::int64_t, Vec3d> rest;
-    for (std::size_t i = 0; i < s.particles.size(); ++i) rest[s.particles.id[i]] = s.particles.position[i].cast<double>();
+    for (std::size_t i = 0; i < s.particles.size(); ++i)
+        rest[s.particles.id[i]] = s.particles.position[i].cast<double>();
     for (int k = 0; k < 3; ++k) advance_frame(s);
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
         const Vec3d m = rest[s.particles.id[i]];
@@ -136,7 +140,8 @@ TEST(Solids, AHandleHoldsMovesAndLetsGo) {
 }
 
 TEST(Solids, ElasticMatterSpringsBackAndPlasticMatterKeepsItsDent) {
-    // Drawn out by a fifth, held, let go, with damping enough to settle. Elastic: back within a hundredth of the stretch.
+    // Drawn out by a fifth, held, let go, with damping enough to settle. Elastic: back within a hundredth of the
+    // stretch.
     for (const double creep : {0.0, 30.0}) {
         scene::Scene scene = rubber_scene();
         scene.materials[0].viscosity = 100;
@@ -205,7 +210,8 @@ TEST(Solids, ASurfaceSplitsWhereItIsStretchedAndIsRestoredOnRelease) {
     EXPECT_EQ(ids.size(), s.surface.size());
     Real longest = 0;
     for (std::size_t i = 0; i < s.surface.size(); ++i)
-        longest = std::max(longest, s.surface.surfels.axis1[i].norm() / rest.surfels.axis1[s.embedded_source[i]].norm());
+        longest =
+            std::max(longest, s.surface.surfels.axis1[i].norm() / rest.surfels.axis1[s.embedded_source[i]].norm());
     EXPECT_LT(square(longest), kSplitStretch * 1.0001f);
     stretch(0);
     EXPECT_EQ(s.surface.id, rest.id);

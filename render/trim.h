@@ -27,7 +27,8 @@ class Trims {
 
     bool trimmed(Index object) const { return object < trees_.size() && trees_[object].has_value(); }
     /// Whether a crossing of `layer` at x bounds the object: the tree changes with the layer's side, every other sheet's
-    /// side being that of x. Where x is nearer to another sheet than `radius` times kTrimOverlap, either side of it will do.
+    /// side being that of x. Where x is nearer to another sheet than `radius` times kTrimOverlap, either side of it will
+    /// do.
     bool keeps(Index object, std::uint32_t layer, const Vec3f& x, float radius) const;
 
   private:

@@ -82,7 +82,9 @@ class ShapeBuilder {
     Shape make(const scene::Repeat& k, const scene::Shape&, int depth) const {
         return repeated(together(k, depth), k.count, k.step, k.turn, k.smooth);
     }
-    Shape make(const scene::Twist& k, const scene::Shape&, int depth) const { return twisted(together(k, depth), k.rate); }
+    Shape make(const scene::Twist& k, const scene::Shape&, int depth) const {
+        return twisted(together(k, depth), k.rate);
+    }
     Shape make(const scene::Bend& k, const scene::Shape&, int depth) const { return bent(together(k, depth), k.angle); }
     Shape make(const scene::Noise& k, const scene::Shape&, int depth) const {
         return roughened(together(k, depth), k.amplitude, k.scale, k.octaves);
@@ -93,7 +95,9 @@ class ShapeBuilder {
         throw InputError("{}: there is no shape named '{}' in `shapes`", s.where, k.name);
     }
     /// The shapes of a list as one.
-    Shape together(const scene::ShapeList& list, int depth) const { return union_of(children(list, depth), list.smooth); }
+    Shape together(const scene::ShapeList& list, int depth) const {
+        return union_of(children(list, depth), list.smooth);
+    }
     std::vector<Shape> children(const scene::ShapeList& list, int depth) const {
         std::vector<Shape> shapes;
         for (const scene::Shape& s : list.shapes) shapes.push_back(build(s, depth + 1));

@@ -140,7 +140,8 @@ void visit(V& v, MeshFile& s) {
     v.key("scale", s.scale, "m", at_least(0), "length of one unit of the file; 0: from height");
     v.key("height", s.height, "m", at_least(0), "extent along z after reading; 0: from scale");
     v.key("place", s.place, "", any(),
-          "what comes to the origin: the file's own origin, the middle of the lowest face of its box, or the box's centre");
+          "what comes to the origin: the file's own origin, the middle of the lowest face of its box, or the box's "
+          "centre");
     v.key("content", s.content, "", any(),
           "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
 }
@@ -208,7 +209,8 @@ void visit(V& v, Noise& s) {
     visit(v, static_cast<ShapeList&>(s));
     v.key("amplitude", s.amplitude, "m", any(), "about how far the surface is raised and pressed in");
     v.key("scale", s.scale, "m", above(0), "width of the largest bumps");
-    v.key("octaves", s.octaves, "", between(1, 12), "layers of bumps, each half as wide and half as high as the one before");
+    v.key("octaves", s.octaves, "", between(1, 12),
+          "layers of bumps, each half as wide and half as high as the one before");
 }
 template <class V>
 void visit(V& v, NamedShape& s) {

@@ -8,15 +8,15 @@
 
 namespace thixo {
 
-/// Indices of the `count` points, ascending, that are left when the most crowded is taken away again and again (weighted
-/// sample elimination, Yuksel 2015: weights (1 - d/(2 r))^8, r the distance of a hexagonal lattice). Points whose
-/// normals are more than 90 degrees apart do not see each other: they lie on two sides. `spacing` [m]: the root of the
-/// area per point that is left.
+/// Indices of the `count` points, ascending, that are left when the most crowded is taken away again and again
+/// (weighted sample elimination, Yuksel 2015: weights (1 - d/(2 r))^8, r the distance of a hexagonal lattice). Points
+/// whose normals are more than 90 degrees apart do not see each other: they lie on two sides. `spacing` [m]: the root
+/// of the area per point that is left.
 std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const Vec3> normals, std::size_t count,
                                Real spacing);
 
-/// Pushes points of a face apart along it: every sweep moves each by the sum of its neighbours' repulsion (1 - d/R)^2 and
-/// brings it back onto the face. Points with `fixed` stay.
+/// Pushes points of a face apart along it: every sweep moves each by the sum of its neighbours' repulsion (1 - d/R)^2
+/// and brings it back onto the face. Points with `fixed` stay.
 void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
            Real spacing, int sweeps);
 

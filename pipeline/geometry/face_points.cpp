@@ -12,9 +12,9 @@
 namespace thixo {
 namespace {
 
-constexpr int kPerCell = 3;           // points tried in a cell
-constexpr double kLayer = 0.25;       // half thickness of the layer, in cells
-constexpr double kMostCells = 1e8;    // of one face
+constexpr int kPerCell = 3;         // points tried in a cell
+constexpr double kLayer = 0.25;     // half thickness of the layer, in cells
+constexpr double kMostCells = 1e8;  // of one face
 
 struct Cell {
     std::int32_t x, y, z;
@@ -78,8 +78,7 @@ class CellSearch {
         cells_.resize(kept);
     }
     void split() {
-        if (8.0 * static_cast<double>(cells_.size()) > kMostCells)
-            throw too_many(2 * edge_);
+        if (8.0 * static_cast<double>(cells_.size()) > kMostCells) throw too_many(2 * edge_);
         std::vector<Cell> parts;
         parts.reserve(8 * cells_.size());
         for (const Cell& c : cells_)
@@ -98,8 +97,8 @@ class CellSearch {
 
 /// Point j of a cell in its unit cube: a low-discrepancy sequence from a random start.
 Vec3d point_in_cell(std::uint64_t seed, std::uint64_t face, const Cell& c, int j) {
-    const std::uint64_t id = static_cast<std::uint64_t>(c.x) << 42 ^ static_cast<std::uint64_t>(c.y) << 21 ^
-                             static_cast<std::uint64_t>(c.z);
+    const std::uint64_t id =
+        static_cast<std::uint64_t>(c.x) << 42 ^ static_cast<std::uint64_t>(c.y) << 21 ^ static_cast<std::uint64_t>(c.z);
     const Vec3d step(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
     Vec3d u;
     for (int k = 0; k < 3; ++k) {
@@ -152,10 +151,12 @@ Found points_of_surface(const FacedSolid& solid, int k, double spacing, std::uin
     Found found((count + kChunk - 1) / kChunk);
     parallel_chunks(count, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         for (std::size_t i = begin; i < end; ++i) {
-            const auto random = [&](std::uint64_t use) { return random_unit(seed, i, static_cast<std::uint64_t>(k), use); };
+            const auto random = [&](std::uint64_t use) {
+                return random_unit(seed, i, static_cast<std::uint64_t>(k), use);
+            };
             Candidate c;
-            surface.point((static_cast<double>(i) + random(3)) / static_cast<double>(count), random(4), random(5), c.position,
-                          c.normal);
+            surface.point((static_cast<double>(i) + random(3)) / static_cast<double>(count), random(4), random(5),
+                          c.position, c.normal);
             c.on_surface = solid.on_surface(c.position, c.normal, k, static_cast<Real>(spacing));
             found[chunk].push_back(c);
         }
@@ -164,8 +165,9 @@ Found points_of_surface(const FacedSolid& solid, int k, double spacing, std::uin
 }
 
 FacePoints face_points(const FacedSolid& solid, int k, double spacing, double reach, std::uint64_t seed) {
-    const Found found = solid.faces[static_cast<std::size_t>(k)].surface ? points_of_surface(solid, k, spacing, seed)
-                                                                         : points_in_layer(solid, k, spacing, reach, seed);
+    const Found found = solid.faces[static_cast<std::size_t>(k)].surface
+                            ? points_of_surface(solid, k, spacing, seed)
+                            : points_in_layer(solid, k, spacing, reach, seed);
     FacePoints points;
     std::vector<Vec3> seen;  // on the surface
     for (const auto& chunk : found)

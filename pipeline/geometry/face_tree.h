@@ -1,4 +1,5 @@
-// A solid with sharp edges as a boolean tree of solids whose surfaces are smooth: its faces, each extended past its edges.
+// A solid with sharp edges as a boolean tree of solids whose surfaces are smooth: its faces, each extended past its
+// edges.
 #pragma once
 
 #include <cstddef>
@@ -41,7 +42,8 @@ FaceTree mapped(FaceTree tree, F&& f) {
     return tree;
 }
 
-/// The same solid by unions and intersections alone: faces that are taken away are inverted, so that all face out of it.
+/// The same solid by unions and intersections alone: faces that are taken away are inverted, so that all face out of
+/// it.
 FaceTree without_differences(const FaceTree& tree);
 
 /// Numbers the faces from 0 on in depth-first order and returns them in that order.
@@ -58,13 +60,15 @@ bool evaluate(const Tree& tree, Inside&& inside) {
 }
 
 /// Whether a point of face `own` bounds the solid of a tree without differences: it changes with the side of that face.
-/// distance(k) is the point's signed distance to face k; nearer than `tolerance` [m] it counts as whichever side makes a
-/// boundary, so that of coinciding faces all are one.
+/// distance(k) is the point's signed distance to face k; nearer than `tolerance` [m] it counts as whichever side makes
+/// a boundary, so that of coinciding faces all are one.
 template <class Tree, class Distance>
 bool bounds_solid(const Tree& tree, int own, Real tolerance, Distance&& distance) {
-    return outcomes(tree, [&](const Tree& leaf) {
-               return leaf.number == own ? unsigned(kOwnSide) : outcome_of_side(distance(leaf.number), tolerance);
-           }) &
+    return outcomes(tree,
+                    [&](const Tree& leaf) {
+                        return leaf.number == own ? unsigned(kOwnSide)
+                                                  : outcome_of_side(distance(leaf.number), tolerance);
+                    }) &
            kOwnSide;
 }
 

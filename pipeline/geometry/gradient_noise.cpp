@@ -12,8 +12,8 @@ Vec3f lattice_gradient(std::int32_t x, std::int32_t y, std::int32_t z) {
     constexpr float edges[16][3] = {{1, 1, 0},  {-1, 1, 0},  {1, -1, 0}, {-1, -1, 0}, {1, 0, 1},  {-1, 0, 1},
                                     {1, 0, -1}, {-1, 0, -1}, {0, 1, 1},  {0, -1, 1},  {0, 1, -1}, {0, -1, -1},
                                     {1, 1, 0},  {-1, 1, 0},  {0, -1, 1}, {0, -1, -1}};
-    const std::uint64_t key = std::uint64_t(std::uint32_t(x)) << 42 ^ std::uint64_t(std::uint32_t(y)) << 21 ^
-                              std::uint64_t(std::uint32_t(z));
+    const std::uint64_t key =
+        std::uint64_t(std::uint32_t(x)) << 42 ^ std::uint64_t(std::uint32_t(y)) << 21 ^ std::uint64_t(std::uint32_t(z));
     const float* g = edges[mix64(key) & 15];
     return {g[0], g[1], g[2]};
 }
@@ -26,7 +26,8 @@ float fade_slope(float t) { return 30 * t * t * (t * (t - 2) + 1); }
 NoiseSample gradient_noise(const Vec3f& p) {
     const Vec3f base(std::floor(p.x()), std::floor(p.y()), std::floor(p.z())), f = p - base;
     const auto x = std::int32_t(base.x()), y = std::int32_t(base.y()), z = std::int32_t(base.z());
-    const float w[3][2] = {{1 - fade(f.x()), fade(f.x())}, {1 - fade(f.y()), fade(f.y())}, {1 - fade(f.z()), fade(f.z())}};
+    const float w[3][2] = {
+        {1 - fade(f.x()), fade(f.x())}, {1 - fade(f.y()), fade(f.y())}, {1 - fade(f.z()), fade(f.z())}};
     const Vec3f slope(fade_slope(f.x()), fade_slope(f.y()), fade_slope(f.z()));
     NoiseSample s;
     for (int corner = 0; corner < 8; ++corner) {

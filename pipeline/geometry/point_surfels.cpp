@@ -10,8 +10,8 @@
 namespace thixo {
 namespace {
 
-constexpr int kAround = 12;            // neighbours that tell how dense the points are
-constexpr Real kOverlap = Real(1.1);   // radius over the distance of points
+constexpr int kAround = 12;           // neighbours that tell how dense the points are
+constexpr Real kOverlap = Real(1.1);  // radius over the distance of points
 
 void check_points(const TriangleMesh& points) {
     if (points.vertices.size() < kAround + 4)

@@ -14,9 +14,9 @@ struct PointSurfels {
     double area = 0;            // what the points stand for [m^2]
 };
 
-/// A round surfel at every point, its radius a tenth more than the distance of the points around it (the root of the area
-/// that a point has, by the distance of its twelfth neighbour), so that discs overlap as those of sampled shapes do.
-/// Throws InputError where normals are missing or zero, a number is not finite, or there are fewer than 16 points.
+/// A round surfel at every point, its radius a tenth more than the distance of the points around it (the root of the
+/// area that a point has, by the distance of its twelfth neighbour), so that discs overlap as those of sampled shapes
+/// do. Throws InputError where normals are missing or zero, a number is not finite, or there are fewer than 16 points.
 PointSurfels surfels_of_points(const TriangleMesh& points);
 
 /// x -> rotation (factor x) + translation.

@@ -17,7 +17,8 @@ struct ChainFace final : Shape::Node {
     ChainFace(const std::vector<Vec2d>& corners, Real by_) : by(by_) {
         for (std::size_t k = 0; k + 1 < corners.size(); ++k) {
             const Vec2d along = corners[k + 1] - corners[k];
-            const bool first = k == 0 && corners.front().x() > 0, last = k + 2 == corners.size() && corners.back().x() > 0;
+            const bool first = k == 0 && corners.front().x() > 0,
+                       last = k + 2 == corners.size() && corners.back().x() > 0;
             const Real endless = std::numeric_limits<Real>::max();
             edges.push_back({corners[k].cast<Real>(), along.normalized().cast<Real>(), first ? -endless : Real(0),
                              last ? endless : Real(along.norm())});

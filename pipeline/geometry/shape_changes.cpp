@@ -132,8 +132,8 @@ struct Shell final : Shape::Node {
     }
     std::optional<Box3> bounds() const override { return shape.bounds(); }
     std::shared_ptr<const FaceTree> faces(Real by) const override {
-        return std::make_shared<FaceTree>(FaceTree::of(
-            FaceTree::Op::all, {faces_of(shape, by), complement(faces_of(shape, -thickness - by))}));
+        return std::make_shared<FaceTree>(
+            FaceTree::of(FaceTree::Op::all, {faces_of(shape, by), complement(faces_of(shape, -thickness - by))}));
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
     Shape shape;

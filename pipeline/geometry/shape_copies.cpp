@@ -21,7 +21,8 @@ struct Reflected final : Shape::Node {
         const auto inner = shape.bounds();
         if (!inner) return std::nullopt;
         const Mat3 turn = Mat3::Identity() - 2 * normal * normal.transpose();
-        const Vec3 c = image((inner->lower + inner->upper) / 2), h = turn.cwiseAbs() * (inner->upper - inner->lower) / 2;
+        const Vec3 c = image((inner->lower + inner->upper) / 2),
+                   h = turn.cwiseAbs() * (inner->upper - inner->lower) / 2;
         return Box3{c - h, c + h};
     }
     std::shared_ptr<const FaceTree> faces(Real by) const override {
@@ -94,7 +95,8 @@ Shape repeated(Shape shape, int count, const Vec3d& step, double turn, double sm
     if (count < 1 || count > 10000) throw InputError("repeat count is {}; use 1 to 10000", count);
     std::vector<Shape> copies{shape};
     for (int k = 1; k < count; ++k)
-        copies.push_back(transformed(shape, 1, Quatd(Eigen::AngleAxisd(k * turn * kPi / 180, Vec3d::UnitZ())), k * step));
+        copies.push_back(
+            transformed(shape, 1, Quatd(Eigen::AngleAxisd(k * turn * kPi / 180, Vec3d::UnitZ())), k * step));
     if (smooth > 0 || !shape.bounds() || count == 1) return union_of(std::move(copies), smooth);
     return Shape(std::make_shared<Copies>(std::move(copies)));
 }

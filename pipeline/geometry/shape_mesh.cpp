@@ -52,7 +52,8 @@ struct Triangles final : DirectSurface {
     }
     static Vec2 barycentric(const TriangleMesh& mesh, Index k, const Vec3& x) {
         const auto& t = mesh.triangles[k];
-        const Vec3 a = mesh.vertices[t[0]].cast<Real>(), b = mesh.vertices[t[1]].cast<Real>(), c = mesh.vertices[t[2]].cast<Real>();
+        const Vec3 a = mesh.vertices[t[0]].cast<Real>(), b = mesh.vertices[t[1]].cast<Real>(),
+                   c = mesh.vertices[t[2]].cast<Real>();
         const Vec3 n = (b - a).cross(c - a);
         const Real scale = 1 / n.squaredNorm();
         return {n.dot((c - a).cross(a - x)) * scale, n.dot((a - x).cross(b - a)) * scale};

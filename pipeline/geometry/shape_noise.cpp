@@ -24,8 +24,8 @@ struct Roughness {
     }
 };
 
-/// (distance - noise) / slope. Where the shape has edges its distance is that of the tree of its faces, so that the faces
-/// raised by the noise are its faces.
+/// (distance - noise) / slope. Where the shape has edges its distance is that of the tree of its faces, so that the
+/// faces raised by the noise are its faces.
 struct Rough final : Shape::Node {
     Rough(Shape s, const Roughness& r, Real by_)
         : shape(std::move(s)), tree(shape.node().faces(by_)), roughness(r), by(by_), inverse_slope(1 / r.slope()) {
@@ -42,9 +42,8 @@ struct Rough final : Shape::Node {
         const Real total = by + more * roughness.slope();
         const auto inner = shape.node().faces(total);
         if (!inner) return nullptr;
-        return std::make_shared<FaceTree>(mapped(*inner, [&](const Shape& face) {
-            return Shape(std::make_shared<Rough>(face, roughness, Real(0)));
-        }));
+        return std::make_shared<FaceTree>(mapped(
+            *inner, [&](const Shape& face) { return Shape(std::make_shared<Rough>(face, roughness, Real(0))); }));
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
     Shape shape;

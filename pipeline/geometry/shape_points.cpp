@@ -24,9 +24,9 @@ TriangleMesh triangle_soup(const PointSurfels& points) {
         const auto first = static_cast<Index>(soup.vertices.size());
         for (int k = 0; k < 3; ++k) {
             const Real angle = static_cast<Real>(2 * kPi * k / 3);
-            soup.vertices.push_back((cloud.position[i] + corner * (std::cos(angle) * cloud.axis1[i] +
-                                                                   std::sin(angle) * cloud.axis2[i]))
-                                        .cast<float>());
+            soup.vertices.push_back(
+                (cloud.position[i] + corner * (std::cos(angle) * cloud.axis1[i] + std::sin(angle) * cloud.axis2[i]))
+                    .cast<float>());
         }
         soup.triangles.push_back({first, first + 1, first + 2});
     }

@@ -31,7 +31,8 @@ struct Span {
 struct Swept final : Shape::Node {
     explicit Swept(std::vector<Span> list) : spans(std::move(list)) {
         for (std::size_t k = 0; k < spans.size(); ++k) {
-            const Box3 ball{spans[k].centre - Vec3::Constant(spans[k].reach), spans[k].centre + Vec3::Constant(spans[k].reach)};
+            const Box3 ball{spans[k].centre - Vec3::Constant(spans[k].reach),
+                            spans[k].centre + Vec3::Constant(spans[k].reach)};
             box = k == 0 ? ball : joined(box, ball);
         }
         tighten();
@@ -45,7 +46,8 @@ struct Swept final : Shape::Node {
             int nearest = 0;
             Real least = std::numeric_limits<Real>::max();
             for (int i = 0; i <= kSteps; ++i)
-                if (const Real d = (x - s.sample[std::size_t(i)].head<3>()).norm() - s.sample[std::size_t(i)][3]; d < least) {
+                if (const Real d = (x - s.sample[std::size_t(i)].head<3>()).norm() - s.sample[std::size_t(i)][3];
+                    d < least) {
                     least = d;
                     nearest = i;
                 }
@@ -96,7 +98,8 @@ struct Swept final : Shape::Node {
     Box3 box;
 };
 
-Span make_span(const Eigen::Vector4d& from, const Eigen::Vector4d& to, const Eigen::Vector4d& m0, const Eigen::Vector4d& m1) {
+Span make_span(const Eigen::Vector4d& from, const Eigen::Vector4d& to, const Eigen::Vector4d& m0,
+               const Eigen::Vector4d& m1) {
     Span s;
     s.d = from.cast<Real>();
     s.c = m0.cast<Real>();
@@ -107,7 +110,8 @@ Span make_span(const Eigen::Vector4d& from, const Eigen::Vector4d& to, const Eig
     s.centre = ((bezier[0] + bezier[1] + bezier[2] + bezier[3]) / 4).head<3>().cast<Real>();
     s.reach = 0;
     for (const auto& p : bezier)
-        s.reach = std::max(s.reach, (p.head<3>().cast<Real>() - s.centre).norm() + static_cast<Real>(std::max(p[3], 0.0)));
+        s.reach =
+            std::max(s.reach, (p.head<3>().cast<Real>() - s.centre).norm() + static_cast<Real>(std::max(p[3], 0.0)));
     for (int i = 0; i <= kSteps; ++i) s.sample[std::size_t(i)] = s.at(Real(i) / kSteps);
     return s;
 }

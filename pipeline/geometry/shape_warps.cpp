@@ -10,9 +10,9 @@
 namespace thixo {
 namespace {
 
-/// A shape seen through a map from the world to where it is straight. The map tells straight(x), stretch (its greatest),
-/// outside(x): the distance to a convex set or a union of such that holds the warped shape, and margin: how far from
-/// that set the stretch still holds. Then
+/// A shape seen through a map from the world to where it is straight. The map tells straight(x), stretch (its
+/// greatest), outside(x): the distance to a convex set or a union of such that holds the warped shape, and margin: how
+/// far from that set the stretch still holds. Then
 ///   d = shape(straight(x)) / stretch, cut off at margin - outside(x), and never below outside(x)
 /// changes no faster than x and is a lower bound of the distance.
 template <class Map>
@@ -38,7 +38,8 @@ struct Warped final : Shape::Node {
 };
 
 struct Twist {
-    Twist(const Box3& straight_box, Real rate_) : rate(rate_), bottom(straight_box.lower.z()), top(straight_box.upper.z()) {
+    Twist(const Box3& straight_box, Real rate_)
+        : rate(rate_), bottom(straight_box.lower.z()), top(straight_box.upper.z()) {
         const Vec3 far = straight_box.lower.cwiseAbs().cwiseMax(straight_box.upper.cwiseAbs());
         radius = far.head<2>().norm();
         margin = Real(0.5) * std::max(radius, top - bottom);
@@ -72,7 +73,8 @@ struct Bend {
         stretch = std::max(Real(1), R / (inner - margin));
         const Real far = std::max(outer, Real(0));
         box = Box3{Vec3(R - far, lower_y, bottom), Vec3(R + far, upper_y, bottom + far)};
-        if (angle <= Real(kPi / 2)) box.upper.x() = R - inner * std::cos(angle), box.upper.z() = bottom + far * std::sin(angle);
+        if (angle <= Real(kPi / 2))
+            box.upper.x() = R - inner * std::cos(angle), box.upper.z() = bottom + far * std::sin(angle);
         if (angle > Real(kPi / 2)) box.upper.x() = R - far * std::cos(angle);
     }
     /// Angle from the start of the arc, cut half a turn from its middle.
@@ -125,8 +127,8 @@ Shape bent(Shape shape, double angle) {
     const Box3 box = bounds_of(shape, "bent");
     const Bend bend(box, Real(angle * kPi / 180));
     if (!(bend.inner > Real(0.02) * bend.R))
-        throw InputError("bend angle is {}: the shape's inner side, at x = {}, would fold about x = {}; bend it less", angle,
-                         box.upper.x(), bend.R);
+        throw InputError("bend angle is {}: the shape's inner side, at x = {}, would fold about x = {}; bend it less",
+                         angle, box.upper.x(), bend.R);
     return Shape(std::make_shared<Warped<Bend>>(std::move(shape), bend, true));
 }
 

@@ -74,11 +74,12 @@ Shape transformed(Shape shape, double factor, const Quatd& rotation, const Vec3d
 Shape offset(Shape shape, double by);
 /// A hollow shell of this thickness, inwards from the surface.
 Shape shell(Shape shape, double thickness);
-/// Turned about z by `rate` [degrees/m] times z. The distance is that of the straight shape over the greatest stretch, a
-/// lower bound.
+/// Turned about z by `rate` [degrees/m] times z. The distance is that of the straight shape over the greatest stretch,
+/// a lower bound.
 Shape twisted(Shape shape, double rate);
-/// The z axis from the shape's lowest to its highest point bent into an arc of `angle` [degrees] towards +x, at most 180
-/// either way; the lowest point's height stays. A lower bound as above. Throws InputError where the inner side would fold.
+/// The z axis from the shape's lowest to its highest point bent into an arc of `angle` [degrees] towards +x, at most
+/// 180 either way; the lowest point's height stays. A lower bound as above. Throws InputError where the inner side
+/// would fold.
 Shape bent(Shape shape, double angle);
 /// The surface raised by amplitude [m] times fractal gradient noise at x / scale, negative amounts pressed in. A lower
 /// bound.

@@ -24,9 +24,8 @@ class NearestPlane {
     NearestPlane(const Sheet& sheet, Real extent) : sheet_(sheet), extent_(extent) {
         const std::size_t n = sheet.position.size();
         if (n == 0) return;
-        flat_ = std::all_of(sheet.normal.begin(), sheet.normal.end(), [&](const Vec3& normal) {
-            return (normal - sheet.normal[0]).squaredNorm() < Real(1e-10);
-        });
+        flat_ = std::all_of(sheet.normal.begin(), sheet.normal.end(),
+                            [&](const Vec3& normal) { return (normal - sheet.normal[0]).squaredNorm() < Real(1e-10); });
         if (!flat_) grid_.build(sheet.position, extent / 24);
     }
     Real distance(const Vec3& x) const {

@@ -11,7 +11,7 @@ namespace thixo {
 struct SheetTree {
     enum class Op { sheet, all, any };
     Op op = Op::sheet;
-    int number = 0;                 // of Op::sheet
+    int number = 0;                  // of Op::sheet
     std::vector<SheetTree> parts{};  // of the others, at least one
 };
 

@@ -16,15 +16,16 @@ namespace thixo {
 namespace {
 
 constexpr int kSweeps = 12;
-constexpr double kWidest = 1.25;   // points are found for spacings up to this times the guess
-constexpr Real kCovered = Real(0.8);  // farthest a tried point may lie from a surfel, in radii: there may be others between
+constexpr double kWidest = 1.25;  // points are found for spacings up to this times the guess
+constexpr Real kCovered =
+    Real(0.8);  // farthest a tried point may lie from a surfel, in radii: there may be others between
 
 /// Area of the faces as far as `reach` past their edges.
 double area_within(const SolidPoints& points, double reach) {
     std::size_t count = 0;
     for (const FacePoints& f : points.faces)
-        count += static_cast<std::size_t>(std::count_if(f.beyond.begin(), f.beyond.end(),
-                                                        [&](Real b) { return static_cast<double>(b) < reach; }));
+        count += static_cast<std::size_t>(
+            std::count_if(f.beyond.begin(), f.beyond.end(), [&](Real b) { return static_cast<double>(b) < reach; }));
     return points.area * static_cast<double>(count);
 }
 double area_on_surface(const SolidPoints& points) { return area_within(points, 1e-30); }
@@ -60,8 +61,8 @@ SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling
             guess /= 3;
         }
     }
-    throw InputError("a shape of the size {} x {} x {} m has no surface that {} surfels could cover", size.x(), size.y(),
-                     size.z(), sampling.count);
+    throw InputError("a shape of the size {} x {} x {} m has no surface that {} surfels could cover", size.x(),
+                     size.y(), size.z(), sampling.count);
 }
 
 /// How many surfels each face gets: by area, the largest remainders rounded up.
@@ -130,7 +131,8 @@ void add_colours(const Shape& shape, SampledSurface& surface) {
 
 SampledSurface one_for_every_point(const Shape& shape) {
     const auto points = shape.node().own_surfels();
-    if (!points) throw InputError("a surface needs a count of surfels or their spacing, unless it is a mesh or a set of points");
+    if (!points)
+        throw InputError("a surface needs a count of surfels or their spacing, unless it is a mesh or a set of points");
     SampledSurface result;
     result.surfels = points->surfels;
     result.colour = points->colour;
@@ -151,7 +153,8 @@ SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& samplin
     SampledSurface result;
     const SolidPoints points = find_points(solid, sampling, result.spacing);
     result.area = area_on_surface(points);
-    if (!(result.area > 0)) throw InputError("a shape has no surface that surfels {} m apart could cover", result.spacing);
+    if (!(result.area > 0))
+        throw InputError("a shape has no surface that surfels {} m apart could cover", result.spacing);
     const Real spacing = static_cast<Real>(result.spacing);
 
     std::vector<std::vector<Index>> within(points.faces.size());

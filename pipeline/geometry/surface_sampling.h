@@ -25,8 +25,8 @@ struct SampledSurface {
     std::vector<Vec3f> colour;        // linear, of each surfel, from vertex colours; empty where there are none
     int sheets = 1;
     std::optional<SheetTree> trim{};  // over the sheets; none: one sheet without edges
-    double area = 0;                  // of the body's surface, without what reaches past edges [m^2], to about a percent
-    double spacing = 0;               // [m]
+    double area = 0;     // of the body's surface, without what reaches past edges [m^2], to about a percent
+    double spacing = 0;  // [m]
 };
 
 /// The part of the spacing by which a sheet reaches past its edges, so that its blend has full support there.
@@ -37,7 +37,8 @@ inline constexpr double kSheetReach = 1.75;
 /// by area; random points on the faces are thinned to them (sample elimination, Yuksel 2015), then pushed apart along
 /// the surface. Normals are gradients of the distance. Radii are the spacing, more where that leaves a gap: every point
 /// of the surface lies under a disc of its sheet. The same arguments give the same bits at any thread count. Throws
-/// InputError where the shape is unbounded or no surface is found, both count and spacing are given, or neither and the shape has no points of its own.
+/// InputError where the shape is unbounded or no surface is found, both count and spacing are given, or neither and the
+/// shape has no points of its own.
 SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& sampling);
 
 }  // namespace thixo

@@ -271,7 +271,8 @@ SampledVolume sample_volume(const Shape& shape, const VolumeSampling& sampling) 
                                               : sample_spaced(shape, *box, sampling, sampling.spacing);
     if (result.position.empty())
         throw InputError("no particle lies inside a body of the size {} x {} x {} m; use a smaller spacing",
-                         box->upper.x() - box->lower.x(), box->upper.y() - box->lower.y(), box->upper.z() - box->lower.z());
+                         box->upper.x() - box->lower.x(), box->upper.y() - box->lower.y(),
+                         box->upper.z() - box->lower.z());
     return result;
 }
 

@@ -37,7 +37,7 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
                 const Vec3 before = xyz(e.velocity[i]);
                 Vec3 v = before + kick * (solids.force[i] / e.mass[i] + solids.external[i]);
                 Vec3 u = xyz(e.displacement[i]);
-                if (meets_walls(walls, e, i))
+                if (!walls.list.empty())
                     push_off_walls(walls, solids.laws[owner], poses[owner], e, i, kick, drift, cursor, u, v);
                 else
                     u += drift * v;

@@ -27,7 +27,8 @@ double exact_entry(const exact::Body& body, const Vec3d& from, const Vec3d& alon
 /// How far a ray is inside the solid at most.
 double deepest(const exact::Body& body, const Ray& ray) {
     double d = 1e9;
-    for (double t = 1.5; t < 4.5; t += 0.002) d = std::min(d, body.solid((ray.origin + float(t) * ray.direction).cast<double>()));
+    for (double t = 1.5; t < 4.5; t += 0.002)
+        d = std::min(d, body.solid((ray.origin + float(t) * ray.direction).cast<double>()));
     return d;
 }
 
@@ -38,12 +39,13 @@ Ray ray_to(std::uint64_t i, double within) {
 
 struct Outcome {
     double hits = 0, missed = 0, phantom = 0, odd = 0, crease = 0;
-    double depth = 0, turn2 = 0;      // sums over hits: distance off the solid, squared angle off its normal
-    double beyond = 0;                // farthest a hit stands out of the solid
-    double crease_depth = 0;          // sum over hits within a spacing of a crease
+    double depth = 0, turn2 = 0;  // sums over hits: distance off the solid, squared angle off its normal
+    double beyond = 0;            // farthest a hit stands out of the solid
+    double crease_depth = 0;      // sum over hits within a spacing of a crease
     static Outcome together(const Outcome& a, const Outcome& b) {
-        return {a.hits + b.hits, a.missed + b.missed, a.phantom + b.phantom, a.odd + b.odd, a.crease + b.crease,
-                a.depth + b.depth, a.turn2 + b.turn2, std::max(a.beyond, b.beyond), a.crease_depth + b.crease_depth};
+        return {a.hits + b.hits,   a.missed + b.missed,          a.phantom + b.phantom,
+                a.odd + b.odd,     a.crease + b.crease,          a.depth + b.depth,
+                a.turn2 + b.turn2, std::max(a.beyond, b.beyond), a.crease_depth + b.crease_depth};
     }
 };
 
@@ -60,7 +62,8 @@ bool near_crease(const exact::Body& body, const Vec3d& x, const Vec3d& n, double
     for (int k = 0; k < 16; ++k) {
         const double phi = k * kPi / 8;
         for (const double r : {0.5, 1.0})
-            if (exact_normal(body, x + r * spacing * (std::cos(phi) * a + std::sin(phi) * b)).dot(n) < 0.75) return true;
+            if (exact_normal(body, x + r * spacing * (std::cos(phi) * a + std::sin(phi) * b)).dot(n) < 0.75)
+                return true;
     }
     return false;
 }
@@ -120,9 +123,11 @@ class AnalyticPack : public testing::TestWithParam<int> {
 
 TEST_P(AnalyticPack, IsTheExactSolidToATenthOfARadius) {
     const Outcome o = probe(body, kSpacing, 100000);
-    std::printf("%-13s hits %6.0f missed %2.0f phantom %2.0f odd %3.0f | depth %.5f beyond %.4f crease %.5f spacings | normal %.3f deg\n",
-                body.name.c_str(), o.hits, o.missed, o.phantom, o.odd, mean_depth(o) / kSpacing, o.beyond / kSpacing,
-                mean_crease(o) / kSpacing, mean_turn(o));
+    std::printf(
+        "%-13s hits %6.0f missed %2.0f phantom %2.0f odd %3.0f | depth %.5f beyond %.4f crease %.5f spacings | normal "
+        "%.3f deg\n",
+        body.name.c_str(), o.hits, o.missed, o.phantom, o.odd, mean_depth(o) / kSpacing, o.beyond / kSpacing,
+        mean_crease(o) / kSpacing, mean_turn(o));
     EXPECT_GT(o.hits, 15000);
     EXPECT_EQ(o.missed, 0);
     EXPECT_EQ(o.phantom, 0);
@@ -147,9 +152,10 @@ INSTANTIATE_TEST_SUITE_P(Bodies, AnalyticPack, testing::Range(0, int(exact::bodi
                          [](const auto& info) { return exact::bodies()[std::size_t(info.param)].name; });
 
 TEST(AnalyticPackShells, ALampInATrimmedShellIsDarkOutside) {
-    // Fewer than one in a million of the rays of a lamp inside may leave without meeting the shell. The lamp stands where
-    // the body is star-shaped about it, or in the middle of its material.
-    for (const exact::Body& body : {exact::cube(), exact::cut_cube(), exact::lens(), exact::cut_cylinder(), exact::gear()}) {
+    // Fewer than one in a million of the rays of a lamp inside may leave without meeting the shell. The lamp stands
+    // where the body is star-shaped about it, or in the middle of its material.
+    for (const exact::Body& body :
+         {exact::cube(), exact::cut_cube(), exact::lens(), exact::cut_cylinder(), exact::gear()}) {
         const RayScene scene(sampled_set(body.shape, {.spacing = kSpacing}), {});
         Interior inside;
         inside.add(0);

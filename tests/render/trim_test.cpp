@@ -266,7 +266,8 @@ TEST(Trims, AFaceThatGoesOnInsideIsNotSeenWhereItComesToAnother) {
     int wrong = 0;
     for (int i = 0; i < 20000; ++i) {
         // Straight down onto the top along the line where the first face goes on inside.
-        const float x = 2e-4f * float(2 * random_unit(2, std::uint64_t(i), 0, 0) - 1), y = 0.02f + 0.1f * float(random_unit(2, std::uint64_t(i), 0, 1));
+        const float x = 2e-4f * float(2 * random_unit(2, std::uint64_t(i), 0, 0) - 1),
+                    y = 0.02f + 0.1f * float(random_unit(2, std::uint64_t(i), 0, 1));
         Hit hit;
         if (scene.intersect({Vec3f(x, y, 2), -up}, {}, hit)) wrong += hit.normal.dot(up) < 0.9f;
     }

@@ -128,9 +128,12 @@ TEST(SceneShapes, APlacedMeshStandsAtTheOriginWithItsHeight) {
 }
 
 TEST(SceneShapes, AFileOfPointsWithNormalsIsAShape) {
-    TriangleMesh points = welded(tessellate(sphere(1), 0.1, 64));
+    TriangleMesh points;
+    for (int i = 0; i < 2000; ++i) {  // even on the unit sphere (Fibonacci)
+        const double z = 1 - (2.0 * i + 1) / 2000, phi = i * kPi * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
+        points.vertices.push_back(Vec3d(r * std::cos(phi), r * std::sin(phi), z).cast<float>());
+    }
     points.normals = points.vertices;
-    points.triangles.clear();
     const std::string file = testing::TempDir() + "points.ply";
     std::ofstream(file, std::ios::binary) << write_ply(points);
     scene::MeshFile kind;

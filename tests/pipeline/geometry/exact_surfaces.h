@@ -17,7 +17,8 @@ struct SurfacePoint {
 };
 
 /// A body: its shape, an exact formula of the solid by other code (< 0 inside, its size never above the distance), and
-/// patches that hold its whole surface: u in [0,1]^2 -> a point and its normal; a point counts where it is on the solid.
+/// patches that hold its whole surface: u in [0,1]^2 -> a point and its normal; a point counts where it is on the
+/// solid.
 struct Body {
     std::string name;
     Shape shape;
@@ -42,9 +43,7 @@ inline Patch sphere_patch(const Vec3d& centre, double r, double side = 1) {
 inline Patch plane_patch(const Vec3d& n, double offset, double half) {
     Vec3d a, b;
     orthonormal_basis(n, a, b);
-    return [=](double u, double v) {
-        return SurfacePoint{offset * n + half * ((2 * u - 1) * a + (2 * v - 1) * b), n};
-    };
+    return [=](double u, double v) { return SurfacePoint{offset * n + half * ((2 * u - 1) * a + (2 * v - 1) * b), n}; };
 }
 inline Patch tube_patch(double r, double half) {  // about z
     return [=](double u, double v) {
@@ -74,13 +73,18 @@ inline Body ring() {
         const Vec3d n = std::cos(phi) * out + std::sin(phi) * Vec3d::UnitZ();
         return SurfacePoint{0.5 * out + 0.2 * n, n};
     };
-    return {"torus", torus(0.5, 0.2),
-            [](const Vec3d& x) { return std::hypot(std::hypot(x.x(), x.y()) - 0.5, x.z()) - 0.2; }, {patch}, 1};
+    return {"torus",
+            torus(0.5, 0.2),
+            [](const Vec3d& x) { return std::hypot(std::hypot(x.x(), x.y()) - 0.5, x.z()) - 0.2; },
+            {patch},
+            1};
 }
 inline Body drum() {
-    return {"cylinder", cylinder(0.5, 0.8),
+    return {"cylinder",
+            cylinder(0.5, 0.8),
             [](const Vec3d& x) { return std::max(round_solid(x, 0.5), std::abs(x.z()) - 0.4); },
-            {tube_patch(0.5, 0.5), plane_patch({0, 0, 1}, 0.4, 0.6), plane_patch({0, 0, -1}, 0.4, 0.6)}, 3};
+            {tube_patch(0.5, 0.5), plane_patch({0, 0, 1}, 0.4, 0.6), plane_patch({0, 0, -1}, 0.4, 0.6)},
+            3};
 }
 /// Thinner than the surfels are wide.
 inline Body plate() {
@@ -106,9 +110,11 @@ inline Body cut_cube() {
 }
 inline Body lens() {
     const Vec3d up(0, 0, 0.6);
-    return {"lens", intersection_of({translated(sphere(0.8), up), translated(sphere(0.8), -up)}),
+    return {"lens",
+            intersection_of({translated(sphere(0.8), up), translated(sphere(0.8), -up)}),
             [up](const Vec3d& x) { return std::max((x - up).norm(), (x + up).norm()) - 0.8; },
-            {sphere_patch(up, 0.8), sphere_patch(-up, 0.8)}, 2};
+            {sphere_patch(up, 0.8), sphere_patch(-up, 0.8)},
+            2};
 }
 /// A cylinder from which a sphere and a slanted plane have taken their part.
 inline Body cut_cylinder() {
@@ -144,12 +150,14 @@ inline Body junction() {
 inline Body gear() {
     constexpr int teeth = 8;
     std::vector<Shape> shapes{cylinder(0.8, 0.4)};
-    std::vector<Patch> patches{tube_patch(0.8, 0.3), plane_patch({0, 0, 1}, 0.2, 0.9), plane_patch({0, 0, -1}, 0.2, 0.9)};
+    std::vector<Patch> patches{tube_patch(0.8, 0.3), plane_patch({0, 0, 1}, 0.2, 0.9),
+                               plane_patch({0, 0, -1}, 0.2, 0.9)};
     std::vector<Vec3d> out;
     for (int k = 0; k < teeth; ++k) {
         const double a = 2 * kPi * k / teeth;
         out.emplace_back(std::cos(a), std::sin(a), 0);
-        shapes.push_back(transformed(box({1, 0.26, 1}), 1, Quatd(Eigen::AngleAxisd(a, Vec3d::UnitZ())), 1.05 * out[std::size_t(k)]));
+        shapes.push_back(
+            transformed(box({1, 0.26, 1}), 1, Quatd(Eigen::AngleAxisd(a, Vec3d::UnitZ())), 1.05 * out[std::size_t(k)]));
         const Vec3d side = Vec3d::UnitZ().cross(out.back());
         patches.push_back(plane_patch(out.back(), 0.55, 0.5));
         patches.push_back(plane_patch(side, -0.13, 1));
@@ -168,7 +176,8 @@ inline Body gear() {
 }
 /// Sharp corners outwards and inwards: a cup with a foot, turned.
 inline std::vector<Vec2d> cup_profile() {
-    return {{0, -0.5}, {0.4, -0.5}, {0.4, -0.4}, {0.1, -0.35}, {0.1, -0.1}, {0.5, 0.1}, {0.5, 0.5}, {0.4, 0.5}, {0.4, 0.2}, {0, 0.05}};
+    return {{0, -0.5},  {0.4, -0.5}, {0.4, -0.4}, {0.1, -0.35}, {0.1, -0.1},
+            {0.5, 0.1}, {0.5, 0.5},  {0.4, 0.5},  {0.4, 0.2},   {0, 0.05}};
 }
 inline Body cup() {
     const std::vector<Vec2d> profile = cup_profile();
@@ -180,7 +189,8 @@ inline Body cup() {
         bool inside = false;
         for (std::size_t k = 0; k < profile.size(); ++k) {
             const Vec2d a = profile[k], b = profile[(k + 1) % profile.size()];
-            if ((a.y() <= p.y()) != (b.y() <= p.y()) && p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
+            if ((a.y() <= p.y()) != (b.y() <= p.y()) &&
+                p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
                 inside = !inside;
             if (a.x() == 0 && b.x() == 0) continue;
             const double t = clamp01((p - a).dot(b - a) / (b - a).squaredNorm());
@@ -191,7 +201,8 @@ inline Body cup() {
     for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
         const Vec2d a = profile[k], b = profile[k + 1];
         body.patches.push_back([a, b](double u, double v) {
-            const double t = a.x() == b.x() ? v : (std::sqrt((1 - v) * a.x() * a.x() + v * b.x() * b.x()) - a.x()) / (b.x() - a.x());
+            const double t =
+                a.x() == b.x() ? v : (std::sqrt((1 - v) * a.x() * a.x() + v * b.x() * b.x()) - a.x()) / (b.x() - a.x());
             const Vec2d p = a + t * (b - a), n = Vec2d((b - a).y(), -(b - a).x()).normalized();
             const double c = std::cos(2 * kPi * u), s = std::sin(2 * kPi * u);
             return SurfacePoint{{p.x() * c, p.x() * s, p.y()}, {n.x() * c, n.x() * s, n.y()}};

@@ -33,7 +33,8 @@ TEST(PointSurfels, HaveTheRadiusOfTheirSpacing) {
     const PointSurfels s = surfels_of_points(ball_of_points(4000));
     const double spacing = std::sqrt(kPi / 4000);
     EXPECT_NEAR(s.area / kPi, 1, 0.05);  // by twelve neighbours
-    for (std::size_t i = 0; i < s.surfels.size(); ++i) EXPECT_NEAR(double(s.surfels.axis1[i].norm()) / spacing, 1.1, 0.12);
+    for (std::size_t i = 0; i < s.surfels.size(); ++i)
+        EXPECT_NEAR(double(s.surfels.axis1[i].norm()) / spacing, 1.1, 0.12);
 }
 
 TEST(PointShape, IsTheBallItsPointsLieOn) {
@@ -54,7 +55,9 @@ TEST(PointShape, GivesASurfelForEveryPoint) {
     ASSERT_EQ(s.surfels.size(), 2000u);
     EXPECT_EQ(s.sheets, 1);
     for (std::size_t i = 0; i < 2000; ++i) {
-        const Vec3 expected = rotation_from_degrees({0, 90, 0}).toRotationMatrix().cast<Real>() * (Real(2) * points.vertices[i].cast<Real>()) + Vec3(1, 0, 0);
+        const Vec3 expected = rotation_from_degrees({0, 90, 0}).toRotationMatrix().cast<Real>() *
+                                  (Real(2) * points.vertices[i].cast<Real>()) +
+                              Vec3(1, 0, 0);
         EXPECT_LT((s.surfels.position[i] - expected).norm(), 1e-5);
         EXPECT_EQ(s.colour[i], points.colours[i]);
     }
@@ -97,7 +100,8 @@ TEST(MeshSurfels, AMeshGivesASurfelForEveryVertex) {
     const std::size_t vertices = welded(mesh).vertices.size();
     const SampledSurface s = sample_surface(mesh_shape(mesh), {});
     ASSERT_EQ(s.surfels.size(), vertices);
-    for (std::size_t i = 0; i < vertices; ++i) ASSERT_GT(s.surfels.normal[i].dot(s.surfels.position[i].normalized()), 0.999);
+    for (std::size_t i = 0; i < vertices; ++i)
+        ASSERT_GT(s.surfels.normal[i].dot(s.surfels.position[i].normalized()), 0.999);
     EXPECT_THROW(sample_surface(sphere(1), {}), InputError);
 }
 

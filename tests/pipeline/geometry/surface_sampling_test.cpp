@@ -37,11 +37,11 @@ TEST_P(SampledBody, SurfelsLieOnTheirFacesWithTheirNormals) {
         const bool first = i == 0 || s.sheet[i] != s.sheet[i - 1];
         const auto fits = [&](const Shape& face) {
             return std::abs(face.distance(s.surfels.position[i])) + std::abs(face.distance(s.surfels.position[i + 1])) +
-                       std::abs(face.distance(s.surfels.position[i + 2])) < Real(3e-3 * s.spacing) &&
+                           std::abs(face.distance(s.surfels.position[i + 2])) <
+                       Real(3e-3 * s.spacing) &&
                    face.gradient(s.surfels.position[i], Real(0.05 * s.spacing)).dot(s.surfels.normal[i]) > 0.99;
         };
-        if (first)
-            face_of.push_back(std::size_t(std::find_if(faces.begin(), faces.end(), fits) - faces.begin()));
+        if (first) face_of.push_back(std::size_t(std::find_if(faces.begin(), faces.end(), fits) - faces.begin()));
         ASSERT_LT(face_of.back(), faces.size());
         const Shape& face = faces[face_of.back()];
         // The tip of a cone has no normal.
@@ -103,7 +103,8 @@ TEST_P(SampledBody, TheTreeTellsTheSolid) {
     FaceTree tree = without_differences(faces_of(body.shape));
     const std::vector<Shape> faces = number_faces(tree);
     for (int k = 0; k < 20000; ++k) {
-        const Vec3d x = 1.8 * (Vec3d(random_unit(5, k, 0, 0), random_unit(5, k, 0, 1), random_unit(5, k, 0, 2)) - Vec3d::Constant(0.5));
+        const Vec3d x = 1.8 * (Vec3d(random_unit(5, k, 0, 0), random_unit(5, k, 0, 1), random_unit(5, k, 0, 2)) -
+                               Vec3d::Constant(0.5));
         if (std::abs(body.solid(x)) < 1e-5) continue;
         const bool inside = evaluate(tree, [&](int f) { return faces[std::size_t(f)].distance(x.cast<Real>()) < 0; });
         ASSERT_EQ(inside, body.solid(x) < 0) << x.transpose();
@@ -139,7 +140,8 @@ TEST(SampleSurface, RefusesWhatCannotBeSampled) {
     EXPECT_THROW(sample_surface(sphere(1), {}), InputError);
     EXPECT_THROW(sample_surface(sphere(1), {.count = 10, .spacing = 0.1}), InputError);
     EXPECT_THROW(sample_surface(plane({0, 0, 1}, 0), {.count = 10}), InputError);
-    EXPECT_THROW(sample_surface(intersection_of({sphere(0.1), translated(sphere(0.1), {1, 0, 0})}), {.count = 100}), InputError);
+    EXPECT_THROW(sample_surface(intersection_of({sphere(0.1), translated(sphere(0.1), {1, 0, 0})}), {.count = 100}),
+                 InputError);
     EXPECT_THROW(sample_surface(sphere(1), {.spacing = 1e-9}), InputError);
 }
 

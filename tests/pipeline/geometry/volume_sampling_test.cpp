@@ -91,7 +91,8 @@ TEST(SampleVolume, RefusesWhatCannotBeSampled) {
     EXPECT_THROW(sample_volume(sphere(1), {.spacing = 0.1, .count = 10}), InputError);
     EXPECT_THROW(sample_volume(plane({0, 0, 1}, 0), {.spacing = 0.1}), InputError);
     EXPECT_THROW(sample_volume(sphere(1), {.spacing = 1e-6}), InputError);
-    EXPECT_THROW(sample_volume(intersection_of({sphere(0.1), translated(sphere(0.1), {1, 0, 0})}), {.spacing = 0.05}), InputError);
+    EXPECT_THROW(sample_volume(intersection_of({sphere(0.1), translated(sphere(0.1), {1, 0, 0})}), {.spacing = 0.05}),
+                 InputError);
 }
 
 }  // namespace

@@ -129,6 +129,7 @@ int run_simulation(const SimArgs& args) {
             return kDone;
         }
     }
+    for (const std::string& warning : scene::scene_warnings(scene)) log_warning("{}", warning);
     catch_interrupts();
     double started = wall_seconds();
     Start begin = start(scene, identity, args);

@@ -132,8 +132,8 @@ TEST_P(AnalyticPack, IsTheExactSolidToATenthOfARadius) {
     EXPECT_EQ(o.missed, 0);
     EXPECT_EQ(o.phantom, 0);
     EXPECT_LT(o.beyond, 0.1 * kSpacing);  // radii are the spacing or more
-    // Odd rays pass edges within the overlap; the gear has several times as many edges as the others.
-    EXPECT_LE(o.odd, body.name == "gear" ? 20 : 10) << "rays that do not leave what they entered";
+    // Odd rays pass edges within the overlap; the gear and the cup have several times as many edges as the others.
+    EXPECT_LE(o.odd, body.name == "gear" || body.name == "cup" ? 20 : 10) << "rays that do not leave what they entered";
     EXPECT_LT(mean_depth(o), 0.01 * kSpacing);
     EXPECT_LT(mean_turn(o), 1);
 }

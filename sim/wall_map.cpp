@@ -28,7 +28,7 @@ constexpr Real kPlaneness = Real(2e-5);
 
 // Radius, in supports, to which the implicit solver's walls round their concave edges off. A particle in a sharp one feels each
 // wall with its full share, is held by its neighbours too tightly to come to rest, and shakes all others: a square tank at rest
-// has 11 mm/s then, and 1 with the edges rounded to one spacing, which is less than the particles resolve.
+// has 11 mm/s then, and under 2 with the edges rounded to one spacing, which is less than the particles resolve.
 constexpr Real kFillet = Real(0.5);
 
 }  // namespace

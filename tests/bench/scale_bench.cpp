@@ -45,33 +45,27 @@ void run_apart(const std::function<void()>& work) {
     }
 }
 
-double blended_ns(const RayScene& scene, const std::vector<Ray>& rays) {
+/// Nanoseconds a ray, the best of three turns.
+template <class Meet>
+double best_ns(const std::vector<Ray>& rays, Meet&& meet) {
     double best = 1e30;
     for (int turn = 0; turn < 3; ++turn) {
         std::size_t hits = 0;
-        best = std::min(best, seconds_of(
-                                  rays,
-                                  [&](const Ray& ray) {
-                                      Hit hit;
-                                      return scene.intersect(ray, {}, hit);
-                                  },
-                                  hits));
+        best = std::min(best, seconds_of(rays, meet, hits));
     }
     return 1e9 * best / double(rays.size());
 }
+double blended_ns(const RayScene& scene, const std::vector<Ray>& rays) {
+    return best_ns(rays, [&](const Ray& ray) {
+        Hit hit;
+        return scene.intersect(ray, {}, hit);
+    });
+}
 double native_ns(const NativeDiscs& discs, const std::vector<Ray>& rays) {
-    double best = 1e30;
-    for (int turn = 0; turn < 3; ++turn) {
-        std::size_t hits = 0;
-        best = std::min(best, seconds_of(
-                                  rays,
-                                  [&](const Ray& ray) {
-                                      float t;
-                                      return discs.intersect(ray.origin, ray.direction, t);
-                                  },
-                                  hits));
-    }
-    return 1e9 * best / double(rays.size());
+    return best_ns(rays, [&](const Ray& ray) {
+        float t;
+        return discs.intersect(ray.origin, ray.direction, t);
+    });
 }
 
 void size(std::size_t n) {

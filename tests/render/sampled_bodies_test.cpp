@@ -10,6 +10,7 @@ namespace thixo::render {
 namespace {
 
 using shapes::on_sphere;
+using shapes::stays_inside;
 
 constexpr double kSpacing = 0.05;  // of bodies about one across
 
@@ -98,15 +99,7 @@ Outcome probe(const exact::Body& body, double spacing, std::size_t rays, double 
                     o.turn2 = square(std::acos(std::min(1.0, n.dot(hit.normal.cast<double>()))));
                 }
             }
-            for (int crossings = 0; crossings < 32;) {
-                hit.entering ? interior.add(0) : interior.remove(0);
-                ray.origin = pass(hit, ray.direction);
-                ++crossings;
-                if (!scene.intersect(ray, interior, hit)) {
-                    o.odd = crossings % 2;
-                    break;
-                }
-            }
+            o.odd = stays_inside(scene, ray, hit, interior);
             return o;
         },
         Outcome::together);

@@ -119,6 +119,16 @@ inline Vec3f refracted_into_water(const Hit& hit, const Vec3f& direction) {
         .normalized();
 }
 
+/// Whether a ray that has met `hit` of object 0 comes out again: it does not if it crosses an odd number of times.
+inline bool stays_inside(const RayScene& scene, Ray ray, Hit hit, Interior interior) {
+    for (int crossings = 1; crossings <= 32; ++crossings) {
+        hit.entering ? interior.add(0) : interior.remove(0);
+        ray.origin = pass(hit, ray.direction);
+        if (!scene.intersect(ray, interior, hit)) return crossings % 2;
+    }
+    return false;
+}
+
 /// One object (0) of one layer.
 inline SurfelSet one_object(SurfelCloud cloud) {
     SurfelSet set;

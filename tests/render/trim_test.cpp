@@ -196,15 +196,7 @@ Outcome probe(const Body& body, std::size_t rays, float within = 0.9f) {
                 o.phantom = off > tolerance;
             else
                 o.depth = std::abs(off);
-            for (int crossings = 0; crossings < 32;) {
-                hit.entering ? interior.add(0) : interior.remove(0);
-                ray.origin = pass(hit, ray.direction);
-                ++crossings;
-                if (!scene.intersect(ray, interior, hit)) {
-                    o.odd = crossings % 2;
-                    break;
-                }
-            }
+            o.odd = shapes::stays_inside(scene, ray, hit, interior);
             return o;
         },
         Outcome{});

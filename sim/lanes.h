@@ -5,6 +5,7 @@
 #include <immintrin.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "pipeline/base/math.h"
 
@@ -20,6 +21,12 @@ typedef Real Lanes __attribute__((vector_size(kLanes * sizeof(Real))));
 
 inline Lanes all_lanes(Real a) { return Lanes{} + a; }
 inline Lanes positive(Lanes a) { return a > 0 ? a : Lanes{}; }
+inline Lanes load(const Real* a) {
+    Lanes out;
+    std::memcpy(&out, a, sizeof out);
+    return out;
+}
+inline void store(const Lanes& a, Real* to) { std::memcpy(to, &a, sizeof a); }
 inline Lanes negative(Lanes a) { return a < 0 ? a : Lanes{}; }
 
 #ifdef THIXO_DOUBLE

@@ -21,6 +21,7 @@ struct Particles {
     std::vector<Real> rest_volume;       // V0 = m/rho0 [m^3]
     std::vector<Real> density;           // rho [kg/m^3], summation density with the walls' share
     std::vector<Real> pressure;          // P [Pa]
+    std::vector<Real> restoring;         // the density solve's pressure times time squared, of the last step [Pa s^2]
     std::vector<double> temperature;     // T [degC]; in single precision a slow change of one step would be lost
     std::vector<Vec3> surface_position;  // x at the last surface update [m]; written by sim/surface
     std::vector<std::int32_t> material;  // index into Scene::materials
@@ -43,6 +44,7 @@ void for_each_array(P& p, F&& f) {
     f("rest_volume", p.rest_volume);
     f("density", p.density);
     f("pressure", p.pressure);
+    f("restoring", p.restoring);
     f("temperature", p.temperature);
     f("surface_position", p.surface_position);
     f("material", p.material);

@@ -163,8 +163,21 @@ class BoundedConjugateGradients {
 };
 
 void resize_scratch(std::size_t n, SolveScratch& s) {
-    for (auto* reals : {&s.residual, &s.direction, &s.response, &s.impulse}) reals->resize(n);
+    for (auto* reals : {&s.residual, &s.direction, &s.response}) reals->resize(n);
     for (auto* vectors : {&s.push, &s.shift}) vectors->resize(n, Vec3::Zero());
+}
+
+/// The pressure guessed, made possible; its acceleration is in system.motion.
+void start_from(std::vector<Real>& pressure, const NeighbourLists& neighbours, const Smoothing& smoothing,
+                PressureSystem& system) {
+    parallel_for(
+        pressure.size(),
+        [&](std::size_t i) {
+            if (system.inverse_diagonal[i] == 0) pressure[i] = 0;
+            system.place[i].w = system.motion[i].w * pressure[i];
+        },
+        4096);
+    find_pressure_acceleration(pressure, neighbours, smoothing, system);
 }
 
 }  // namespace
@@ -175,14 +188,7 @@ SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighb
     const Real half = static_cast<Real>(kick), step = static_cast<Real>(dt);
     auto& pressure = particles.pressure;
     resize_scratch(particles.size(), scratch);
-    parallel_for(
-        particles.size(),
-        [&](std::size_t i) {
-            if (system.inverse_diagonal[i] == 0) pressure[i] = 0;
-            system.place[i].w = particles.rest_volume[i] * pressure[i];
-        },
-        4096);
-    find_pressure_acceleration(pressure, neighbours, smoothing, system);
+    start_from(pressure, neighbours, smoothing, system);
     parallel_for(
         particles.size(),
         [&](std::size_t i) {
@@ -204,19 +210,27 @@ SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighb
     return report;
 }
 
-SolveReport restore_density(const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
-                            const Smoothing& smoothing, const SolveLimits& limits, PressureSystem& system,
-                            SolveScratch& scratch) {
-    parallel_for(
-        scratch.residual.size(),
-        [&](std::size_t i) {
-            scratch.residual[i] += std::clamp(system.excess[i], -kFull, kMostRestored);
-            scratch.impulse[i] = 0;
-            scratch.push[i].setZero();
-        },
-        4096);
+SolveReport restore_density(Particles& particles, const NeighbourLists& neighbours,
+                            const std::vector<WallEffect>& walls, const Smoothing& smoothing, const SolveLimits& limits,
+                            PressureSystem& system, SolveScratch& scratch) {
+    auto& pressure = particles.restoring;
+    const double off = parallel_sum(pressure.size(), [&](std::size_t i) {
+        const Real r = scratch.residual[i] += std::clamp(system.excess[i], -kFull, kMostRestored);
+        scratch.push[i].setZero();
+        return system.inverse_diagonal[i] > 0 ? std::max<double>(r, 0) : 0.0;
+    });
+    if (off <= limits.tolerance * static_cast<double>(pressure.size())) {
+        std::ranges::fill(pressure, Real(0));
+    } else {
+        start_from(pressure, neighbours, smoothing, system);
+        parallel_for(pressure.size(), [&](std::size_t i) {
+            const Quad& a = system.motion[i];
+            scratch.push[i] = Vec3(a.x, a.y, a.z);
+            scratch.residual[i] += density_rate(i, neighbours, walls, smoothing, system, false);
+        });
+    }
     const SolveReport report =
-        BoundedConjugateGradients(neighbours, walls, smoothing, 1, system, scratch, scratch.impulse).solve(limits);
+        BoundedConjugateGradients(neighbours, walls, smoothing, 1, system, scratch, pressure).solve(limits);
     scratch.shift.swap(scratch.push);
     const Real most = kLongestShift * smoothing.spacing;
     parallel_for(

@@ -22,7 +22,6 @@ struct SolveScratch {
     std::vector<Real> residual;   // s* - 1 with the present pressure [1]
     std::vector<Real> direction;  // of the pressure [Pa]
     std::vector<Real> response;   // - change of s* by the direction [1]
-    std::vector<Real> impulse;    // the density solve's pressure times time squared [Pa s^2]
     std::vector<Vec3> shift;      // the density solve's displacement [m]
     std::vector<Vec3> push;       // acceleration by the present pressure [m/s^2]
 };
@@ -41,7 +40,9 @@ SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighb
 ///   s* = s + dt s'(v) + J dx <= 1
 /// They are not part of the velocities. (DFSPH, Bender & Koschier 2015, adds them to the velocities: what the linearised
 /// step leaves of compression then comes back as speed, makes the next step's error, and a tank never rests.)
-SolveReport restore_density(const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
+/// particles.restoring of the last step is the guess it starts from, where starting from nothing is not within the tolerance:
+/// what is at rest is left alone.
+SolveReport restore_density(Particles& particles, const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
                             const Smoothing& smoothing, const SolveLimits& limits, PressureSystem& system,
                             SolveScratch& scratch);
 

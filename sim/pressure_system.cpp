@@ -44,18 +44,30 @@ void pack(const Particles& particles, PressureSystem& system) {
     refresh_motion(system);
 }
 
+void make_room_for_pairs(const NeighbourLists& neighbours, PressureSystem& system) {
+    system.first_pair.resize(neighbours.size());
+    std::size_t pairs = 0;
+    for (std::size_t i = 0; i < neighbours.size(); ++i) {
+        system.first_pair[i] = pairs;
+        pairs += (neighbours[i].size() + kLanes - 1) / kLanes * kLanes;
+    }
+    system.pair_slope.resize(pairs);
+}
+
 }  // namespace
 
 void measure_density(Particles& particles, const NeighbourLists& neighbours, const Ghosts& ghosts,
                      const std::vector<WallEffect>& walls, const Smoothing& smoothing, PressureSystem& system) {
     system.ghosts = &ghosts;
     pack(particles, system);
+    make_room_for_pairs(neighbours, system);
     const Spline spline(smoothing.fluid);
     const Real inverse_k = 1 / smoothing.fluid_gradient;
     const Index nobody = system.nobody();
     parallel_for(particles.size(), [&](std::size_t i) {
         const Quad p = system.place[i], u = system.motion[i];
         Lanes share{}, gx{}, gy{}, gz{}, steep{}, rate{};
+        Real* kept = system.pair_slope.data() + system.first_pair[i];
         for_each_run(neighbours[i], nobody, [&](const Index* j) {
             Lanes x, y, z, mobility, vx, vy, vz, volume;
             gather(system.place.data(), j, x, y, z, mobility);
@@ -64,6 +76,8 @@ void measure_density(Particles& particles, const NeighbourLists& neighbours, con
             y = p.y - y;
             z = p.z - z;
             const Lanes r2 = x * x + y * y + z * z, r = root(r2), slope = spline.slope(r2, r), f = volume * slope;
+            store(slope, kept);
+            kept += kLanes;
             share += volume * spline.value(r);
             gx += f * x;
             gy += f * y;
@@ -95,16 +109,15 @@ void find_pressure_acceleration(const std::vector<Real>& pressure, const Neighbo
     parallel_for(pressure.size(), [&](std::size_t i) {
         const Quad p = system.place[i], slope = system.slope[i];
         Lanes fx{}, fy{}, fz{};
+        const Real* kept = system.pair_slope.data() + system.first_pair[i];
         for_each_run(neighbours[i], nobody, [&](const Index* j) {
             Lanes x, y, z, strength;
             gather(system.place.data(), j, x, y, z, strength);
-            x = p.x - x;
-            y = p.y - y;
-            z = p.z - z;
-            const Lanes r2 = x * x + y * y + z * z, f = strength * spline.slope(r2, root(r2));
-            fx += f * x;
-            fy += f * y;
-            fz += f * z;
+            const Lanes f = strength * load(kept);
+            kept += kLanes;
+            fx += f * (p.x - x);
+            fy += f * (p.y - y);
+            fz += f * (p.z - z);
         });
         const Vec3 a =
             -slope.w * (spline.gradient * Vec3(sum_of(fx), sum_of(fy), sum_of(fz)) + pressure[i] * xyz(slope));
@@ -119,15 +132,13 @@ Real density_rate(std::size_t i, const NeighbourLists& neighbours, const std::ve
     const Index nobody = system.nobody();
     const Quad p = system.place[i], u = system.motion[i];
     Lanes rate{};
+    const Real* kept = system.pair_slope.data() + system.first_pair[i];
     for_each_run(neighbours[i], nobody, [&](const Index* j) {
         Lanes x, y, z, unused, vx, vy, vz, volume;
         gather(system.place.data(), j, x, y, z, unused);
         gather(system.motion.data(), j, vx, vy, vz, volume);
-        x = p.x - x;
-        y = p.y - y;
-        z = p.z - z;
-        const Lanes r2 = x * x + y * y + z * z;
-        rate += volume * spline.slope(r2, root(r2)) * ((u.x - vx) * x + (u.y - vy) * y + (u.z - vz) * z);
+        rate += volume * load(kept) * ((u.x - vx) * (p.x - x) + (u.y - vy) * (p.y - y) + (u.z - vz) * (p.z - z));
+        kept += kLanes;
     });
     const WallEffect& w = walls[i];
     return spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - (moving ? w.inflow : Real(0));

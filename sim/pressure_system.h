@@ -26,6 +26,10 @@ struct PressureSystem {
     std::vector<Quad> place;   // x [m]; V0 p of the pressure in question [m^3 Pa]
     std::vector<Quad> motion;  // a velocity u [m/s] or acceleration, V0 [m^3]
     std::vector<Quad> slope;   // G = sum_j V0_j grad W_ij + grad c [1/m]; V0/(m k) [m^3/kg]
+    // |grad W_ij|/r_ij without the kernel's constant, of the pairs in the lists' order, each list's filled up with zeros to
+    // whole lanes: a solve sweeps over them dozens of times, and root and quotient cost as much as the rest of a sweep.
+    std::vector<Real> pair_slope;
+    std::vector<std::size_t> first_pair;  // of each particle
     std::vector<Real> excess;  // s - 1
     std::vector<Real> rate;    // s' of the velocities packed [1/s]
     std::vector<Real> inverse_diagonal;  // 1/a_i [kg/m]; 0 where nothing is near

@@ -102,7 +102,7 @@ void solve_pressure(Simulation& s, double dt) {
     count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing, kick, dt,
                                   {params.divergence_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
                 s.stats.divergence);
-    count_solve(restore_density(s.neighbours, s.sweep.walls, s.problem.smoothing,
+    count_solve(restore_density(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing,
                                 {params.density_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
                 s.stats.density);
 }

@@ -16,7 +16,7 @@ Simulation& dam(const benchmark::State& state) {
     Simulation& s = fixture::shared_fallen_dam(100'000, 0.01 * static_cast<double>(state.range(0)));
     set_thread_count(1);
     evaluate(s);
-    pack_motion(s.particles, 0, s.sweep);
+    pack_motion(s.particles, 0, false, s.sweep);
     return s;
 }
 

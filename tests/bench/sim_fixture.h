@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <tuple>
 
 #include "pipeline/base/parallel.h"
 #include "tests/sim/fixture.h"
@@ -11,11 +12,13 @@ namespace thixo::fixture {
 
 /// A dam of about this many particles in a tank 0.8 m long, at its first instant. A support of 2 spacings sees 29
 /// neighbours within the liquid, one of 2.17 spacings 37.
-inline Simulation standing_dam(double particles, double support = 2) {
+inline Simulation standing_dam(double particles, double support = 2,
+                               scene::Pressure pressure = scene::Pressure::eos) {
     const double depth = 0.3;
     const double spacing = std::cbrt(0.2 * 0.15 * depth / particles);
     scene::Scene scene = tank({0.8, 0.15, 0.6}, 0.01, spacing);
     scene.solver.support = support;
+    scene.solver.pressure = pressure;
     scene.bodies = {body("dam", shape_at({-0.3, 0, depth / 2}, scene::BoxShape{{0.2, 0.15, depth}, 0}))};
     scene.frames.fps = 10;
     return make_simulation(scene);
@@ -29,20 +32,21 @@ inline void free_steps(Simulation& s, int count) {
 }
 
 /// The dam after it has fallen for a tenth of a second.
-inline Simulation fallen_dam(double particles, double support = 2) {
-    Simulation s = standing_dam(particles, support);
+inline Simulation fallen_dam(double particles, double support = 2, scene::Pressure pressure = scene::Pressure::eos) {
+    Simulation s = standing_dam(particles, support, pressure);
     advance_frame(s);
     return s;
 }
 
 /// The same one for all benchmarks that ask for it in a row; the threads that prepare it are those set before.
-inline Simulation& shared_fallen_dam(double particles, double support) {
+inline Simulation& shared_fallen_dam(double particles, double support,
+                                     scene::Pressure pressure = scene::Pressure::eos) {
     static std::unique_ptr<Simulation> kept;
-    static std::pair<double, double> what;
-    if (!kept || what != std::pair(particles, support)) {
+    static std::tuple<double, double, scene::Pressure> what;
+    if (!kept || what != std::tuple(particles, support, pressure)) {
         kept.reset();
-        kept = std::make_unique<Simulation>(fallen_dam(particles, support));
-        what = {particles, support};
+        kept = std::make_unique<Simulation>(fallen_dam(particles, support, pressure));
+        what = {particles, support, pressure};
     }
     return *kept;
 }

@@ -1,7 +1,7 @@
-// A whole step of the `eos` solver. The reference of the same run is one bare sweep over the same neighbour lists: read
+// A whole step of the two pressure solvers. The reference of the same run is one bare sweep over the same neighbour lists: read
 // a step's time in such sweeps, which does not depend on the machine's mood, and items/s (particle-steps a second).
-//   eos_step/threads/support in hundredths of the spacing      a dam of 100,000 in mid splash
-//   steps_by_size/particles                                    time per particle from 10 thousand to a million
+//   step_of/solver/threads/support in hundredths of the spacing   a dam of 100,000 in mid splash; 0 eos, 1 dfsph
+//   steps_by_size/solver/particles                                    time per particle from 10 thousand to a million
 #include <benchmark/benchmark.h>
 
 #include "tests/bench/sim_fixture.h"
@@ -16,14 +16,20 @@ void report(benchmark::State& state, const Simulation& s) {
     state.counters["neighbours_ns"] = share(s.stats.neighbours_seconds);
     state.counters["density_ns"] = share(s.stats.density_seconds);
     state.counters["forces_ns"] = share(s.stats.forces_seconds);
+    state.counters["pressure_ns"] = share(s.stats.pressure_seconds);
     state.counters["integration_ns"] = share(s.stats.integration_seconds);
+    const auto each = [&](int count) { return static_cast<double>(count) / static_cast<double>(s.stats.steps); };
+    state.counters["density_iterations"] = each(s.stats.density.iterations);
+    state.counters["divergence_iterations"] = each(s.stats.divergence.iterations);
     state.counters["neighbours"] = static_cast<double>(s.stats.pairs) / static_cast<double>(s.stats.particle_steps);
 }
 
-void eos_step(benchmark::State& state) {
+scene::Pressure solver(std::int64_t number) { return number == 0 ? scene::Pressure::eos : scene::Pressure::dfsph; }
+
+void step_of(benchmark::State& state) {
     set_thread_count(2);
-    Simulation& s = fixture::shared_fallen_dam(100'000, 0.01 * static_cast<double>(state.range(1)));
-    set_thread_count(static_cast<int>(state.range(0)));
+    Simulation& s = fixture::shared_fallen_dam(100'000, 0.01 * static_cast<double>(state.range(2)), solver(state.range(0)));
+    set_thread_count(static_cast<int>(state.range(1)));
     fixture::free_steps(s, 2);
     s.stats = StepStats{};
     for (auto _ : state) fixture::free_steps(s, 1);
@@ -32,7 +38,7 @@ void eos_step(benchmark::State& state) {
 
 void steps_by_size(benchmark::State& state) {
     set_thread_count(1);
-    Simulation s = fixture::standing_dam(static_cast<double>(state.range(0)));
+    Simulation s = fixture::standing_dam(static_cast<double>(state.range(1)), 2, solver(state.range(0)));
     fixture::free_steps(s, 3);
     s.stats = StepStats{};
     for (auto _ : state) fixture::free_steps(s, 1);
@@ -57,10 +63,15 @@ void bare_sweep(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(s.particles.size()));
 }
 
-BENCHMARK(eos_step)->Args({1, 200})->Args({2, 200})->Unit(benchmark::kMillisecond)->UseRealTime();
+constexpr int kEos = 0, kDfsph = 1;
+
+BENCHMARK(step_of)->Args({kEos, 1, 200})->Args({kEos, 2, 200})->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(bare_sweep)->Arg(200)->Unit(benchmark::kMillisecond);
-BENCHMARK(eos_step)->Args({1, 217})->Args({2, 217})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(step_of)->Args({kEos, 1, 217})->Args({kEos, 2, 217})->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(bare_sweep)->Arg(217)->Unit(benchmark::kMillisecond);
-BENCHMARK(steps_by_size)->Arg(10'000)->Arg(100'000)->Arg(1'000'000)->Unit(benchmark::kMillisecond);
+BENCHMARK(step_of)->Args({kDfsph, 1, 217})->Args({kDfsph, 2, 217})->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(steps_by_size)
+    ->ArgsProduct({{kEos, kDfsph}, {10'000, 30'000, 100'000, 300'000, 1'000'000}})
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -34,7 +34,7 @@ SheetField::SheetField(const SurfelCloud& cloud, const std::vector<Index>& membe
     find_plane();
     if (flat_) return;
     axis_.resize(discs_.size());
-    sort(0, discs_.size());
+    sort(0, discs_.size(), 0);
 }
 
 /// Far from a plane of discs all of them are about as near: the search would visit them all, to find what is known.
@@ -47,8 +47,12 @@ void SheetField::find_plane() {
     });
 }
 
-void SheetField::sort(std::size_t begin, std::size_t end) {
+void SheetField::sort(std::size_t begin, std::size_t end, std::size_t node) {
     if (end - begin < 2) return;
+    if (end - begin >= kBundle) {
+        if (bundles_.size() <= node) bundles_.resize(node + 1);
+        bundles_[node] = bundle(begin, end);
+    }
     Vec3f lower = discs_[begin].place, upper = lower;
     for (std::size_t i = begin; i < end; ++i) {
         lower = lower.cwiseMin(discs_[i].place);
@@ -63,8 +67,36 @@ void SheetField::sort(std::size_t begin, std::size_t end) {
         return std::tuple(p[axis], p.x(), p.y(), p.z()) < std::tuple(q[axis], q.x(), q.y(), q.z());
     });
     axis_[middle] = static_cast<unsigned char>(axis);
-    sort(begin, middle);
-    sort(middle + 1, end);
+    sort(begin, middle, 2 * node + 1);
+    sort(middle + 1, end, 2 * node + 2);
+}
+
+SheetField::Bundle SheetField::bundle(std::size_t begin, std::size_t end) const {
+    Vec3f lower = discs_[begin].place, upper = lower, normal = Vec3f::Zero();
+    float size = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+        lower = lower.cwiseMin(discs_[i].place);
+        upper = upper.cwiseMax(discs_[i].place);
+        normal += discs_[i].normal;
+        size = std::max(size, discs_[i].size);
+    }
+    Bundle b{(lower + upper) / 2, (upper - lower) / 2, normal.normalized(), 1, 0, 1e-3f * size};
+    for (std::size_t i = begin; i < end; ++i) b.cosine = std::min(b.cosine, b.normal.dot(discs_[i].normal));
+    b.sine = std::sqrt(std::max(1 - square(b.cosine), 0.0f));
+    return b;
+}
+
+/// Of a normal in the cone and a place in the box, the height of x over that plane is at least
+///   cos (least height along the axis) - sin (largest distance from the axis)
+int SheetField::Bundle::side(const Vec3f& x) const {
+    if (!(cosine > 0)) return 0;
+    const Vec3f v = x - centre;
+    const float along = normal.dot(v), reach = normal.cwiseAbs().dot(half);
+    const float least = std::abs(along) - reach;
+    if (least <= 0) return 0;
+    const float across = std::sqrt(std::max(v.squaredNorm() - square(along), 0.0f)) + half.norm();
+    if (cosine * least - sine * across <= margin) return 0;
+    return along > 0 ? 1 : -1;
 }
 
 void SheetField::gather(std::size_t begin, std::size_t end, const Vec3f& x, Sums& sums) const {
@@ -89,21 +121,44 @@ void SheetField::gather(std::size_t begin, std::size_t end, const Vec3f& x, Sums
 }
 
 /// `away`: how far x is from the range's box along each axis; its square is the least that a disc of the range can be
-/// away (Arya and Mount 1993).
-void SheetField::nearest(std::size_t begin, std::size_t end, const Vec3f& x, Vec3f& away, Nearest& best) const {
-    if (begin >= end || away.squaredNorm() >= best.distance2) return;
+/// away (Arya and Mount 1993). By bundles: of discs that all have x on one side the nearest need not be found, as long as
+/// all others that could be nearer say the same; where they do not, that is disputed.
+template <bool by_bundles>
+void SheetField::nearest(std::size_t begin, std::size_t end, std::size_t node, const Vec3f& x, Vec3f& away,
+                         Nearest& best) const {
+    if (begin >= end || away.squaredNorm() >= best.distance2 || best.disputed) return;
     const std::size_t middle = (begin + end) / 2;
     const Disc& d = discs_[middle];
+    const auto height = [&](const Disc& disc) { return disc.normal.dot(x - disc.place); };
+    const auto agrees = [&](float h) { return !best.disc || (height(*best.disc) > 0) == (h > 0); };
+    const float r2 = (d.place - x).squaredNorm();
+    const int side = by_bundles && end - begin >= kBundle ? bundles_[node].side(x) : 0;
+    if (by_bundles && (side != 0 || r2 < best.distance2)) best.disputed = !agrees(side != 0 ? float(side) : height(d));
+    if (r2 < best.distance2) best.distance2 = r2, best.disc = &d;
+    if (side != 0) return;
     const int axis = axis_[middle];
-    const float side = x[axis] - d.place[axis], before = away[axis];
-    if (const float r2 = (d.place - x).squaredNorm(); r2 < best.distance2) best = {r2, &d};
+    const float beyond = x[axis] - d.place[axis], before = away[axis];
     const auto search = [&](bool upper) {
-        upper ? nearest(middle + 1, end, x, away, best) : nearest(begin, middle, x, away, best);
+        upper ? nearest<by_bundles>(middle + 1, end, 2 * node + 2, x, away, best)
+              : nearest<by_bundles>(begin, middle, 2 * node + 1, x, away, best);
     };
-    search(side >= 0);
-    away[axis] = side;
-    search(side < 0);
+    search(beyond >= 0);
+    away[axis] = beyond;
+    search(beyond < 0);
     away[axis] = before;
+}
+
+/// Over the plane of the nearest disc, or of another with x on the same side.
+float SheetField::far_distance(const Vec3f& x) const {
+    Vec3f away = Vec3f::Zero();
+    Nearest best;
+    nearest<true>(0, discs_.size(), 0, x, away, best);
+    if (best.disputed) {
+        away.setZero();
+        best = {};
+        nearest<false>(0, discs_.size(), 0, x, away, best);
+    }
+    return best.disc ? best.disc->normal.dot(x - best.disc->place) : best.distance2;
 }
 
 float SheetField::distance(const Vec3f& x) const {
@@ -111,12 +166,7 @@ float SheetField::distance(const Vec3f& x) const {
     if (flat_) return discs_.front().normal.dot(x - discs_.front().place);
     Sums s;
     gather(0, discs_.size(), x, s);
-    if (!(s.weight > 1e-9f)) {
-        Vec3f away = Vec3f::Zero();
-        Nearest best;
-        nearest(0, discs_.size(), x, away, best);
-        return best.disc ? best.disc->normal.dot(x - best.disc->place) : best.distance2;
-    }
+    if (!(s.weight > 1e-9f)) return far_distance(x);
     const Vec3f place = s.place / s.weight, normal = s.normal / s.weight;
     const float size = s.size / s.weight, spread = s.squares / s.weight - place.squaredNorm();
     const float bend = std::clamp((s.along / s.weight - place.dot(normal)) / std::max(spread, 1e-3f * square(size)),

@@ -13,10 +13,11 @@ class SheetField {
     /// The surfels `members` of the cloud, all of one sheet.
     SheetField(const SurfelCloud& cloud, const std::vector<Index>& members);
     /// About the signed distance from x [m], > 0 before the sheet: the algebraic sphere that the ray's blend fits, where
-    /// surfels' supports hold x; the plane of the nearest surfel elsewhere. A sheet without surfels bounds nothing.
+    /// surfels' supports hold x; elsewhere a plane with x on the side on which the nearest surfel has it. A sheet without surfels bounds nothing.
     float distance(const Vec3f& x) const;
 
   private:
+    static constexpr std::size_t kBundle = 8;
     struct Disc {
         Vec3f place, normal;
         Vec3f row1, row2;  // into the support's unit ball, with normal / height
@@ -27,14 +28,28 @@ class SheetField {
     struct Nearest {
         float distance2 = std::numeric_limits<float>::max();
         const Disc* disc = nullptr;
+        bool disputed = false;
     };
-    void nearest(std::size_t begin, std::size_t end, const Vec3f& x, Vec3f& away, Nearest& best) const;
+    /// Where the discs of a part of the tree are and look.
+    struct Bundle {
+        Vec3f centre, half;  // of the box of their places
+        Vec3f normal;        // axis of the cone of their normals
+        float cosine, sine;  // of its half angle; no cone where it is 90 degrees or more
+        float margin;        // a thousand times less than their size [m]
+        /// 1 where x is before the planes of all, -1 where it is behind all, else 0.
+        int side(const Vec3f& x) const;
+    };
+    template <bool by_bundles>
+    void nearest(std::size_t begin, std::size_t end, std::size_t node, const Vec3f& x, Vec3f& away, Nearest& best) const;
+    float far_distance(const Vec3f& x) const;
     void find_plane();
-    void sort(std::size_t begin, std::size_t end);
+    void sort(std::size_t begin, std::size_t end, std::size_t node);
+    Bundle bundle(std::size_t begin, std::size_t end) const;
 
     // A balanced kd-tree in place: the middle of a range parts it along the axis axis_[middle].
     std::vector<Disc> discs_;
     std::vector<unsigned char> axis_;
+    std::vector<Bundle> bundles_;  // of ranges of kBundle discs and more; the parts of node k are 2 k + 1 and 2 k + 2
     float widest_ = 0;   // support [m]
     bool flat_ = false;  // all discs lie in one plane
 };

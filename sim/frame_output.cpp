@@ -132,6 +132,15 @@ struct Sums {
     }
 };
 
+/// The surface of a liquid, which reaches a little into the walls so that no film of air is seen there, without that.
+std::vector<Vec3> up_to_the_walls(std::vector<Vec3> x, const Walls& walls) {
+    parallel_for(x.size(), [&](std::size_t i) {
+        const WallContact wall = wall_contact(walls, x[i]);
+        if (wall.distance < 0) x[i] -= wall.distance * wall.normal;
+    });
+    return x;
+}
+
 FrameTotals totals(const Simulation& s) {
     const Particles& p = s.particles;
     const Vec3d gravity = s.problem.scene.world.gravity;
@@ -169,7 +178,8 @@ FrameTotals totals(const Simulation& s) {
         const scene::Surface& params = s.problem.scene.surface;
         const Real support = static_cast<Real>(params.support * params.radius) * s.problem.smoothing.spacing;
         t.surface_volume =
-            enclosed_volume(s.surface.surfels.position, s.surface.surfels.normal, support, s.surface.body);
+            enclosed_volume(up_to_the_walls(s.surface.surfels.position, s.walls), s.surface.surfels.normal, support,
+                            s.surface.body);
     }
     return t;
 }

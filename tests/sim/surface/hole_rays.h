@@ -7,40 +7,10 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
-#include "pipeline/geometry/point_grid.h"
+#include "tests/sim/surface/discs.h"
 #include "tests/sim/surface/liquid_fixture.h"
 
 namespace thixo::fixture {
-
-class Discs {
-  public:
-    explicit Discs(const SurfelCloud& cloud) : cloud_(cloud) { grid_.build(cloud.position, Real(kSpacing)); }
-
-    bool hit(const Vec3& origin, const Vec3& direction, double length) const {
-        // Discs of half a spacing about points within half a spacing of the ray: balls a quarter of a spacing apart
-        // along it hold them.
-        for (double t = 0; t < length; t += 0.5 * kSpacing) {
-            bool found = false;
-            grid_.for_each_neighbour(origin + Real(t) * direction, Real(0.6 * kSpacing),
-                                     [&](Index i, Real) { found = found || crosses(i, origin, direction); });
-            if (found) return true;
-        }
-        return false;
-    }
-
-  private:
-    bool crosses(Index i, const Vec3& origin, const Vec3& direction) const {
-        const Real rate = direction.dot(cloud_.normal[i]);
-        if (rate == 0) return false;
-        const Real t = (cloud_.position[i] - origin).dot(cloud_.normal[i]) / rate;
-        if (t <= 0) return false;
-        const Vec3 offset = origin + t * direction - cloud_.position[i];
-        const Vec3 &a = cloud_.axis1[i], &b = cloud_.axis2[i];
-        return square(offset.dot(a) / a.squaredNorm()) + square(offset.dot(b) / b.squaredNorm()) <= 1;
-    }
-    const SurfelCloud& cloud_;
-    PointGrid grid_;
-};
 
 /// Rays from the particles that `deep` picks; the number of those that leave the liquid unseen.
 inline int holes(const std::vector<Vec3>& places, int rays, const std::function<bool(const Vec3&)>& deep) {
@@ -51,13 +21,10 @@ inline int holes(const std::vector<Vec3>& places, int rays, const std::function<
     for (const Vec3& x : p.position)
         if (deep(x)) from.push_back(x);
     EXPECT_GT(from.size(), 10u);
-    const Discs discs(s.surfels);
+    const Discs discs(s.surfels, 0.5 * kSpacing);
     return static_cast<int>(parallel_sum(static_cast<std::size_t>(rays), [&](std::size_t k) {
-        const double z = 2 * random_unit(7, k, 0, 0) - 1, angle = 2 * kPi * random_unit(7, k, 0, 1),
-                     ring = std::sqrt(1 - z * z);
-        const Vec3 direction(Real(ring * std::cos(angle)), Real(ring * std::sin(angle)), Real(z));
         const Vec3& x = from[random_bits(7, k, 0, 2) % from.size()];
-        return discs.hit(x, direction, 40 * kSpacing) ? 0.0 : 1.0;
+        return discs.hit(x, random_direction(k), 40 * kSpacing) ? 0.0 : 1.0;
     }));
 }
 

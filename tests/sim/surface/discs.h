@@ -1,0 +1,47 @@
+// Which rays meet a cloud of discs.
+#pragma once
+
+#include "pipeline/base/random.h"
+#include "pipeline/geometry/point_grid.h"
+#include "pipeline/geometry/surfel.h"
+
+namespace thixo::fixture {
+
+class Discs {
+  public:
+    /// No axis is longer than `radius` [m].
+    Discs(const SurfelCloud& cloud, double radius) : cloud_(cloud), radius_(radius) { grid_.build(cloud.position, Real(2 * radius)); }
+
+    bool hit(const Vec3& origin, const Vec3& direction, double length) const {
+        // Discs about points within a radius of the ray: balls half a radius apart along it hold them.
+        for (double t = 0; t < length; t += radius_) {
+            bool found = false;
+            grid_.for_each_neighbour(origin + Real(t) * direction, Real(1.2 * radius_),
+                                     [&](Index i, Real) { found = found || crosses(i, origin, direction); });
+            if (found) return true;
+        }
+        return false;
+    }
+
+  private:
+    bool crosses(Index i, const Vec3& origin, const Vec3& direction) const {
+        const Real rate = direction.dot(cloud_.normal[i]);
+        if (rate == 0) return false;
+        const Real t = (cloud_.position[i] - origin).dot(cloud_.normal[i]) / rate;
+        if (t <= 0) return false;
+        const Vec3 offset = origin + t * direction - cloud_.position[i];
+        const Vec3 &a = cloud_.axis1[i], &b = cloud_.axis2[i];
+        return square(offset.dot(a) / a.squaredNorm()) + square(offset.dot(b) / b.squaredNorm()) <= 1;
+    }
+    const SurfelCloud& cloud_;
+    double radius_;
+    PointGrid grid_;
+};
+
+/// The k-th of many directions, even over the sphere.
+inline Vec3 random_direction(std::size_t k) {
+    const double z = 2 * random_unit(7, k, 0, 0) - 1, angle = 2 * kPi * random_unit(7, k, 0, 1), ring = std::sqrt(1 - z * z);
+    return {Real(ring * std::cos(angle)), Real(ring * std::sin(angle)), Real(z)};
+}
+
+}  // namespace thixo::fixture

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "tests/physics/gate.h"
 #include "tests/sim/fixture.h"
 
 namespace thixo {
@@ -59,7 +60,7 @@ TEST_F(RestingWater, PressureIsLinearInDepth) {
         p.push_back(sum[k] / count[k]);
     }
     const Line line = regression(z, p);
-    EXPECT_NEAR(line.slope, -1000 * 9.81, 0.05 * 9810);
+    gate::expect({"water at rest, eos", "slope of pressure over depth", "rho g", -line.slope / 9810, 1, 0.05, "hydrostatics"});
     EXPECT_LT(line.correlation, -0.99);
 }
 
@@ -73,7 +74,8 @@ TEST_F(RestingWater, KeepsItsVolume) {
         moment += static_cast<double>(p.mass[i] * p.position[i].z());
     }
     const double depth = mass / (1000 * 0.05 * 0.05);
-    EXPECT_NEAR(2 * moment / mass, depth, 0.03 * depth);
+    gate::expect({"water at rest, eos", "twice the mean height over volume/area", "1", 2 * moment / mass / depth, 1, 0.03,
+                  "incompressibility"});
 }
 
 TEST_F(RestingWater, IsAtRest) {

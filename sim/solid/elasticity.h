@@ -18,6 +18,7 @@ struct StressLaw {
     Real most_plastic = 0;      // largest norm of eps^p [1]; 0: any
     Real friction = 0;          // [1]
     Real contact_damping = 0;   // of critical [1]
+    Real contact_stiffness = 0; // [Pa/m]; 0: of a layer of the matter
     bool operator==(const StressLaw&) const = default;
     Real wave_modulus() const { return lambda + 2 * mu; }  // rho c^2 of pressure waves [Pa]
 };

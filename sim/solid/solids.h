@@ -8,6 +8,7 @@
 #include "pipeline/geometry/keyframes.h"
 #include "pipeline/geometry/shape.h"
 #include "sim/particles.h"
+#include "sim/solid/contact.h"
 #include "sim/solid/elasticity.h"
 #include "sim/solid/elements.h"
 #include "sim/walls.h"
@@ -37,6 +38,7 @@ struct Solids {
     std::vector<SolidBody> bodies;
     Elements elements;
     std::vector<Grip> grips;
+    Contacts contacts;
     double last_dt = 0;   // the last sub-step; 0: none yet [s]
     double stretch2 = 1;  // largest squared stretch of any element in it [1]
     // Of the present time.

@@ -62,7 +62,7 @@ SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, doubl
     while (now < end) {
         if (now == time || now >= solids.contacts.next) {
             if (now != time) follow_contacts(solids);
-            ScopedTimer timer(solids.contacts.t_find);
+            ScopedTimer timer(report.contact_seconds);
             find_contacts(now, end - now, solids);
         }
         const double until = std::min(end, solids.contacts.next);
@@ -70,7 +70,10 @@ SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, doubl
         move_walls(walls, now);
         solids.stretch2 =
             static_cast<double>(find_stress_forces(solids.laws, solids.elements, solids.stress, solids.force));
-        { ScopedTimer timer(solids.contacts.t_press); press_contacts(step, solids); }
+        {
+            ScopedTimer timer(report.contact_seconds);
+            press_contacts(step, solids);
+        }
         leapfrog_elements(walls, step, solids);
         now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
         move_held(now, step, solids);

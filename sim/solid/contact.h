@@ -99,7 +99,6 @@ struct Contacts {
     std::vector<std::size_t> begin;  // one more
     std::vector<Index> node;
     std::vector<Real> weight;
-    double t_find = 0, t_press = 0;
     // Scratch.
     std::vector<Vec3> place;         // of all elements in the world [m]
     std::vector<PointGrid> grid;     // by body
@@ -121,14 +120,15 @@ void find_contacts(double time, double dt, Solids& solids);
 /// with k_i the bodies' contact_pressure, and friction by a spring that slips: f_t = -k slip - c_t v_t, |f_t| <= mu f_n.
 /// So bodies stick, without creeping. What is deeper than a quarter of a particle's width and goes on inwards is braked as
 /// hard as the sub-step bears: soft bodies give way to fast ones slower than those come. That takes energy alone.
-/// Depth that no approach explains (bodies placed into each other, a fold of the distance) is left unanswered and pushed
-/// out at kOutwards widths a second: no body is ever launched by it.
+/// Depth that no approach explains (bodies placed into each other, a fold of the distance) is left unanswered, but for
+/// kUnexplained widths, and pushed out at no more than kOutwards widths a second: no body is ever launched by it.
 void press_contacts(double dt, Solids& solids);
 
 /// Takes the last sub-step's motion over into the springs of friction: before frames change or nodes are found again.
 void follow_contacts(Solids& solids);
 
-inline constexpr Real kOutwards = 4;             // [1/s]
+inline constexpr Real kOutwards = 4;                // [1/s]
+inline constexpr Real kUnexplained = Real(0.02);    // depth that is answered though no speed explains it, in widths
 inline constexpr Real kContactMargin = Real(0.25);  // in particle widths
 
 }  // namespace thixo

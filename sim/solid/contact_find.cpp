@@ -13,7 +13,6 @@
 namespace thixo {
 namespace {
 
-constexpr Real kUnexplained = Real(0.1);  // depth beyond what the bodies' speed explains that is answered, in widths
 constexpr Real kSteepest = 3;             // most that the distance may change over a way in the world
 constexpr std::uint64_t kStartUse = 0x636f6e74;
 constexpr Real kGripDamping = Real(0.5);  // of critical, of friction's spring

@@ -36,7 +36,8 @@ struct Press {
 Vec3 force_of_node(const Motion& m, const Mat3& turn, const Press& press, Real width, ContactNodes& n, std::size_t k) {
     const Vec3& normal = n.normal[k];
     const Real gap = n.gap[k] + normal.dot(m.way - n.start[k]);
-    n.excess[k] = std::min(n.excess[k] + press.outwards, Real(0));
+    // Only while it presses hardly: what parts faster, or cannot part, is not helped on.
+    if (n.excess[k] - gap < kUnexplained * width) n.excess[k] = std::min(n.excess[k] + press.outwards, Real(0));
     n.depth[k] = std::max(n.excess[k] - gap, Real(0));
     const Real speed = normal.dot(m.velocity);
     Real push = n.depth[k] > 0 ? std::max(n.stiffness[k] * n.depth[k] - n.damping[k] * speed, Real(0)) : Real(0);

@@ -61,6 +61,7 @@ StressLaw law_at(const scene::Scene& scene, std::size_t material, double time);
 struct SolidReport {
     int sub_steps = 0;
     double smallest_dt = 1e30;  // [s]
+    double contact_seconds = 0;
 };
 
 /// From t to t + dt [s]: sub-steps of leapfrog within what explicit integration bears, with walls, grips and the

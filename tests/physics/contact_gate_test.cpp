@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "tests/physics/gate.h"
 
@@ -33,7 +34,9 @@ std::vector<Motion> motions(const Simulation& s) {
 
 TEST(TwoFreeBodies, KeepTheirMomentaInACollision) {
     // Velocities are rounded to 6e-8 at every sub-step, of which there are some hundred: 1e-5 leaves room, and any force
-    // without its opposite shows. They slide and turn on each other: friction takes part.
+    // without its opposite shows. They slide and turn on each other: friction takes part. Both forces of a node act at one
+    // place when it is found, and as far apart as the bodies slide until nodes are found again, at most a quarter of a
+    // particle's width, 3 mm; of its own length that is 5 % of the arm, in a tenth of the collision.
     Simulation s = make_simulation(gate::load("collision"));
     evaluate(s);
     const std::vector<Motion> before = motions(s);
@@ -46,7 +49,7 @@ TEST(TwoFreeBodies, KeepTheirMomentaInACollision) {
                   1e-5, "Newton's third law"});
     gate::expect({"collision", "angular momentum lost over sum |p| r", "1",
                   (after[0].angular + after[1].angular - before[0].angular - before[1].angular).norm() / (size * arm),
-                  0, 1e-3, "forces at one place"});
+                  0, 5e-3, "forces at one place"});
     EXPECT_GT((after[0].momentum - before[0].momentum).norm(), 0.5 * before[0].momentum.norm());
     EXPECT_LT(after[0].kinetic + after[1].kinetic, before[0].kinetic + before[1].kinetic);
 }
@@ -69,7 +72,9 @@ TEST(StackedBlocks, ComeToRest) {
     const auto energy = series.of("energy"), lower = series.of("lower"), upper = series.of("upper"), x = series.of("x");
     const double most = *std::max_element(energy.begin(), energy.end());
     gate::expect({"stacked blocks", "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
-    gate::expect({"stacked blocks", "way along the lower one in the last second", "m", x.back() - x[x.size() - 25], 0, 1e-5, "friction holds"});
+    // It trembles a little still; the means of half seconds show what creeps.
+    const auto mean = [&](std::size_t from) { return std::accumulate(x.end() - static_cast<std::ptrdiff_t>(from), x.end() - static_cast<std::ptrdiff_t>(from - 12), 0.0) / 12; };
+    gate::expect({"stacked blocks", "creep along the lower one in half a second", "m", mean(12) - mean(24), 0, 1e-5, "friction holds"});
     // As if the upper one's weight were spread over the lower: pressed together by the weight above and the contact's
     // springs, within a tenth of a spacing.
     gate::expect({"stacked blocks", "distance of the middles", "m", upper.back() - lower.back(), 0.06, 1e-3, "a tenth of a spacing"});

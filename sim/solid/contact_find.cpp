@@ -96,6 +96,10 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     const Elements& e = view.solids.elements;
     const SolidBody& body = view.solids.bodies[at(partner)];
     const Real width = view.extents[at(partner)].width, margin = kContactMargin * width;
+    // Most are far: even drawn out to twice its length, matter has an element within a support of its surface.
+    bool near = view.solids.stretch2 > 4;
+    c.grid[at(partner)].for_each_neighbour(x, e.support[body.begin], [&](Index, Real) { near = true; });
+    if (!near) return std::nullopt;
     fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.begin], x, fit);
     const Vec3 m = fit.material + c.origin[at(partner)];
     const Real d = c.shape[at(partner)].distance(m);

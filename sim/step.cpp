@@ -272,7 +272,7 @@ void refresh_surface(Simulation& s) {
     if (!s.solids.empty()) {
         ++s.stats.surface_updates;
         displace_embedded(s.embedded, s.solids, s.surface, s.embedded_source);
-        return draw_contacts(s.embedded, s.embedded_source, s.solids, s.surface);
+        return draw_contacts(s.embedded, s.embedded_source, s.walls, s.solids, s.surface);
     }
     const Smoothing& smoothing = s.problem.smoothing;
     const SurfaceReport report =

@@ -42,6 +42,17 @@ struct DrawnBody {
         }
         return m + solids.contacts.origin[number];
     }
+    /// False where no element is near enough for x to lie inside.
+    bool may_hold(const Vec3& x) const {
+        if ((x.array() < box.lower.array()).any() || (x.array() > box.upper.array()).any()) return false;
+        bool near = solids.stretch2 > 4;
+        solids.contacts.grid[number].for_each_neighbour(x, solids.elements.support[solids.bodies[number].begin],
+                                                        [&](Index, Real) { near = true; });
+        return near;
+    }
+    bool holds(const Vec3& x, ElementFit& fit) const {
+        return solids.contacts.shape[number].distance(material(x, fit)) < 0;
+    }
     Distance distance(const Vec3& x, ElementFit& fit) const {
         const Shape& shape = solids.contacts.shape[number];
         const Vec3 m = material(x, fit);
@@ -81,12 +92,20 @@ std::vector<DrawnBody> drawn_bodies(const EmbeddedSurface& embedded, Solids& sol
 
 struct Drawn {
     Vec3 place, normal;
+    bool past_edge;  // of a sheet that reaches past its body's edge
 };
+
+/// What a sheet shows beyond its edge trims it, and must stay its plane: only what faces the surface it is laid on goes
+/// with the rest.
+bool stays(const Drawn& surfel, const Vec3& outward) {
+    return surfel.past_edge && surfel.normal.dot(outward) > Real(-0.5);
+}
 
 /// Where the surfel of body a goes that has entered b, or nothing where it has not.
 std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, const Drawn& surfel, ElementFit& fit) {
+    if (!b.holds(surfel.place, fit)) return std::nullopt;
     const Distance entered = b.distance(surfel.place, fit);
-    if (!(entered.value < 0) || entered.normal.isZero()) return std::nullopt;
+    if (entered.normal.isZero() || stays(surfel, entered.normal)) return std::nullopt;
     // psi_b, the way out.
     Vec3 out = surfel.place;
     Distance left = entered;
@@ -94,10 +113,9 @@ std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, 
         out -= left.value * left.normal;
         left = b.distance(out, fit);
     }
-    // Sheets reach past their bodies' edges; there the sheet's plane stands for the body.
-    const bool past_edge = std::abs(a.distance(surfel.place, fit).value) > kOwnSurface * a.width;
+    // Past its body's edge the sheet's plane stands for the body.
     const auto own = [&](const Vec3& x) {
-        return past_edge ? Distance{surfel.normal.dot(x - surfel.place), surfel.normal} : a.distance(x, fit);
+        return surfel.past_edge ? Distance{surfel.normal.dot(x - surfel.place), surfel.normal} : a.distance(x, fit);
     };
     const auto potential = [&](Real t) {
         const Vec3 x = surfel.place + t * (out - surfel.place);
@@ -123,34 +141,63 @@ std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, 
     }
     const Vec3 place = surfel.place + t * (out - surfel.place);
     const Vec3 n = a.modulus * own(place).normal - b.modulus * b.distance(place, fit).normal;
-    return Drawn{place, n.squaredNorm() > 0 ? Vec3(n.normalized()) : surfel.normal};
+    return Drawn{place, n.squaredNorm() > 0 ? Vec3(n.normalized()) : surfel.normal, surfel.past_edge};
+}
+
+/// Where a surfel goes that has entered a wall: the contact surface of what does not give way is its own.
+std::optional<Drawn> on_wall(const Wall& wall, const Drawn& surfel, WallMap::Cursor& cursor) {
+    Vec3 n;
+    const Real d = wall.map.distance(wall.to_wall(surfel.place), n, cursor);
+    if (!(d < 0) || n.isZero()) return std::nullopt;
+    n = wall.turn * n;
+    if (stays(surfel, n)) return std::nullopt;
+    return Drawn{surfel.place - d * n, -n, surfel.past_edge};
+}
+
+/// Faces that meet the surface at an edge go as far as it and keep their direction.
+void move_surfel(const Drawn& to, std::size_t i, SurfelCloud& cloud) {
+    cloud.position[i] = to.place;
+    if (to.normal.dot(cloud.normal[i]) < Real(0.5)) return;
+    const auto turn = Eigen::Quaternion<Real>::FromTwoVectors(cloud.normal[i], to.normal);
+    cloud.axis1[i] = turn * cloud.axis1[i];
+    cloud.axis2[i] = turn * cloud.axis2[i];
+    cloud.normal[i] = to.normal;
 }
 
 }  // namespace
 
-void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& source, Solids& solids,
-                   SurfaceState& surface) {
-    if (solids.bodies.size() < 2 || solids.laws.empty()) return;
-    const std::vector<DrawnBody> bodies = drawn_bodies(embedded, solids);
+void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& source, const Walls& walls,
+                   Solids& solids, SurfaceState& surface) {
+    const bool meet = solids.bodies.size() > 1 && !solids.laws.empty();
+    if (!meet && walls.list.empty()) return;
+    const std::vector<DrawnBody> bodies = meet ? drawn_bodies(embedded, solids) : std::vector<DrawnBody>{};
     SurfelCloud& cloud = surface.surfels;
     parallel_chunks(
         surface.size(),
         [&](std::size_t begin, std::size_t end, std::size_t) {
             ElementFit fit;
+            WallCursor cursor(walls);
             for (std::size_t i = begin; i < end; ++i) {
-                const DrawnBody& own = bodies[static_cast<std::size_t>(embedded.owner[source[i]])];
+                const Index root = source[i];
+                const auto owner = static_cast<std::size_t>(embedded.owner[root]);
+                const Real width = std::cbrt(solids.elements.volume[solids.bodies[owner].begin]);
+                std::optional<bool> past_edge;
+                const auto drawn = [&] {
+                    if (!past_edge)
+                        past_edge = std::abs(solids.contacts.shape[owner].distance(embedded.first[root])) >
+                                    kOwnSurface * width;
+                    return Drawn{cloud.position[i], cloud.normal[i], *past_edge};
+                };
                 for (const DrawnBody& other : bodies) {
-                    const Vec3& x = cloud.position[i];
-                    if (other.number == own.number || (x.array() < other.box.lower.array()).any() ||
-                        (x.array() > other.box.upper.array()).any())
-                        continue;
-                    const auto moved = on_contact_surface(own, other, {x, cloud.normal[i]}, fit);
-                    if (!moved) continue;
-                    const auto turn = Eigen::Quaternion<Real>::FromTwoVectors(cloud.normal[i], moved->normal);
-                    cloud.position[i] = moved->place;
-                    cloud.axis1[i] = turn * cloud.axis1[i];
-                    cloud.axis2[i] = turn * cloud.axis2[i];
-                    cloud.normal[i] = moved->normal;
+                    if (other.number == owner || !other.may_hold(cloud.position[i])) continue;
+                    if (const auto to = on_contact_surface(bodies[owner], other, drawn(), fit))
+                        move_surfel(*to, i, cloud);
+                }
+                for (std::size_t w = 0; w < walls.list.size(); ++w) {
+                    const Wall& wall = walls.list[w];
+                    Vec3 n;
+                    if (!(wall.map.distance(wall.to_wall(cloud.position[i]), n, cursor.at[w]) < 0)) continue;
+                    if (const auto to = on_wall(wall, drawn(), cursor.at[w])) move_surfel(*to, i, cloud);
                 }
             }
         },

@@ -3,9 +3,10 @@
 // What is kept of the dissertation: nodes between two surfaces that pass through each other, a penalty with damping and
 // friction by the nodes' areas, forces spread over the particles of both bodies by w_poly6. Three things are done
 // otherwise, and sounder:
-// - Depth and normal come from the signed distance of the rest shape, asked at the place that a least-squares fit of the
-//   deformed particles about the node maps to. It holds for any depth and for edges, where averaged surfels stand for no
-//   surface, and it is the robust inside test of 5.8 at the same time.
+// - Depth and normal come from the signed distance of the rest shape, asked at the place that a least-squares fit of
+// the
+//   deformed particles about the node maps to. It holds for any depth and for edges, where averaged surfels stand for
+//   no surface, and it is the robust inside test of 5.8 at the same time.
 // - Nodes are found once a step, or more often where bodies are fast, and penalties followed from sub-step to sub-step.
 //   Those near a surface but not yet in it take part, so that no contact is late.
 // - Both bodies feel a node's force at one place, by weights that reproduce linear fields. Linear and angular momentum
@@ -88,41 +89,50 @@ struct ContactRates {
 };
 
 struct Contacts {
-    std::vector<Shape> shape;        // of every body, in the world at time 0
-    std::vector<Vec3> origin;        // of its material frame there [m]
+    std::vector<Shape> shape;  // of every body, in the world at time 0
+    std::vector<Vec3> origin;  // of its material frame there [m]
     ContactSamples samples;
     ContactNodes nodes;
-    double next = 0;                 // when nodes must be found again [s]
-    std::vector<ContactRates> rates; // by body
+    double next = 0;                  // when nodes must be found again [s]
+    std::vector<ContactRates> rates;  // by body
     // Nodes by element, for gathering.
     std::vector<Index> touched;      // elements, ascending
     std::vector<std::size_t> begin;  // one more
     std::vector<Index> node;
     std::vector<Real> weight;
     // Scratch.
-    std::vector<Vec3> place;         // of all elements in the world [m]
-    std::vector<PointGrid> grid;     // by body
+    std::vector<Vec3> place;      // of all elements in the world [m]
+    std::vector<PointGrid> grid;  // by body
     std::vector<std::uint8_t> gridded;
 };
 
 /// Shapes of all bodies, and samples of their surfaces three to a particle's width.
 Contacts make_contacts(const scene::Scene& scene, const Solids& solids);
 
-/// Finds all nodes at `time` [s] for at most the next `dt` [s]: those of before go on with what they remember. Broad phase
-/// by the bodies' boxes; narrow phase: the place m of a sample in the partner's rest shape by a fit of its elements about
-/// it, the gap by the shape's signed distance D there,
+/// Finds all nodes at `time` [s] for at most the next `dt` [s]: those of before go on with what they remember. Broad
+/// phase by the bodies' boxes; narrow phase: the place m of a sample in the partner's rest shape by a fit of its
+/// elements about it, the gap by the shape's signed distance D there,
 ///   gap = D(m)/|G^T grad D|,  normal = unit(G^T grad D),  G = dm/dx         to first order in the world
 /// Until `next` no surface comes nearer to another than the margin to which gaps are listed.
 void find_contacts(double time, double dt, Solids& solids);
 
 /// Adds the nodes' forces to solids.force, for the sub-step dt [s] to come:
 ///   f_n = max(k (excess - gap) - c v_n, 0),  k = k_1 k_2/(k_1 + k_2) area/2        as each surface has its own nodes
-/// with k_i the bodies' contact_pressure, and friction by a spring that slips: f_t = -k slip - c_t v_t, |f_t| <= mu f_n.
-/// So bodies stick, without creeping. What is deeper than a quarter of a particle's width and goes on inwards is braked as
-/// hard as the sub-step bears: soft bodies give way to fast ones slower than those come. That takes energy alone.
-/// Depth that no approach explains (bodies placed into each other, a fold of the distance) is left unanswered, but for
-/// kUnexplained widths, and pushed out at no more than kOutwards widths a second: no body is ever launched by it.
+/// with k_i the bodies' contact_pressure, and friction by a spring that slips: f_t = -k slip - c_t v_t, |f_t| <= mu
+/// f_n. So bodies stick, without creeping. What is deeper than a quarter of a particle's width and goes on inwards is
+/// braked as hard as the sub-step bears: soft bodies give way to fast ones slower than those come. That takes energy
+/// alone. Depth that no approach explains (bodies placed into each other, a fold of the distance) is left unanswered,
+/// but for kUnexplained widths, and pushed out at no more than kOutwards widths a second: no body is ever launched by
+/// it.
 void press_contacts(double dt, Solids& solids);
+
+/// Lists the nodes by element, and finds what they add to the fastest motions (`rates`) and how hard they may brake: of
+/// new nodes, before the next sub-step.
+void list_by_element(Solids& solids);
+
+/// False where a body has no element so near that x could lie in its surface or a margin before it. Quick: most places
+/// are far. `grid` as in Contacts.
+bool near_matter(const Solids& solids, const SolidBody& body, const PointGrid& grid, const Vec3& x);
 
 /// Takes the last sub-step's motion over into the springs of friction: before frames change or nodes are found again.
 void follow_contacts(Solids& solids);

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/base/random.h"
 #include "sim/solid/contact.h"
 #include "sim/solid/element_fit.h"
 #include "sim/solid/solids.h"
@@ -14,18 +13,17 @@ namespace thixo {
 namespace {
 
 constexpr Real kSteepest = 3;             // most that the distance may change over a way in the world
-constexpr std::uint64_t kStartUse = 0x636f6e74;
 constexpr Real kGripDamping = Real(0.5);  // of critical, of friction's spring
 
 std::size_t at(std::int32_t body) { return static_cast<std::size_t>(body); }
 
 /// A body as the broad phase sees it.
 struct Extent {
-    Box3 box;                 // of its elements
-    Vec3 mean{0, 0, 0};       // velocity [m/s]
-    Real spread = 0;          // largest speed against that [m/s]
-    Real shift = 0;           // largest displacement [m]
-    Real width = 0;           // of an element [m]
+    Box3 box;            // of its elements
+    Vec3 mean{0, 0, 0};  // velocity [m/s]
+    Real spread = 0;     // largest speed against that [m/s]
+    Real shift = 0;      // largest displacement [m]
+    Real width = 0;      // of an element [m]
 };
 
 Extent extent_of(const SolidBody& body, const BodyPose& pose, const Elements& e, std::vector<Vec3>& place) {
@@ -52,9 +50,7 @@ Extent extent_of(const SolidBody& body, const BodyPose& pose, const Elements& e,
     return out;
 }
 
-Real gap_of(const Box3& a, const Box3& b) {
-    return (a.lower - b.upper).cwiseMax(b.lower - a.upper).maxCoeff();
-}
+Real gap_of(const Box3& a, const Box3& b) { return (a.lower - b.upper).cwiseMax(b.lower - a.upper).maxCoeff(); }
 bool holds(const Box3& box, Real by, const Vec3& x) {
     return ((x - box.lower).array() > -by).all() && ((box.upper - x).array() > -by).all();
 }
@@ -96,10 +92,7 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     const Elements& e = view.solids.elements;
     const SolidBody& body = view.solids.bodies[at(partner)];
     const Real width = view.extents[at(partner)].width, margin = kContactMargin * width;
-    // Most are far: even drawn out to twice its length, matter has an element within a support of its surface.
-    bool near = view.solids.stretch2 > 4;
-    c.grid[at(partner)].for_each_neighbour(x, e.support[body.begin], [&](Index, Real) { near = true; });
-    if (!near) return std::nullopt;
+    if (!near_matter(view.solids, body, c.grid[at(partner)], x)) return std::nullopt;
     fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.begin], x, fit);
     const Vec3 m = fit.material + c.origin[at(partner)];
     const Real d = c.shape[at(partner)].distance(m);
@@ -290,109 +283,28 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
     n.last = n.start;
 }
 
-/// Lists of the nodes of every element, in their order.
-void list_by_element(const ContactNodes& n, std::size_t elements, Contacts& c) {
-    std::vector<Index> slot(elements, 0);
-    for (const Index i : n.weights.element) ++slot[i];
-    c.touched.clear();
-    c.begin.assign(1, 0);
-    for (Index i = 0; i < elements; ++i) {
-        if (slot[i] == 0) continue;
-        c.touched.push_back(i);
-        c.begin.push_back(c.begin.back() + slot[i]);
-        slot[i] = static_cast<Index>(c.begin[c.begin.size() - 2]);
-    }
-    c.node.resize(n.weights.element.size());
-    c.weight.resize(n.weights.element.size());
-    for (std::size_t k = 0; k < n.size(); ++k)
-        for (std::size_t l = n.weights.begin[k]; l < n.weights.begin[k + 1]; ++l) {
-            const Index to = slot[n.weights.element[l]]++;
-            c.node[to] = static_cast<Index>(k);
-            c.weight[to] = n.weights.weight[l];
-        }
-}
-
-/// The largest eigenvalue of M^-1 K, K of all nodes' springs at once, by a few power iterations from below. Springs are
-/// the same along the normal and across, so that one number an element will do.
-double stiffest_of_contacts(const Solids& solids) {
-    constexpr int kIterations = 10;
-    const Contacts& c = solids.contacts;
-    const ContactNodes& n = c.nodes;
-    std::vector<Real> x(solids.elements.size(), 0), pull(n.size());
-    for (const Index i : c.touched) x[i] = static_cast<Real>(random_unit(0, i, 0, kStartUse) - 0.5);
-    double stiffest = 0;
-    for (int it = 0; it < kIterations; ++it) {
-        parallel_for(n.size(), [&](std::size_t k) {
-            Real sum = 0;
-            for (std::size_t l = n.weights.begin[k]; l < n.weights.begin[k + 1]; ++l)
-                sum += n.weights.weight[l] * x[n.weights.element[l]];
-            pull[k] = n.stiffness[k] * sum;
-        });
-        double work = 0, square = 0;
-        for (std::size_t t = 0; t < c.touched.size(); ++t) {
-            const Index i = c.touched[t];
-            Real sum = 0;
-            for (std::size_t l = c.begin[t]; l < c.begin[t + 1]; ++l) sum += c.weight[l] * pull[c.node[l]];
-            work += static_cast<double>(sum * x[i]);
-            square += static_cast<double>(solids.elements.mass[i] * x[i] * x[i]);
-            x[i] = sum / solids.elements.mass[i];
-        }
-        if (!(square > 0)) break;
-        stiffest = std::max(stiffest, work / square);
-        const Real scale = static_cast<Real>(1 / std::sqrt(square));
-        for (const Index i : c.touched) x[i] *= scale;
-    }
-    return stiffest;
-}
-
-/// What contact adds to the fastest motions: the eigenvalue with a margin, but no more than the sums of rows,
-/// sum_s k_s |W_sj| sum_i |W_si|, that bound it body by body. The masses that may be braked follow from the latter.
-void find_rates(Solids& solids) {
-    constexpr double kMargin = 1.2;
-    Contacts& c = solids.contacts;
-    ContactNodes& n = c.nodes;
-    std::vector<Real> total(n.size(), 0), braked(n.size(), 0);
-    double damped = 0;  // the largest c/k [s]
-    for (std::size_t k = 0; k < n.size(); ++k) {
-        for (std::size_t l = n.weights.begin[k]; l < n.weights.begin[k + 1]; ++l)
-            total[k] += std::abs(n.weights.weight[l]);
-        damped = std::max(damped, static_cast<double>(std::max(n.damping[k], n.drag[k]) / n.stiffness[k]));
-    }
-    c.rates.assign(solids.bodies.size(), {});
-    for (std::size_t t = 0; t < c.touched.size(); ++t) {
-        const Index i = c.touched[t];
-        Real stiff = 0, area = 0;
-        for (std::size_t l = c.begin[t]; l < c.begin[t + 1]; ++l) {
-            const Real row = std::abs(c.weight[l]) * total[c.node[l]] / solids.elements.mass[i];
-            stiff += row * n.stiffness[c.node[l]];
-            area += row * n.area[c.node[l]];
-        }
-        for (std::size_t l = c.begin[t]; l < c.begin[t + 1]; ++l)
-            braked[c.node[l]] = std::max(braked[c.node[l]], area);
-        ContactRates& rates = c.rates[at(solids.elements.owner[i])];
-        rates.stiffest = std::max(rates.stiffest, static_cast<double>(stiff));
-    }
-    const double stiffest = kMargin * stiffest_of_contacts(solids);
-    for (ContactRates& rates : c.rates) {
-        rates.stiffest = std::min(rates.stiffest, stiffest);
-        rates.damping = damped * rates.stiffest;
-    }
-    n.brake.resize(n.size());
-    for (std::size_t k = 0; k < n.size(); ++k) n.brake[k] = n.area[k] / braked[k];
-}
-
 /// No shorter than this are the times between finds, however fast a body that has gone wrong is [s].
 double shortest_time(const Solids& solids, const std::vector<Extent>& extents) {
     double shortest = 1e30;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const Index i = solids.bodies[b].begin;
-        const Real sound = std::sqrt(solids.laws[b].wave_modulus() * solids.elements.volume[i] / solids.elements.mass[i]);
+        const Real sound =
+            std::sqrt(solids.laws[b].wave_modulus() * solids.elements.volume[i] / solids.elements.mass[i]);
         shortest = std::min(shortest, static_cast<double>(extents[b].width / sound));
     }
     return shortest / 100;
 }
 
 }  // namespace
+
+bool near_matter(const Solids& solids, const SolidBody& body, const PointGrid& grid, const Vec3& x) {
+    constexpr double kReach = 1.4;  // from any place of a surface to the nearest element, and the margin, in widths
+    const double width = std::cbrt(static_cast<double>(solids.elements.volume[body.begin]));
+    const auto reach = static_cast<Real>(kReach * width * std::sqrt(std::max(1.0, solids.stretch2)));
+    bool near = reach > grid.cell();
+    if (!near) grid.for_each_neighbour(x, reach, [&](Index, Real) { near = true; });
+    return near;
+}
 
 void find_contacts(double time, double dt, Solids& solids) {
     Contacts& c = solids.contacts;
@@ -440,8 +352,7 @@ void find_contacts(double time, double dt, Solids& solids) {
     }
     c.next = time + holds_for;
     take_over(view, found, explained, solids);
-    list_by_element(c.nodes, solids.elements.size(), c);
-    find_rates(solids);
+    list_by_element(solids);
 }
 
 }  // namespace thixo

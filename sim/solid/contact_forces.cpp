@@ -89,8 +89,7 @@ void press_contacts(double dt, Solids& solids) {
         [&](std::size_t k) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
             const Real width = std::cbrt(e.volume[solids.bodies[partner].begin]);
-            const Press press{static_cast<Real>(0.5 / kick),
-                              kOutwards * width * static_cast<Real>(dt)};
+            const Press press{static_cast<Real>(0.5 / kick), kOutwards * width * static_cast<Real>(dt)};
             n.force[k] = force_of_node(motion_of_node(n, e, poses, k), poses[partner].turn, press, width, n, k);
         },
         64);

@@ -9,12 +9,14 @@
 namespace thixo {
 namespace {
 
-constexpr Real kExact = Real(1e-4);      // of places, in particle widths
-constexpr Real kOwnSurface = Real(0.1);  // of a surfel from its body's shape: farther off, it is past an edge. In widths
+constexpr Real kExact = Real(1e-4);     // of places, in particle widths
+constexpr Real kOffWall = Real(0.005);  // in particle widths
+constexpr Real kOwnSurface =
+    Real(0.1);  // of a surfel from its body's shape: farther off, it is past an edge. In widths
 
 struct Distance {
-    Real value = 0;          // < 0 inside [m]
-    Vec3 normal{0, 0, 0};    // outward
+    Real value = 0;        // < 0 inside [m]
+    Vec3 normal{0, 0, 0};  // outward
 };
 
 /// A body deformed as it is drawn.
@@ -45,10 +47,7 @@ struct DrawnBody {
     /// False where no element is near enough for x to lie inside.
     bool may_hold(const Vec3& x) const {
         if ((x.array() < box.lower.array()).any() || (x.array() > box.upper.array()).any()) return false;
-        bool near = solids.stretch2 > 4;
-        solids.contacts.grid[number].for_each_neighbour(x, solids.elements.support[solids.bodies[number].begin],
-                                                        [&](Index, Real) { near = true; });
-        return near;
+        return near_matter(solids, solids.bodies[number], solids.contacts.grid[number], x);
     }
     bool holds(const Vec3& x, ElementFit& fit) const {
         return solids.contacts.shape[number].distance(material(x, fit)) < 0;
@@ -145,13 +144,14 @@ std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, 
 }
 
 /// Where a surfel goes that has entered a wall: the contact surface of what does not give way is its own.
-std::optional<Drawn> on_wall(const Wall& wall, const Drawn& surfel, WallMap::Cursor& cursor) {
+/// `off` [m] before it, so that no two surfaces that are drawn lie in one place: through glass both are seen.
+std::optional<Drawn> on_wall(const Wall& wall, const Drawn& surfel, Real off, WallMap::Cursor& cursor) {
     Vec3 n;
     const Real d = wall.map.distance(wall.to_wall(surfel.place), n, cursor);
     if (!(d < 0) || n.isZero()) return std::nullopt;
     n = wall.turn * n;
     if (stays(surfel, n)) return std::nullopt;
-    return Drawn{surfel.place - d * n, -n, surfel.past_edge};
+    return Drawn{surfel.place + (off - d) * n, -n, surfel.past_edge};
 }
 
 /// Faces that meet the surface at an edge go as far as it and keep their direction.
@@ -184,8 +184,8 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
                 std::optional<bool> past_edge;
                 const auto drawn = [&] {
                     if (!past_edge)
-                        past_edge = std::abs(solids.contacts.shape[owner].distance(embedded.first[root])) >
-                                    kOwnSurface * width;
+                        past_edge =
+                            std::abs(solids.contacts.shape[owner].distance(embedded.first[root])) > kOwnSurface * width;
                     return Drawn{cloud.position[i], cloud.normal[i], *past_edge};
                 };
                 for (const DrawnBody& other : bodies) {
@@ -197,7 +197,8 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
                     const Wall& wall = walls.list[w];
                     Vec3 n;
                     if (!(wall.map.distance(wall.to_wall(cloud.position[i]), n, cursor.at[w]) < 0)) continue;
-                    if (const auto to = on_wall(wall, drawn(), cursor.at[w])) move_surfel(*to, i, cloud);
+                    if (const auto to = on_wall(wall, drawn(), kOffWall * width, cursor.at[w]))
+                        move_surfel(*to, i, cloud);
                 }
             }
         },

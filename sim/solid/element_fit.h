@@ -12,10 +12,10 @@ namespace thixo {
 ///   W_j = w_j (1/sum w + (x - xbar)^T (A + e)^-1 (x_j - xbar)),   sum_j W_j = 1,  sum_j W_j x_j = x, of flat and thin
 /// parts within their plane. Where the elements do not tell (across a thin part) matter is as turned as the body, R.
 struct ElementFit {
-    Vec3 material{0, 0, 0};     // m(x)
-    Mat3 slope;                 // G
+    Vec3 material{0, 0, 0};  // m(x)
+    Mat3 slope;              // G
     std::vector<Index> element;
-    std::vector<Real> weight;   // W
+    std::vector<Real> weight;  // W
     // Scratch.
     std::vector<Real> slant;
     std::vector<std::pair<Real, Index>> near;  // squared distance, element within the body
@@ -25,8 +25,8 @@ struct ElementFit {
 /// found by `grid` of the body's alone, of cells at least `support`. Too few within `support` [m]: the nearest sixteen,
 /// however far. Those far from the nearest one in the rest shape are left out: another limb of the body that is near by
 /// chance.
-inline void fit_elements(const SolidBody& body, const Elements& e, const std::vector<Vec3>& place, const PointGrid& grid,
-                         const Mat3& turn, Real support, const Vec3& x, ElementFit& fit) {
+inline void fit_elements(const SolidBody& body, const Elements& e, const std::vector<Vec3>& place,
+                         const PointGrid& grid, const Mat3& turn, Real support, const Vec3& x, ElementFit& fit) {
     constexpr std::size_t kEnough = 8;
     constexpr Real kPrior = Real(1e-3), kMostSlant = 2;
     fit.near.clear();

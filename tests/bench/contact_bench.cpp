@@ -1,6 +1,7 @@
 // Contact of two bodies, of 390 particles and 10k surfels each as in fig. 5.26 of the dissertation, in ratios to the
 // elastic sub-steps alone of the same bodies in the same run, interleaved.
-//   contact          steps of 5 ms while the bodies press each other; `over_elastic` is the time in contact (finding nodes,
+//   contact          steps of 5 ms while the bodies press each other; `over_elastic` is the time in contact (finding
+//   nodes,
 //                    penalties) over the time of the same sub-steps without it, `nodes` how many
 //   contact_surface  drawing both surfaces with the contact surface; `over_apart` against the same surfaces apart
 #include <benchmark/benchmark.h>

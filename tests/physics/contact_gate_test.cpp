@@ -33,10 +33,10 @@ std::vector<Motion> motions(const Simulation& s) {
 }
 
 TEST(TwoFreeBodies, KeepTheirMomentaInACollision) {
-    // Velocities are rounded to 6e-8 at every sub-step, of which there are some hundred: 1e-5 leaves room, and any force
-    // without its opposite shows. They slide and turn on each other: friction takes part. Both forces of a node act at one
-    // place when it is found, and as far apart as the bodies slide until nodes are found again, at most a quarter of a
-    // particle's width, 3 mm; of its own length that is 5 % of the arm, in a tenth of the collision.
+    // Velocities are rounded to 6e-8 at every sub-step, of which there are some hundred: 1e-5 leaves room, and any
+    // force without its opposite shows. They slide and turn on each other: friction takes part. Both forces of a node
+    // act at one place when it is found, and as far apart as the bodies slide until nodes are found again, at most a
+    // quarter of a particle's width, 3 mm; of its own length that is 5 % of the arm, in a tenth of the collision.
     Simulation s = make_simulation(gate::load("collision"));
     evaluate(s);
     const std::vector<Motion> before = motions(s);
@@ -62,8 +62,10 @@ TEST(NewtonsCradle, LastSphereTakesTheMomentum) {
     const std::vector<Motion> end = motions(s);
     double middle = 0;
     for (std::size_t b = 1; b < 4; ++b) middle = std::max(middle, end[b].momentum.norm() / given);
-    gate::expect({"cradle", "momentum of the last sphere over that given", "1", end[4].momentum.x() / given, 1, 0.1, "elastic impact"});
-    gate::expect({"cradle", "largest momentum of a middle sphere over that given", "1", middle, 0, 0.05, "elastic impact"});
+    gate::expect({"cradle", "momentum of the last sphere over that given", "1", end[4].momentum.x() / given, 1, 0.1,
+                  "elastic impact"});
+    gate::expect(
+        {"cradle", "largest momentum of a middle sphere over that given", "1", middle, 0, 0.05, "elastic impact"});
 }
 
 TEST(StackedBlocks, ComeToRest) {
@@ -71,13 +73,41 @@ TEST(StackedBlocks, ComeToRest) {
     const gate::Series series = gate::run(s);
     const auto energy = series.of("energy"), lower = series.of("lower"), upper = series.of("upper"), x = series.of("x");
     const double most = *std::max_element(energy.begin(), energy.end());
-    gate::expect({"stacked blocks", "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
+    gate::expect(
+        {"stacked blocks", "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
     // It trembles a little still; the means of half seconds show what creeps.
-    const auto mean = [&](std::size_t from) { return std::accumulate(x.end() - static_cast<std::ptrdiff_t>(from), x.end() - static_cast<std::ptrdiff_t>(from - 12), 0.0) / 12; };
-    gate::expect({"stacked blocks", "creep along the lower one in half a second", "m", mean(12) - mean(24), 0, 1e-5, "friction holds"});
+    const auto mean = [&](std::size_t from) {
+        return std::accumulate(x.end() - static_cast<std::ptrdiff_t>(from),
+                               x.end() - static_cast<std::ptrdiff_t>(from - 12), 0.0) /
+               12;
+    };
+    gate::expect({"stacked blocks", "creep along the lower one in half a second", "m", mean(12) - mean(24), 0, 1e-5,
+                  "friction holds"});
     // As if the upper one's weight were spread over the lower: pressed together by the weight above and the contact's
     // springs, within a tenth of a spacing.
-    gate::expect({"stacked blocks", "distance of the middles", "m", upper.back() - lower.back(), 0.06, 1e-3, "a tenth of a spacing"});
+    gate::expect({"stacked blocks", "distance of the middles", "m", upper.back() - lower.back(), 0.06, 1e-3,
+                  "a tenth of a spacing"});
+}
+
+TEST(BlockOnASolidSlope, SlidesWithWhatFrictionLeaves) {
+    // Coefficients of 0.45 and 0.2: their geometric mean is 0.3.
+    Simulation s = make_simulation(gate::load("slide_on_solid"));
+    const gate::Series series = gate::run(s);
+    const auto speed = series.of("speed");
+    const std::size_t from = 4;  // it has settled into its own weight
+    const double measured = (speed.back() - speed[from]) / (series.time.back() - series.time[from]);
+    const double law = 4.905 - 0.3 * 8.4957;
+    gate::expect({"block on a solid slope", "acceleration", "m/s^2", measured, law, 0.03 * law, "Coulomb"});
+}
+
+TEST(BlockOnASolidSlope, SticksBelowTheAngleOfFriction) {
+    // tan 30 degrees = 0.577 < 0.65.
+    Simulation s = make_simulation(
+        gate::load("slide_on_solid", {"materials.upper.friction=0.65", "materials.lower.friction=0.65"}));
+    const gate::Series series = gate::run(s);
+    const auto way = series.of("way");
+    gate::expect({"block on a solid slope, steeper friction", "creep from frame 6 on", "m", way.back() - way[6], 0,
+                  2e-5, "Coulomb"});
 }
 
 TEST(AFastBall, DoesNotPassThroughAPlate) {
@@ -93,11 +123,14 @@ TEST(AFastBall, DoesNotPassThroughAPlate) {
     double lowest = 1e9, plate = -1e9;
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
         const Vec3& x = s.particles.position[i];
-        if (s.particles.body[i] == 1) lowest = std::min(lowest, static_cast<double>(x.z()));
-        else if (std::hypot(x.x(), x.y()) < 0.01) plate = std::max(plate, static_cast<double>(x.z()));
+        if (s.particles.body[i] == 1)
+            lowest = std::min(lowest, static_cast<double>(x.z()));
+        else if (std::hypot(x.x(), x.y()) < 0.01)
+            plate = std::max(plate, static_cast<double>(x.z()));
     }
     EXPECT_GT(after[1].centre.z(), plate);
-    EXPECT_GT(after[1].momentum.z() - after[0].momentum.z() * after[1].mass / after[0].mass, before[1].momentum.z() * 0.6);
+    EXPECT_GT(after[1].momentum.z() - after[0].momentum.z() * after[1].mass / after[0].mass,
+              before[1].momentum.z() * 0.6);
     gate::report("shot", "ball's speed after", "m/s", after[1].momentum.z() / after[1].mass);
 }
 

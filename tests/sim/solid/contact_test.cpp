@@ -98,8 +98,8 @@ TEST(Contact, ABodyDoesNotPassThroughItself) {
     scene::Scene scene = rubber_scene();
     scene.materials[0].elastic.youngs_modulus = 2e4;
     scene::Sweep fork;
-    for (const Vec3d& at : {Vec3d(-0.03, 0, 0.13), Vec3d(-0.03, 0, 0.03), Vec3d(0, 0, 0), Vec3d(0.03, 0, 0.03),
-                            Vec3d(0.03, 0, 0.13)})
+    for (const Vec3d& at :
+         {Vec3d(-0.03, 0, 0.13), Vec3d(-0.03, 0, 0.03), Vec3d(0, 0, 0), Vec3d(0.03, 0, 0.03), Vec3d(0.03, 0, 0.13)})
         fork.points.push_back({at, 0.014});
     scene.bodies = {fixture::body("fork", fixture::shape_at({0, 0, 0}, fork))};
     for (const double side : {-1.0, 1.0}) {
@@ -128,8 +128,8 @@ TEST(Contact, ABodyDoesNotPassThroughItself) {
     EXPECT_LT(fixture::momentum(s.particles).norm(), 1e-5);  // 0.1 N for a second is 0.1 Ns
 }
 
-/// Every surfel's depth in the other body's surface as it is drawn, the largest, in radii; and the largest distance from
-/// the contact surface of undeformed spheres of stiffness E1, E2 about c1, c2.
+/// Every surfel's depth in the other body's surface as it is drawn, the largest, in radii; and the largest distance
+/// from the contact surface of undeformed spheres of stiffness E1, E2 about c1, c2.
 double deepest(const Simulation& s, Real support) {
     std::vector<Vec3> place[2], normal[2];
     for (std::size_t i = 0; i < s.surface.size(); ++i) {

@@ -36,6 +36,7 @@ struct ElementWeights {
 struct ContactSamples {
     std::vector<std::int32_t> owner;  // index of the SolidBody
     std::vector<Vec3> rest;           // in its material frame [m]
+    std::vector<Vec3> normal;         // outward, at rest
     std::vector<Real> area;           // at rest [m^2]
     ElementWeights weights;           // of the owner's elements
     std::vector<Index> first;         // of each body, and the end

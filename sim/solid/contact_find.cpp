@@ -13,6 +13,8 @@ namespace thixo {
 namespace {
 
 constexpr Real kSteepest = 3;             // most that the distance may change over a way in the world
+constexpr Real kInside = Real(0.1);       // depth at which the face of an edge shows, in widths
+constexpr Real kFacing = Real(0.2);       // least cosine between the surfaces' normals, one of them turned round
 constexpr Real kGripDamping = Real(0.5);  // of critical, of friction's spring
 
 std::size_t at(std::int32_t body) { return static_cast<std::size_t>(body); }
@@ -86,6 +88,19 @@ struct View {
     }
 };
 
+/// The outward normal of the surface at a sample, J^-T n of the element that it hangs on most; not unit.
+Vec3 normal_of(const View& view, Index sample) {
+    const ContactSamples& s = view.solids.contacts.samples;
+    std::size_t host = s.weights.begin[sample];
+    for (std::size_t k = host; k < s.weights.begin[sample + 1]; ++k)
+        if (s.weights.weight[k] > s.weights.weight[host]) host = k;
+    const Mat3 j = Mat3::Identity() + gradient_of(view.solids.elements, s.weights.element[host]);
+    const Vec3& n = s.normal[sample];
+    const Vec3 turned =
+        j.col(1).cross(j.col(2)) * n.x() + j.col(2).cross(j.col(0)) * n.y() + j.col(0).cross(j.col(1)) * n.z();
+    return view.poses[at(s.owner[sample])].turn * turned;
+}
+
 /// The node of a sample at x and a body, where its surface is nearer than the margin or passed.
 std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::int32_t partner, ElementFit& fit) {
     const Contacts& c = view.solids.contacts;
@@ -95,14 +110,27 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     if (!near_matter(view.solids, body, c.grid[at(partner)], x)) return std::nullopt;
     fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.begin], x, fit);
     const Vec3 m = fit.material + c.origin[at(partner)];
-    const Real d = c.shape[at(partner)].distance(m);
+    const Shape& shape = c.shape[at(partner)];
+    Real d = shape.distance(m);
     if (!(d < 2 * margin)) return std::nullopt;
-    const Vec3 slope = fit.slope.transpose() * c.shape[at(partner)].gradient(m, width / 64);
+    Vec3 normal = shape.gradient(m, width / 64);
+    if (d > 0) {
+        // Before an edge the distance grows aslant: a body that slides would run into such a plane. It is the face
+        // behind the edge that is met, whose normal holds a little way inside.
+        const Vec3 face = shape.gradient(m - (d + kInside * width) * normal, width / 64);
+        d *= normal.dot(face);
+        normal = face;
+    }
+    const Vec3 slope = fit.slope.transpose() * normal;
     const Real steep = slope.norm();
     if (!(steep > Real(1e-3))) return std::nullopt;
     // A gap is of first order: where matter is pressed flat or drawn out more than this, that says nothing.
     const Real steepness = std::clamp(steep, 1 / kSteepest, kSteepest);
     if (!(d < margin * steepness)) return std::nullopt;
+    // Surfaces meet face to face. What a body slides over has its side before it, not against it; and beyond the middle
+    // of a thin body the way out on its far side is no way back.
+    const Vec3 own = normal_of(view, sample);
+    if (slope.dot(own) > -kFacing * steep * own.norm()) return std::nullopt;
     const ContactSamples& s = c.samples;
     Found out;
     out.sample = sample;

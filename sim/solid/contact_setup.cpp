@@ -24,6 +24,7 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
         if (std::abs(shape.distance(x)) > kOnSurface * static_cast<Real>(width)) continue;
         s.owner.push_back(number);
         s.rest.push_back(x - origin);
+        s.normal.push_back(shape.gradient(x, static_cast<Real>(width) / 64));
     }
     s.area.resize(s.size(), static_cast<Real>(sampled.area / static_cast<double>(s.size() - first)));
     const Real support = e.support[body.begin];

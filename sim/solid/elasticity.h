@@ -41,6 +41,7 @@ void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements);
 
 /// H = sum_j w_ij (u_j - u_i) r_ij^T A+, the gradient of the displacement of every element.
 void find_gradients(const Elements& elements, std::vector<Mat3>& gradients);
+Mat3 gradient_of(const Elements& elements, std::size_t i);
 
 /// Forces [N] of all stencils, for laws by owner, into `force`. With H as above, P = A A+ (one, but for flat
 /// neighbourhoods, where the rest of J would turn a rotation into strain), and the elastic strain eps - eps^p:

@@ -13,7 +13,7 @@ namespace thixo {
 namespace {
 
 constexpr Real kSteepest = 3;             // most that the distance may change over a way in the world
-constexpr Real kInside = Real(0.1);       // depth at which the face of an edge shows, in widths
+constexpr Real kInside = Real(0.1);       // how far ahead the face is looked for that a sample meets, in widths
 constexpr Real kFacing = Real(0.2);       // least cosine between the surfaces' normals, one of them turned round
 constexpr Real kGripDamping = Real(0.5);  // of critical, of friction's spring
 
@@ -111,25 +111,18 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.begin], x, fit);
     const Vec3 m = fit.material + c.origin[at(partner)];
     const Shape& shape = c.shape[at(partner)];
-    Real d = shape.distance(m);
+    const Real d = shape.distance(m);
     if (!(d < 2 * margin)) return std::nullopt;
-    Vec3 normal = shape.gradient(m, width / 64);
-    if (d > 0) {
-        // Before an edge the distance grows aslant: a body that slides would run into such a plane. It is the face
-        // behind the edge that is met, whose normal holds a little way inside.
-        const Vec3 face = shape.gradient(m - (d + kInside * width) * normal, width / 64);
-        d *= normal.dot(face);
-        normal = face;
-    }
-    const Vec3 slope = fit.slope.transpose() * normal;
+    // Of the partner's faces the one is met that lies before the sample's own: about an edge the distance alone knows
+    // no face, and a plane aslant, or of the side that slides past, would be in the way of what slides.
+    const Vec3 own = normal_of(view, sample), ahead = fit.slope * own;
+    const Vec3 slope = fit.slope.transpose() * shape.gradient(m + kInside * width * ahead.normalized(), width / 64);
     const Real steep = slope.norm();
     if (!(steep > Real(1e-3))) return std::nullopt;
     // A gap is of first order: where matter is pressed flat or drawn out more than this, that says nothing.
     const Real steepness = std::clamp(steep, 1 / kSteepest, kSteepest);
     if (!(d < margin * steepness)) return std::nullopt;
-    // Surfaces meet face to face. What a body slides over has its side before it, not against it; and beyond the middle
-    // of a thin body the way out on its far side is no way back.
-    const Vec3 own = normal_of(view, sample);
+    // Surfaces meet face to face. Beyond the middle of a thin body the way out on its far side is no way back.
     if (slope.dot(own) > -kFacing * steep * own.norm()) return std::nullopt;
     const ContactSamples& s = c.samples;
     Found out;

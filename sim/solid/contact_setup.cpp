@@ -20,11 +20,14 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
     ContactSamples& s = c.samples;
     const Vec3 origin = c.origin[static_cast<std::size_t>(number)];
     const std::size_t first = s.size();
-    for (const Vec3& x : sampled.surfels.position) {
-        if (std::abs(shape.distance(x)) > kOnSurface * static_cast<Real>(width)) continue;
+    for (const Vec3& surfel : sampled.surfels.position) {
+        const Real off = shape.distance(surfel);
+        if (std::abs(off) > kOnSurface * static_cast<Real>(width)) continue;
+        // Those just past an edge come onto it, where nothing is before the body.
+        const Vec3 normal = shape.gradient(surfel, static_cast<Real>(width) / 64);
         s.owner.push_back(number);
-        s.rest.push_back(x - origin);
-        s.normal.push_back(shape.gradient(x, static_cast<Real>(width) / 64));
+        s.rest.push_back(surfel - off * normal - origin);
+        s.normal.push_back(normal);
     }
     s.area.resize(s.size(), static_cast<Real>(sampled.area / static_cast<double>(s.size() - first)));
     const Real support = e.support[body.begin];

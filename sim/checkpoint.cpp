@@ -90,6 +90,7 @@ void visit_solids(Stream& stream, S& s) {
     stream.value("solid.last_dt", s.last_dt);
     stream.value("solid.stretch2", s.stretch2);
     for_each_array(s.elements, [&](const char* name, auto& array) { stream.array(name, array); });
+    for_each_array(s.contacts.nodes, [&](const char* name, auto& array) { stream.array(name, array); });
 }
 
 /// One list of what a checkpoint holds, for writing (S const) and reading.

@@ -70,7 +70,7 @@ struct StepStats {
     double viscosity_residual = 0;                            // largest [1]
     double heat_seconds = 0;
     int heat_steps = 0;
-    double solids_seconds = 0;
+    double solids_seconds = 0, contact_seconds = 0;  // the latter in the former
     int solid_sub_steps = 0;
     std::int64_t pairs = 0, particle_steps = 0;
     int surface_updates = 0;

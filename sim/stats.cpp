@@ -65,8 +65,9 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
     if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
         line["solves"] = {{"density", solves(t.density)}, {"divergence", solves(t.divergence)}};
     if (!s.solids.empty()) {
-        line["solids"] = {{"sub_steps", t.solid_sub_steps}, {"stretch", std::sqrt(s.solids.stretch2)}};
+        line["solids"] = {{"sub_steps", t.solid_sub_steps}, {"stretch", std::sqrt(s.solids.stretch2)}, {"contact_nodes", s.solids.contacts.nodes.size()}};
         line["seconds"]["solids"] = t.solids_seconds;
+        line["seconds"]["contact"] = t.contact_seconds;
     }
     std::ofstream file(out / "stats.jsonl", std::ios::app);
     file << line.dump() << '\n';

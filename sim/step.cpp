@@ -9,6 +9,7 @@
 #include "sim/forces.h"
 #include "sim/health.h"
 #include "sim/leapfrog.h"
+#include "sim/solid/contact_surface.h"
 
 namespace thixo {
 namespace {
@@ -218,6 +219,7 @@ void step_solids(Simulation& s) {
         [](double a, double b) { return std::max(a, b); });
     s.stats.fastest = std::max(s.stats.fastest, std::sqrt(speed2));
     s.stats.solid_sub_steps += report.sub_steps;
+    s.stats.contact_seconds += report.contact_seconds;
     s.stats.limit = "elastic";
     s.stats.smallest_dt = std::min(s.stats.smallest_dt, report.smallest_dt);
     s.stats.largest_dt = std::max(s.stats.largest_dt, dt);
@@ -269,7 +271,8 @@ void refresh_surface(Simulation& s) {
     ScopedTimer timer(s.stats.surface_seconds);
     if (!s.solids.empty()) {
         ++s.stats.surface_updates;
-        return displace_embedded(s.embedded, s.solids, s.surface, s.embedded_source);
+        displace_embedded(s.embedded, s.solids, s.surface, s.embedded_source);
+        return draw_contacts(s.embedded, s.embedded_source, s.walls, s.solids, s.surface);
     }
     const Smoothing& smoothing = s.problem.smoothing;
     const SurfaceReport report =

@@ -173,12 +173,6 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
     for (const Boundary& b : scene.world.boundaries) appearances.insert(b.look);
     for (const Appearance& a : scene.look.appearances)
         if (!appearances.count(a.name)) warn("look.appearances.{} is not used by any material or boundary", a.name);
-    const auto solid = [&](const Body& b) {
-        return std::any_of(scene.materials.begin(), scene.materials.end(),
-                           [&](const Material& m) { return m.name == b.material && m.elastic.solid(); });
-    };
-    if (std::count_if(scene.bodies.begin(), scene.bodies.end(), solid) > 1)
-        warn("solids do not feel each other yet: bodies that meet pass through each other");
     if (scene.bodies.empty() && scene.emitters.empty())
         warn("the scene has neither bodies nor emitters: nothing will move");
     const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;

@@ -35,6 +35,7 @@ struct Elastic {
     double maximum_plastic_strain = 0;  // 1; 0: no limit
     double friction = 0.3;              // Coulomb's mu [1]
     double contact_damping = 0.5;       // of critical [1]
+    double contact_stiffness = 0;       // Pa/m; 0: (lambda + 2 mu)/spacing
     std::vector<MaterialChange> changes;
     bool solid() const { return youngs_modulus > 0; }
 };
@@ -57,9 +58,13 @@ void visit(V& v, Elastic& e) {
           "rate at which strain above `yield_strain` becomes permanent; 0: never");
     v.key("maximum_plastic_strain", e.maximum_plastic_strain, "1", between(0, 1e3),
           "permanent strain is no larger than this; 0: no limit");
-    v.key("friction", e.friction, "1", between(0, 100), "coefficient of Coulomb friction of a solid");
+    v.key("friction", e.friction, "1", between(0, 100), "coefficient of Coulomb friction of a solid with walls; two solids "
+          "rub with the geometric mean of theirs");
     v.key("contact_damping", e.contact_damping, "1", between(0, 2),
-          "part of critical damping where a solid meets a wall; 0: it bounces as its own waves let it");
+          "part of critical damping where a solid meets a wall or another solid; 0: it bounces as its own waves let it");
+    v.key("contact_stiffness", e.contact_stiffness, "Pa/m", between(0, 1e18),
+          "pressure per depth with which a solid's surface resists what enters it; 0: as stiff as the layer of matter "
+          "that a particle is. Higher needs shorter steps");
     v.list("changes", e.changes, "changes of a solid's material while the scene runs");
 }
 

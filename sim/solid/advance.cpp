@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/base/timer.h"
 #include "sim/solid/grips.h"
 #include "sim/solid/rigid_fit.h"
 #include "sim/solid/solids.h"
@@ -59,12 +60,22 @@ SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, doubl
     const double end = time + dt;
     double now = time;
     while (now < end) {
-        const double step = divide_evenly(end - now, stable_sub_step(solids, !walls.list.empty()));
+        if (now == time || now >= solids.contacts.next) {
+            if (now != time) follow_contacts(solids);
+            ScopedTimer timer(report.contact_seconds);
+            find_contacts(now, end - now, solids);
+        }
+        const double until = std::min(end, solids.contacts.next);
+        const double step = divide_evenly(until - now, stable_sub_step(solids, !walls.list.empty()));
         move_walls(walls, now);
         solids.stretch2 =
             static_cast<double>(find_stress_forces(solids.laws, solids.elements, solids.stress, solids.force));
+        {
+            ScopedTimer timer(report.contact_seconds);
+            press_contacts(step, solids);
+        }
         leapfrog_elements(walls, step, solids);
-        now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
+        now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
         move_held(now, step, solids);
         solids.last_dt = step;
         ++report.sub_steps;
@@ -75,6 +86,7 @@ SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, doubl
         find_gradients(solids.elements, solids.gradients);
         flow_plastically(solids.laws, dt, solids.gradients, solids.elements);
     }
+    follow_contacts(solids);
     fit_rest_shapes(solids.bodies, solids.elements);
     return report;
 }

@@ -146,15 +146,13 @@ void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements) {
     });
 }
 
+Mat3 gradient_of(const Elements& elements, std::size_t i) {
+    return differences(elements, i, elements.displacement.data()).outer * matrix(elements.moment[i].inverse);
+}
+
 void find_gradients(const Elements& elements, std::vector<Mat3>& gradients) {
     gradients.resize(elements.size());
-    parallel_for(
-        elements.size(),
-        [&](std::size_t i) {
-            gradients[i] =
-                differences(elements, i, elements.displacement.data()).outer * matrix(elements.moment[i].inverse);
-        },
-        kElements);
+    parallel_for(elements.size(), [&](std::size_t i) { gradients[i] = gradient_of(elements, i); }, kElements);
 }
 
 Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elements, StressScratch& scratch,

@@ -18,6 +18,7 @@ struct StressLaw {
     Real most_plastic = 0;      // largest norm of eps^p [1]; 0: any
     Real friction = 0;          // [1]
     Real contact_damping = 0;   // of critical [1]
+    Real contact_stiffness = 0; // [Pa/m]; 0: of a layer of the matter
     bool operator==(const StressLaw&) const = default;
     Real wave_modulus() const { return lambda + 2 * mu; }  // rho c^2 of pressure waves [Pa]
 };
@@ -40,6 +41,7 @@ void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements);
 
 /// H = sum_j w_ij (u_j - u_i) r_ij^T A+, the gradient of the displacement of every element.
 void find_gradients(const Elements& elements, std::vector<Mat3>& gradients);
+Mat3 gradient_of(const Elements& elements, std::size_t i);
 
 /// Forces [N] of all stencils, for laws by owner, into `force`. With H as above, P = A A+ (one, but for flat
 /// neighbourhoods, where the rest of J would turn a rotation into strain), and the elastic strain eps - eps^p:

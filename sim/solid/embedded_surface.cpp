@@ -104,6 +104,12 @@ void draw(const Field& field, const Disc& rest, std::int64_t id, int level, std:
 
 }  // namespace
 
+std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
+                                    const Vec3& m, Real support) {
+    const Vec3 u = carried(embedded.grid[owner], solids.bodies[owner], solids, m, support).shift;
+    return u.allFinite() ? std::optional(u) : std::nullopt;
+}
+
 EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids) {
     EmbeddedSurface out;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {

@@ -40,6 +40,10 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
                        std::vector<Index>& source);
 
+/// u(m) of that field with weights of this support [m]; empty where no element is as near.
+std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
+                                    const Vec3& m, Real support);
+
 inline constexpr Real kSplitStretch = 2;  // squared stretch
 inline constexpr Real kSplitRatio = 3;    // of squared stretches
 

@@ -21,7 +21,8 @@ Values between(const Values& a, const Values& b, double part) {
     for (const auto key :
          {&scene::Elastic::youngs_modulus, &scene::Elastic::poisson_ratio, &scene::Elastic::volume_stiffness,
           &scene::Elastic::zero_energy, &scene::Elastic::yield_strain, &scene::Elastic::creep,
-          &scene::Elastic::maximum_plastic_strain, &scene::Elastic::friction, &scene::Elastic::contact_damping})
+          &scene::Elastic::maximum_plastic_strain, &scene::Elastic::friction, &scene::Elastic::contact_damping,
+          &scene::Elastic::contact_stiffness})
         mix(key);
     out.viscosity = (1 - part) * a.viscosity + part * b.viscosity;
     return out;
@@ -57,6 +58,7 @@ StressLaw law_at(const scene::Scene& scene, std::size_t material, double time) {
     law.most_plastic = real(e.maximum_plastic_strain);
     law.friction = real(e.friction);
     law.contact_damping = real(e.contact_damping);
+    law.contact_stiffness = real(e.contact_stiffness);
     return law;
 }
 

@@ -92,6 +92,7 @@ Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const 
     find_rest_neighbours(s.bodies, s.elements);
     measure_moments(s.elements);
     for (const scene::Handle& h : scene.handles) s.grips.push_back(make_grip(scene, h, s));
+    s.contacts = make_contacts(scene, s);
     return s;
 }
 

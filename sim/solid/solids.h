@@ -8,6 +8,7 @@
 #include "pipeline/geometry/keyframes.h"
 #include "pipeline/geometry/shape.h"
 #include "sim/particles.h"
+#include "sim/solid/contact.h"
 #include "sim/solid/elasticity.h"
 #include "sim/solid/elements.h"
 #include "sim/walls.h"
@@ -37,6 +38,7 @@ struct Solids {
     std::vector<SolidBody> bodies;
     Elements elements;
     std::vector<Grip> grips;
+    Contacts contacts;
     double last_dt = 0;   // the last sub-step; 0: none yet [s]
     double stretch2 = 1;  // largest squared stretch of any element in it [1]
     // Of the present time.
@@ -59,6 +61,7 @@ StressLaw law_at(const scene::Scene& scene, std::size_t material, double time);
 struct SolidReport {
     int sub_steps = 0;
     double smallest_dt = 1e30;  // [s]
+    double contact_seconds = 0;
 };
 
 /// From t to t + dt [s]: sub-steps of leapfrog within what explicit integration bears, with walls, grips and the

@@ -85,6 +85,10 @@ double stable_sub_step(const Solids& solids, bool walls) {
         const Index first = solids.bodies[b].begin;
         double omega2 = solids.rates[b].stiffest * growth;
         double damping = solids.rates[b].damping * std::max(1.0, solids.stretch2);
+        if (b < solids.contacts.rates.size()) {
+            omega2 += solids.contacts.rates[b].stiffest;
+            damping += solids.contacts.rates[b].damping;
+        }
         if (walls) {
             const double spring = contact_stiffness(law, solids.elements.volume[first], solids.elements.mass[first]);
             omega2 += spring;

@@ -20,14 +20,18 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 
 /// Leapfrog bears omega^2 dt^2/4 + d dt/2 < 1, d the largest rate of damping, taken with velocities half a step old; of
 /// that 0.64 is used. omega^2 is that of the rest shape, times the growth of the tangent stiffness of sigma = C eps
-/// under the largest stretch s, (3 s^2 - 1)/2, and that of the walls' springs; d that of viscosity times s^2, and the
-/// walls' damping. [s]
+/// under the largest stretch s, (3 s^2 - 1)/2, and that of the springs of walls and contacts; d that of viscosity times
+/// s^2, and the damping of both. Bounds of bodies and of contacts between them add up body by body. [s]
 double stable_sub_step(const Solids& solids, bool walls);
 
-/// Stiffness of the contact spring of an element over its mass [1/s^2]: k = (lambda + 2 mu) V^(1/3), as stiff as the
-/// layer of matter that the element is.
+/// Pressure per depth that a body's surface resists with [Pa/m]: the material's own, or (lambda + 2 mu)/V^(1/3), as stiff
+/// as the layer of matter that an element is.
+inline Real contact_pressure(const StressLaw& law, Real volume) {
+    return law.contact_stiffness > 0 ? law.contact_stiffness : law.wave_modulus() / std::cbrt(volume);
+}
+/// Stiffness of the contact spring of an element, of surface V^(2/3), over its mass [1/s^2].
 inline Real contact_stiffness(const StressLaw& law, Real volume, Real mass) {
-    return law.wave_modulus() * std::cbrt(volume) / mass;
+    return contact_pressure(law, volume) * square(std::cbrt(volume)) / mass;
 }
 
 }  // namespace thixo

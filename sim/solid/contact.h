@@ -1,0 +1,145 @@
+// Contact between solids, and of a solid with itself. Dissertation 5.8, 5.9; Keiser et al. 2004.
+//
+// What is kept of the dissertation: nodes between two surfaces that pass through each other, a penalty with damping and
+// friction by the nodes' areas, forces spread over the particles of both bodies by w_poly6. Three things are done
+// otherwise, and sounder:
+// - Depth and normal come from the signed distance of the rest shape, asked at the place that a least-squares fit of
+// the
+//   deformed particles about the node maps to. It holds for any depth and for edges, where averaged surfels stand for
+//   no surface, and it is the robust inside test of 5.8 at the same time.
+// - Nodes are found once a step, or more often where bodies are fast, and penalties followed from sub-step to sub-step.
+//   Those near a surface but not yet in it take part, so that no contact is late.
+// - Both bodies feel a node's force at one place, by weights that reproduce linear fields. Linear and angular momentum
+//   are then conserved to rounding, and the force is the gradient of an energy.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/contract/scene.h"
+#include "pipeline/geometry/point_grid.h"
+#include "pipeline/geometry/shape.h"
+#include "sim/solid/elements.h"
+
+namespace thixo {
+
+struct Solids;
+
+/// Weights of elements at a place, sum_j W_j = 1 and sum_j W_j x_j = x: all of an array from first on.
+struct ElementWeights {
+    std::vector<std::size_t> begin{0};  // one more than places
+    std::vector<Index> element;
+    std::vector<Real> weight;
+};
+
+/// Places on the bodies' surfaces at which contact is felt, body by body; made once, where there are two bodies.
+struct ContactSamples {
+    std::vector<std::int32_t> owner;  // index of the SolidBody
+    std::vector<Vec3> rest;           // in its material frame [m]
+    std::vector<Vec3> normal;         // outward, at rest
+    std::vector<Real> area;           // at rest [m^2]
+    ElementWeights weights;           // of the owner's elements
+    std::vector<Index> first;         // of each body, and the end
+    std::size_t size() const { return owner.size(); }
+};
+
+/// Where the surface of one body meets another one. Between two solids a node is a sample of one of them; where a solid
+/// meets itself, two of its elements. The force f on the first body acts with the opposite sign on the second: weights
+/// of the second are negative.
+struct ContactNodes {
+    // State; part of a checkpoint.
+    std::vector<Index> sample;          // ascending, with partner; kNone: a body with itself
+    std::vector<std::int32_t> partner;  // index of the SolidBody
+    std::vector<Real> excess;           // the part of the depth, < 0, that came from nowhere and is not answered [m]
+    std::vector<Real> depth;            // answered by the last sub-step [m]
+    std::vector<Vec3> slip;             // what friction's spring is stretched by, in the partner's frame [m]
+
+    // Since the nodes were found; frames do not move meanwhile.
+    std::vector<std::int32_t> owner;  // index of the SolidBody of the first elements
+    std::vector<Vec3> normal;         // from the partner, in the world
+    std::vector<Real> gap;            // at that time, < 0: overlap [m]
+    std::vector<Vec3> start, last;    // relative displacement then and a sub-step ago [m]
+    std::vector<Real> stiffness;      // [N/m]
+    std::vector<Real> damping, drag;  // along the normal, across [kg/s]
+    std::vector<Real> friction;       // [1]
+    std::vector<Real> area;           // [m^2]
+    std::vector<Real> brake;          // mass that a speed can be taken from at once, by weights alone [kg]
+    ElementWeights weights;
+    std::vector<std::size_t> middle;  // where the partner's begin
+    std::vector<Vec3> force;          // on the owner, in the world [N]
+    std::size_t size() const { return sample.size(); }
+};
+
+/// f(name, array) for the state's arrays.
+template <class C, class F>
+void for_each_array(C& c, F&& f) requires requires {
+    c.excess;
+}
+{
+    f("contact.sample", c.sample);
+    f("contact.partner", c.partner);
+    f("contact.excess", c.excess);
+    f("contact.depth", c.depth);
+    f("contact.slip", c.slip);
+}
+
+/// What contact adds to the rates of a body's fastest motions: bounds by the sums of rows.
+struct ContactRates {
+    double stiffest = 0;  // [1/s^2]
+    double damping = 0;   // [1/s]
+};
+
+struct Contacts {
+    std::vector<Shape> shape;  // of every body, in the world at time 0
+    std::vector<Vec3> origin;  // of its material frame there [m]
+    ContactSamples samples;
+    ContactNodes nodes;
+    double next = 0;                  // when nodes must be found again [s]
+    std::vector<ContactRates> rates;  // by body
+    // Nodes by element, for gathering.
+    std::vector<Index> touched;      // elements, ascending
+    std::vector<std::size_t> begin;  // one more
+    std::vector<Index> node;
+    std::vector<Real> weight;
+    // Scratch.
+    std::vector<Vec3> place;      // of all elements in the world [m]
+    std::vector<PointGrid> grid;  // by body
+    std::vector<std::uint8_t> gridded;
+};
+
+/// Shapes of all bodies, and samples of their surfaces three to a particle's width.
+Contacts make_contacts(const scene::Scene& scene, const Solids& solids);
+
+/// Finds all nodes at `time` [s] for at most the next `dt` [s]: those of before go on with what they remember. Broad
+/// phase by the bodies' boxes; narrow phase: the place m of a sample in the partner's rest shape by a fit of its
+/// elements about it, the gap by the shape's signed distance D there,
+///   gap = D(m)/|G^T grad D|,  normal = unit(G^T grad D),  G = dm/dx         to first order in the world
+/// Until `next` no surface comes nearer to another than the margin to which gaps are listed.
+void find_contacts(double time, double dt, Solids& solids);
+
+/// Adds the nodes' forces to solids.force, for the sub-step dt [s] to come:
+///   f_n = max(k (excess - gap) - c v_n, 0),  k = k_1 k_2/(k_1 + k_2) area/2        as each surface has its own nodes
+/// with k_i the bodies' contact_pressure, and friction by a spring that slips: f_t = -k slip - c_t v_t, |f_t| <= mu
+/// f_n. So bodies stick, without creeping. What is deeper than a quarter of a particle's width and goes on inwards is
+/// braked as hard as the sub-step bears: soft bodies give way to fast ones slower than those come. That takes energy
+/// alone. Depth that no approach explains (bodies placed into each other, a fold of the distance) is left unanswered,
+/// but for kUnexplained widths, and pushed out at no more than kOutwards widths a second: no body is ever launched by
+/// it.
+void press_contacts(double dt, Solids& solids);
+
+/// Lists the nodes by element, and finds what they add to the fastest motions (`rates`) and how hard they may brake: of
+/// new nodes, before the next sub-step.
+void list_by_element(Solids& solids);
+
+/// False where a body has no element so near that x could lie in its surface or a margin before it. Quick: most places
+/// are far. `grid` as in Contacts.
+bool near_matter(const Solids& solids, const SolidBody& body, const PointGrid& grid, const Vec3& x);
+
+/// Takes the last sub-step's motion over into the springs of friction: before frames change or nodes are found again.
+void follow_contacts(Solids& solids);
+
+inline constexpr Real kOutwards = 4;                // [1/s]
+inline constexpr Real kUnexplained = Real(0.02);    // depth that is answered though no speed explains it, in widths
+inline constexpr Real kContactMargin = Real(0.25);  // in particle widths
+
+}  // namespace thixo

@@ -90,6 +90,10 @@ void visit_solids(Stream& stream, S& s) {
     stream.value("solid.last_dt", s.last_dt);
     stream.value("solid.stretch2", s.stretch2);
     for_each_array(s.elements, [&](const char* name, auto& array) { stream.array(name, array); });
+    if (s.phases.any) {
+        stream.array("solid.bond", s.phases.bond);
+        stream.array("solid.flow", s.phases.flow.plastic);
+    }
 }
 
 /// One list of what a checkpoint holds, for writing (S const) and reading.
@@ -106,6 +110,7 @@ void visit_state(Stream& stream, S& s) {
         stream.value("blocked", e.blocked);
     }
     for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
+    if constexpr (!std::is_const_v<S>) adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
     if (!s.solids.empty()) visit_solids(stream, s.solids);
     stream.value("surface.next_id", s.surface.next_id);
     for_each_array(s.surface, [&](const char* name, auto& array) { stream.array(name, array); });

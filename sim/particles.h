@@ -22,6 +22,7 @@ struct Particles {
     std::vector<Real> density;           // rho [kg/m^3], summation density with the walls' share
     std::vector<Real> pressure;          // P [Pa]
     std::vector<double> temperature;     // T [degC]; in single precision a slow change of one step would be lost
+    std::vector<Real> melt;              // b: 0 a solid, 1 a liquid, in between what melts [1]
     std::vector<Vec3> surface_position;  // x at the last surface update [m]; written by sim/surface
     std::vector<std::int32_t> material;  // index into Scene::materials
     std::vector<std::int32_t> body;      // id of the body (emitters and scene bodies give the first ones)
@@ -44,6 +45,7 @@ void for_each_array(P& p, F&& f) {
     f("density", p.density);
     f("pressure", p.pressure);
     f("temperature", p.temperature);
+    f("melt", p.melt);
     f("surface_position", p.surface_position);
     f("material", p.material);
     f("body", p.body);

@@ -16,6 +16,7 @@
 #include "sim/probes.h"
 #include "sim/pressure_solver.h"
 #include "sim/smoothing.h"
+#include "sim/solid/coupling.h"
 #include "sim/solid/embedded_surface.h"
 #include "sim/solid/solids.h"
 #include "sim/surface/surface.h"
@@ -94,6 +95,7 @@ struct Simulation {
     PointGrid grid{};
     NeighbourLists neighbours{};
     Sweep sweep{};
+    ElasticState elastic_state{};
     TensionScratch tension{};
     ViscosityScratch viscosity{};
     HeatScratch heat{};

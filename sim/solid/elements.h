@@ -50,6 +50,7 @@ struct Elements {
     // The rest shape; made once.
     std::vector<std::int64_t> id;     // of its particle
     std::vector<std::int32_t> owner;  // index of its SolidBody
+    std::vector<Index> law;           // index of its law; empty: its owner's
     std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
     std::vector<Real> mass, volume;  // [kg], V at rest [m^3]
     std::vector<Real> support;       // h [m]
@@ -70,6 +71,7 @@ struct Elements {
     std::vector<Symmetric> plastic;  // eps^p [1]
 
     std::size_t size() const { return id.size(); }
+    std::size_t law_of(std::size_t i) const { return static_cast<std::size_t>(law.empty() ? static_cast<Index>(owner[i]) : law[i]); }
 };
 
 /// f(name, array) for the state's arrays.

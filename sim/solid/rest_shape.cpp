@@ -68,11 +68,13 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
     });
 }
 
-void measure_moments(Elements& elements) {
+void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which) {
     const std::size_t n = elements.size();
     elements.moment.resize(n);
     std::vector<Symmetric> projection(n);
+    for (const auto& [i, kept] : elements.flat) projection[i] = kept;
     parallel_for(n, [&](std::size_t i) {
+        if (which && !(*which)[i]) return;
         Vec3d first;
         const Mat3d a = moment_matrix(elements, i, first);
         const Eigen::SelfAdjointEigenSolver<Mat3d> eigen(a);

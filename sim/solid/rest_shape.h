@@ -10,7 +10,7 @@ namespace thixo {
 void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements);
 
 /// Moments of all neighbourhoods from the lists and weights. Directions in which a neighbourhood reaches less than 3 %
-/// of its largest extent are left out of A+: those elements are listed in `flat`.
-void measure_moments(Elements& elements);
+/// of its largest extent are left out of A+: those elements are listed in `flat`. `which`: of elements with a 1 there alone.
+void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which = nullptr);
 
 }  // namespace thixo

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kIterations = 40;
 constexpr double kUsed = 0.64;       // of the stability limit
+constexpr double kUneven = 1.5;      // rates of what flows over those of a packing
 constexpr Real kSmall = Real(1e-4);  // displacement in supports: strains this small are linear
 constexpr std::uint64_t kStartUse = 0x736f6c69;
 
@@ -43,7 +44,8 @@ std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std:
     std::vector<Vec3> force;
     std::vector<double> stiffest(bodies.size(), 0);
     for (int k = 0; k < kIterations; ++k) {
-        for (const SolidBody& body : bodies) normalise(body, kSmall * elements.support[body.begin], field);
+        for (const SolidBody& body : bodies)
+            if (body.begin < body.end) normalise(body, kSmall * elements.support[body.begin], field);
         elements.displacement.swap(field);
         find_stress_forces(still, elements, scratch, force);
         elements.displacement.swap(field);
@@ -80,11 +82,19 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 double stable_sub_step(const Solids& solids, bool walls) {
     const double growth = std::max(1.0, 1.5 * solids.stretch2 - 0.5);
     double shortest = 1e30;
+    const Phases& phases = solids.phases;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        if (solids.bodies[b].begin == solids.bodies[b].end) continue;
         const StressLaw& law = solids.laws[b];
         const Index first = solids.bodies[b].begin;
-        double omega2 = solids.rates[b].stiffest * growth;
-        double damping = solids.rates[b].damping * std::max(1.0, solids.stretch2);
+        const auto material = static_cast<std::size_t>(solids.bodies[b].material);
+        FastestRates rates = solids.rates[b];
+        if (phases.flows) {
+            rates.stiffest = std::max(rates.stiffest, kUneven * phases.stiffest[material]);
+            rates.damping = std::max(rates.damping, kUneven * phases.damping[material]);
+        }
+        double omega2 = rates.stiffest * growth;
+        double damping = rates.damping * std::max(1.0, solids.stretch2);
         if (walls) {
             const double spring = contact_stiffness(law, solids.elements.volume[first], solids.elements.mass[first]);
             omega2 += spring;

@@ -1,0 +1,275 @@
+#include "sim/solid/melt_stencils.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/packing.h"
+#include "sim/solid/rest_shape.h"
+#include "sim/solid/solids.h"
+#include "sim/solid/stable_step.h"
+
+namespace thixo {
+namespace {
+
+constexpr Real kLost = 3;            // squared stretch beyond which what melts has left its rest shape
+constexpr Real kCrushed = Real(0.2);  // and |J|
+
+bool loose(const Phases& s, std::size_t i) { return s.loose[i].mu > 0; }
+
+/// The rotation in J = Q S, by Higham's iteration (1986); one where J is nearly singular.
+Mat3 rotation_of(const Mat3& j) {
+    Mat3 q = j;
+    for (int k = 0; k < 8; ++k) {
+        if (!(std::abs(q.determinant()) > Real(0.05))) return Mat3::Identity();
+        const Mat3 next = Real(0.5) * (q + q.inverse().transpose());
+        const bool rests = (next - q).cwiseAbs().maxCoeff() < Real(1e-6);
+        q = next;
+        if (rests) break;
+    }
+    return q.determinant() > 0 ? q : Mat3::Identity();
+}
+
+Symmetric minus(const Symmetric& a, const Symmetric& b) {
+    return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.yz - b.yz, a.zx - b.zx};
+}
+Symmetric times(Real f, const Symmetric& a) { return {f * a.xx, f * a.yy, f * a.zz, f * a.xy, f * a.yz, f * a.zx}; }
+
+/// Laws of all elements, from the particles' materials and melt fractions.
+void set_laws(const scene::Scene& scene, double time, const Particles& particles, Solids& solids) {
+    Phases& s = solids.phases;
+    const std::size_t n = solids.elements.size();
+    for (auto* laws : {&s.whole, &s.kept, &s.loose}) laws->resize(n);
+    std::vector<MeltingLaw> law;
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) law.emplace_back(scene, m, time);
+    parallel_for(
+        particles.size(),
+        [&](std::size_t k) {
+            const Index i = solids.element(particles.id[k]);
+            if (i == kNone) return;
+            s.melt[i] = particles.melt[k];
+            s.whole[i] = law[static_cast<std::size_t>(particles.material[k])].at(static_cast<double>(s.melt[i]));
+            const Real rest = s.bond[i] == Bond::rest ? 1 - s.melt[i] : Real(0);
+            s.kept[i] = scaled(s.whole[i], rest);
+            s.loose[i] = scaled(s.whole[i], s.bond[i] == Bond::none ? Real(0) : 1 - rest);
+        },
+        1024);
+}
+
+/// Weighs the bonds of R by 1 - max(b_i, b_j), and measures the neighbourhoods that this changes.
+void weigh_bonds(Solids& solids) {
+    Phases& s = solids.phases;
+    Elements& e = solids.elements;
+    std::vector<std::uint8_t> changed(e.size(), 0);
+    const auto solid = [&](std::size_t i) { return s.bond[i] == Bond::rest ? 1 - s.melt[i] : Real(0); };
+    parallel_for(e.size(), [&](std::size_t i) {
+        const Real own = solid(i);
+        for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
+            const Real bond = std::min(own, solid(e.neighbour[k]));
+            const Real w = bond * s.weight[k], back = bond * s.weight_back[k];
+            if (w != e.weight[k] || back != e.weight_back[k]) changed[i] = 1;
+            e.weight[k] = w;
+            e.weight_back[k] = back;
+        }
+    });
+    if (std::ranges::any_of(changed, [](std::uint8_t c) { return c != 0; })) measure_moments(e, &changed);
+    set_zero_energy(s.kept, e);
+}
+
+/// Who is next to whom in D. Every list holds what either end needs; a neighbour that is softer counts less, so that what is
+/// firm hangs together by itself and not by the liquid about it.
+void list_flow(const Particles& particles, const NeighbourLists& neighbours, const Solids& solids,
+               const std::vector<Index>& particle_of, Elements& flow) {
+    const Phases& s = solids.phases;
+    const std::size_t n = flow.size();
+    const auto partner = [&](std::size_t i, Index k) -> Index {
+        if (particles.kind[k] != Kind::solid || particles.material[k] != particles.material[particle_of[i]]) return kNone;
+        const Index j = solids.element(particles.id[k]);
+        return j != kNone && s.bond[j] != Bond::none && (loose(s, i) || loose(s, j)) ? j : kNone;
+    };
+    flow.begin.assign(n + 1, 0);
+    std::vector<Index> count(n, 0);
+    parallel_for(n, [&](std::size_t i) {
+        if (s.bond[i] == Bond::none) return;
+        for (const Index k : neighbours[particle_of[i]]) count[i] += partner(i, k) != kNone;
+    });
+    for (std::size_t i = 0; i < n; ++i) flow.begin[i + 1] = flow.begin[i] + (count[i] + kLanes - 1) / kLanes * kLanes;
+    flow.neighbour.resize(flow.begin[n]);
+    flow.weight.assign(flow.begin[n], 0);
+    flow.weight_back.assign(flow.begin[n], 0);
+    parallel_for(n, [&](std::size_t i) {
+        std::size_t at = flow.begin[i];
+        if (count[i] > 0)
+            for (const Index k : neighbours[particle_of[i]]) {
+                const Index j = partner(i, k);
+                if (j == kNone) continue;
+                const Real r = (xyz(flow.rest[j]) - xyz(flow.rest[i])).norm();
+                const Real own = s.whole[i].mu, other = s.whole[j].mu;
+                if (loose(s, i)) flow.weight[at] = Spiky(flow.support[i]).value(r) * std::min(Real(1), other / own);
+                if (loose(s, j)) flow.weight_back[at] = Spiky(flow.support[j]).value(r) * std::min(Real(1), own / other);
+                flow.neighbour[at++] = j;
+            }
+        while (at < flow.begin[i + 1]) flow.neighbour[at++] = static_cast<Index>(i);
+    });
+}
+
+/// D at the present places.
+void build_flow(const Particles& particles, const NeighbourLists& neighbours, Solids& solids) {
+    Phases& s = solids.phases;
+    Elements& flow = s.flow;
+    const Elements& e = solids.elements;
+    const std::size_t n = e.size();
+    flow.id = e.id;
+    flow.owner.assign(n, 0);
+    flow.law = e.law;
+    flow.volume = e.volume;
+    flow.support = e.support;
+    flow.rest.resize(n);
+    flow.displacement.assign(n, quad(Vec3::Zero()));
+    flow.velocity.assign(n, quad(Vec3::Zero()));
+    std::vector<Index> particle_of(n);
+    for (Index k = 0; k < particles.size(); ++k)
+        if (const Index i = solids.element(particles.id[k]); i != kNone) {
+            particle_of[i] = k;
+            flow.rest[i] = quad(particles.position[k]);
+        }
+    list_flow(particles, neighbours, solids, particle_of, flow);
+    std::vector<std::uint8_t> which(n);
+    flow.moment.assign(n, RestMoment{.inverse = {}, .full = false});
+    flow.flat.clear();
+    for (std::size_t i = 0; i < n; ++i) which[i] = loose(s, i);
+    for (Index i = 0; i < n; ++i)
+        if (!which[i]) flow.flat.emplace_back(i, Symmetric{});
+    measure_moments(flow, &which);
+    set_zero_energy(s.loose, flow);
+}
+
+}  // namespace
+
+StressLaw scaled(const StressLaw& law, Real share) {
+    StressLaw out = law;
+    for (Real* a : {&out.lambda, &out.mu, &out.volume_stiffness, &out.viscosity, &out.zero_energy}) *a *= share;
+    return out;
+}
+
+void find_flow_rates(const scene::Scene& scene, const Smoothing& smoothing, Phases& phases) {
+    Elements e;
+    constexpr int kReach = 3;
+    for (int k = -kReach; k <= kReach; ++k)
+        for (int j = -kReach; j <= kReach; ++j)
+            for (int i = -kReach; i <= kReach; ++i) {
+                e.id.push_back(static_cast<std::int64_t>(e.size()));
+                e.owner.push_back(0);
+                e.rest.push_back(quad(packing_site(i, j, k, smoothing.spacing)));
+                e.volume.push_back(cube(smoothing.spacing));
+                e.support.push_back(smoothing.support);
+            }
+    const std::size_t n = e.size();
+    e.displacement.assign(n, quad(Vec3::Zero()));
+    e.velocity = e.displacement;
+    e.plastic.assign(n, {});
+    const std::vector<SolidBody> body{{.end = static_cast<Index>(n)}};
+    find_rest_neighbours(body, e);
+    measure_moments(e);
+    phases.stiffest.assign(scene.materials.size(), 0);
+    phases.damping.assign(scene.materials.size(), 0);
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+        if (!scene.materials[m].elastic.solid()) continue;
+        e.mass.assign(n, static_cast<Real>(scene.materials[m].density) * cube(smoothing.spacing));
+        for (const double b : {0.0, 1.0}) {
+            if (b == 0 && !scene.materials[m].melting.any()) continue;  // only what an emitter releases flows
+            const std::vector<StressLaw> law{MeltingLaw(scene, m, 0).at(b)};
+            set_zero_energy(law, e);
+            const FastestRates rates = find_fastest_rates(law, body, e)[0];
+            phases.stiffest[m] = std::max(phases.stiffest[m], rates.stiffest);
+            phases.damping[m] = std::max(phases.damping[m], rates.damping);
+        }
+    }
+}
+
+void seed_flow(const std::vector<std::uint8_t>& which, Solids& solids) {
+    if (std::ranges::none_of(which, [](std::uint8_t w) { return w != 0; })) return;
+    const Elements& e = solids.elements;
+    find_gradients(e, solids.gradients);
+    parallel_for(e.size(), [&](std::size_t i) {
+        if (!which[i]) return;
+        const Mat3& h = solids.gradients[i];
+        const Mat3 turn = solids.bodies[static_cast<std::size_t>(e.owner[i])].turn.cast<Real>() *
+                          rotation_of(Mat3::Identity() + h);
+        const Mat3 elastic = matrix(minus(strain_of(e, i, h), e.plastic[i]));
+        solids.phases.flow.plastic[i] = symmetric(-(turn * elastic * turn.transpose()));
+    });
+}
+
+void prepare_stencils(const scene::Scene& scene, double time, const Smoothing&, const Particles& particles,
+                      const NeighbourLists& neighbours, Solids& solids) {
+    Phases& s = solids.phases;
+    if (!s.any) return;
+    set_laws(scene, time, particles, solids);
+    weigh_bonds(solids);
+    s.flows = std::ranges::any_of(s.loose, [](const StressLaw& law) { return law.mu > 0; });
+    if (s.flows) build_flow(particles, neighbours, solids);
+}
+
+Real flow_pressure(const Solids& solids, std::size_t i) {
+    const Phases& s = solids.phases;
+    if (s.whole.size() <= i) return 0;
+    const Symmetric& e = s.flow.plastic[i];
+    return (s.whole[i].lambda + 2 * s.whole[i].mu / 3) * (e.xx + e.yy + e.zz);
+}
+
+Real add_flow_forces(Solids& solids) {
+    Phases& s = solids.phases;
+    if (!s.flows) return 1;
+    const Elements& e = solids.elements;
+    std::vector<Mat3> turn;
+    for (const SolidBody& body : solids.bodies) turn.push_back(body.turn.cast<Real>());
+    const auto owner = [&](std::size_t i) { return static_cast<std::size_t>(e.owner[i]); };
+    parallel_for(e.size(), [&](std::size_t i) { s.flow.velocity[i] = quad(turn[owner(i)] * xyz(e.velocity[i])); }, 1024);
+    const Real stretch = find_stress_forces(s.loose, s.flow, s.stress, s.force);
+    parallel_for(e.size(), [&](std::size_t i) { solids.force[i] += turn[owner(i)].transpose() * s.force[i]; }, 1024);
+    return stretch;
+}
+
+void drift_flow(double dt, Solids& solids) {
+    Phases& s = solids.phases;
+    if (!s.flows) return;
+    const Elements& e = solids.elements;
+    std::vector<Mat3> turn;
+    for (const SolidBody& body : solids.bodies) turn.push_back(body.turn.cast<Real>());
+    const Real drift = static_cast<Real>(dt);
+    parallel_for(
+        e.size(),
+        [&](std::size_t i) {
+            const Vec3 v = turn[static_cast<std::size_t>(e.owner[i])] * xyz(e.velocity[i]);
+            s.flow.displacement[i] = quad(xyz(s.flow.displacement[i]) + drift * v);
+        },
+        1024);
+}
+
+void absorb_flow(double dt, Solids& solids) {
+    Phases& s = solids.phases;
+    const Elements& e = solids.elements;
+    if (s.flows) {
+        find_gradients(s.flow, s.gradients);
+        parallel_for(e.size(), [&](std::size_t i) {
+            if (!loose(s, i)) return;
+            const Mat3& h = s.gradients[i];
+            const Mat3 q = s.flow.moment[i].full ? rotation_of(Mat3::Identity() + h) : Mat3::Identity();
+            Symmetric elastic = minus(strain_of(s.flow, i, h), s.flow.plastic[i]);
+            const StressLaw& law = s.loose[i];
+            if (norm(elastic) > law.yield)
+                elastic = times(1 - std::min(static_cast<Real>(dt) * law.creep, Real(1)), elastic);
+            s.flow.plastic[i] = symmetric(-(q * matrix(elastic) * q.transpose()));
+        });
+    }
+    parallel_for(e.size(), [&](std::size_t i) {
+        if (s.bond[i] != Bond::rest || !(s.melt[i] > 0)) return;
+        const Mat3 j = Mat3::Identity() + solids.gradients[i];
+        const Real stretch = (j.transpose() * j).cwiseAbs().rowwise().sum().maxCoeff();
+        if (!(stretch < kLost) || !(j.determinant() > kCrushed)) s.bond[i] = Bond::flowing;
+    });
+}
+
+}  // namespace thixo

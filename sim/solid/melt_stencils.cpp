@@ -15,6 +15,8 @@ namespace {
 
 constexpr Real kLost = 3;            // squared stretch beyond which what melts has left its rest shape
 constexpr Real kCrushed = Real(0.2);  // and |J|
+constexpr double kThin = 0.05;  // squared extent, in parts of the largest, across which a neighbourhood that changes is flat
+constexpr double kUneven = 1.5;  // margin of the rates
 
 bool loose(const Phases& s, std::size_t i) { return s.loose[i].mu > 0; }
 
@@ -35,6 +37,41 @@ Symmetric minus(const Symmetric& a, const Symmetric& b) {
     return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.yz - b.yz, a.zx - b.zx};
 }
 Symmetric times(Real f, const Symmetric& a) { return {f * a.xx, f * a.yy, f * a.zz, f * a.xy, f * a.yz, f * a.zx}; }
+
+/// The gradient's squared weights, over the element's density: V/m sum_j |w_ij A+ r_ij|^2. Times a modulus it is what a
+/// stencil of few or one-sided neighbours adds to omega^2. [m/kg]
+double unevenness(const Elements& e, std::size_t i) {
+    const Mat3 inverse = matrix(e.moment[i].inverse);
+    const Vec3 m = xyz(e.rest[i]);
+    Real sum = 0;
+    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k)
+        sum += (e.weight[k] * (inverse * (xyz(e.rest[e.neighbour[k]]) - m))).squaredNorm();
+    return static_cast<double>(e.volume[i] / e.mass[i] * sum);
+}
+
+/// The fastest rates of the elements that have softened or flow.
+FastestRates soft_rates(const Solids& solids) {
+    const Phases& s = solids.phases;
+    const auto larger = [](const FastestRates& a, const FastestRates& b) {
+        return FastestRates{std::max(a.stiffest, b.stiffest), std::max(a.damping, b.damping)};
+    };
+    return parallel_reduce(
+        solids.elements.size(), FastestRates{},
+        [&](std::size_t i) {
+            FastestRates sum;
+            if (s.bond[i] == Bond::none || (s.bond[i] == Bond::rest && s.melt[i] == 0)) return sum;
+            const auto add = [&](const Elements& e, const StressLaw& law) {
+                if (!(law.mu > 0)) return;
+                const double uneven = kUneven * unevenness(e, i);
+                sum.stiffest += s.stiffest_per * uneven * static_cast<double>(law.wave_modulus() + law.volume_stiffness);
+                sum.damping += s.damping_per * uneven * static_cast<double>(law.viscosity);
+            };
+            add(solids.elements, s.kept[i]);
+            if (s.flows) add(s.flow, s.loose[i]);
+            return sum;
+        },
+        larger);
+}
 
 /// Laws of all elements, from the particles' materials and melt fractions.
 void set_laws(const scene::Scene& scene, double time, const Particles& particles, Solids& solids) {
@@ -73,7 +110,7 @@ void weigh_bonds(Solids& solids) {
             e.weight_back[k] = back;
         }
     });
-    if (std::ranges::any_of(changed, [](std::uint8_t c) { return c != 0; })) measure_moments(e, &changed);
+    if (std::ranges::any_of(changed, [](std::uint8_t c) { return c != 0; })) measure_moments(e, &changed, kThin);
     set_zero_energy(s.kept, e);
 }
 
@@ -124,6 +161,7 @@ void build_flow(const Particles& particles, const NeighbourLists& neighbours, So
     flow.owner.assign(n, 0);
     flow.law = e.law;
     flow.volume = e.volume;
+    flow.mass = e.mass;
     flow.support = e.support;
     flow.rest.resize(n);
     flow.displacement.assign(n, quad(Vec3::Zero()));
@@ -141,7 +179,7 @@ void build_flow(const Particles& particles, const NeighbourLists& neighbours, So
     for (std::size_t i = 0; i < n; ++i) which[i] = loose(s, i);
     for (Index i = 0; i < n; ++i)
         if (!which[i]) flow.flat.emplace_back(i, Symmetric{});
-    measure_moments(flow, &which);
+    measure_moments(flow, &which, kThin);
     set_zero_energy(s.loose, flow);
 }
 
@@ -153,7 +191,7 @@ StressLaw scaled(const StressLaw& law, Real share) {
     return out;
 }
 
-void find_flow_rates(const scene::Scene& scene, const Smoothing& smoothing, Phases& phases) {
+void calibrate_rates(const Smoothing& smoothing, Phases& phases) {
     Elements e;
     constexpr int kReach = 3;
     for (int k = -kReach; k <= kReach; ++k)
@@ -163,6 +201,7 @@ void find_flow_rates(const scene::Scene& scene, const Smoothing& smoothing, Phas
                 e.owner.push_back(0);
                 e.rest.push_back(quad(packing_site(i, j, k, smoothing.spacing)));
                 e.volume.push_back(cube(smoothing.spacing));
+                e.mass.push_back(cube(smoothing.spacing));
                 e.support.push_back(smoothing.support);
             }
     const std::size_t n = e.size();
@@ -172,20 +211,13 @@ void find_flow_rates(const scene::Scene& scene, const Smoothing& smoothing, Phas
     const std::vector<SolidBody> body{{.end = static_cast<Index>(n)}};
     find_rest_neighbours(body, e);
     measure_moments(e);
-    phases.stiffest.assign(scene.materials.size(), 0);
-    phases.damping.assign(scene.materials.size(), 0);
-    for (std::size_t m = 0; m < scene.materials.size(); ++m) {
-        if (!scene.materials[m].elastic.solid()) continue;
-        e.mass.assign(n, static_cast<Real>(scene.materials[m].density) * cube(smoothing.spacing));
-        for (const double b : {0.0, 1.0}) {
-            if (b == 0 && !scene.materials[m].melting.any()) continue;  // only what an emitter releases flows
-            const std::vector<StressLaw> law{MeltingLaw(scene, m, 0).at(b)};
-            set_zero_energy(law, e);
-            const FastestRates rates = find_fastest_rates(law, body, e)[0];
-            phases.stiffest[m] = std::max(phases.stiffest[m], rates.stiffest);
-            phases.damping[m] = std::max(phases.damping[m], rates.damping);
-        }
-    }
+    double largest = 0;
+    for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, unevenness(e, i));
+    const StressLaw law{.lambda = 1, .mu = 1, .viscosity = 1, .zero_energy = Real(0.3)};
+    set_zero_energy({law}, e);
+    const FastestRates rates = find_fastest_rates({law}, body, e)[0];
+    phases.stiffest_per = rates.stiffest / (largest * static_cast<double>(law.wave_modulus()));
+    phases.damping_per = rates.damping / largest;
 }
 
 void seed_flow(const std::vector<std::uint8_t>& which, Solids& solids) {
@@ -210,6 +242,7 @@ void prepare_stencils(const scene::Scene& scene, double time, const Smoothing&, 
     weigh_bonds(solids);
     s.flows = std::ranges::any_of(s.loose, [](const StressLaw& law) { return law.mu > 0; });
     if (s.flows) build_flow(particles, neighbours, solids);
+    s.rates = soft_rates(solids);
 }
 
 Real flow_pressure(const Solids& solids, std::size_t i) {

@@ -108,7 +108,7 @@ void make_phases(const scene::Scene& scene, const Smoothing& smoothing, const Pa
         const auto end = static_cast<Index>(e.size());
         solids.bodies.push_back({.body = -1, .material = material, .begin = end, .end = end});
     }
-    find_flow_rates(scene, smoothing, s);
+    calibrate_rates(smoothing, s);
 }
 
 void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles, Solids& solids) {

@@ -22,6 +22,12 @@ enum class Bond : std::uint8_t {
     none      // nothing: it is liquid, and the solids' steps leave it alone
 };
 
+/// The fastest rates of small motions of a body about its unstrained rest shape.
+struct FastestRates {
+    double stiffest = 0;  // omega^2 of vibrations [1/s^2]
+    double damping = 0;   // of viscosity [1/s]
+};
+
 /// Of all elements of a scene in which solids melt, freeze or flow; empty elsewhere. Every element has two stencils, each of
 /// which conserves momentum: R, of the rest neighbours, each bond weighed by 1 - max(b_i, b_j), and D, of the present
 /// neighbours, whose rest shape absorbs the deformation of every step (6.15). b is the melt fraction; the energy is
@@ -44,7 +50,8 @@ struct Phases {
     StressScratch stress;
     std::vector<Vec3> force;         // of D, in the world [N]
     std::vector<Mat3> gradients;
-    std::vector<double> stiffest, damping;  // rates of D, by material [1/s^2, 1/s]
+    FastestRates rates;              // of what has softened or flows
+    double stiffest_per = 0, damping_per = 0;  // these rates over the unevenness of a stencil, times modulus or viscosity [1]
 };
 
 /// Sets up the phases of a scene's elements; `any` tells whether there is something to do at all.

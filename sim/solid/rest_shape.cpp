@@ -9,8 +9,6 @@
 namespace thixo {
 namespace {
 
-constexpr double kFlat = 1e-3;  // eigenvalue of A in parts of the largest: squared extents
-
 /// Neighbours of the elements of one body, appended to `lists` from its first element on.
 void list_body(const SolidBody& body, const Elements& elements, std::vector<std::vector<Index>>& lists) {
     const std::size_t n = body.end - body.begin;
@@ -68,7 +66,7 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
     });
 }
 
-void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which) {
+void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which, double flat) {
     const std::size_t n = elements.size();
     elements.moment.resize(n);
     std::vector<Symmetric> projection(n);
@@ -82,7 +80,7 @@ void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which)
         Mat3d inverse = Mat3d::Zero(), kept = Mat3d::Zero();
         int rank = 0;
         for (int c = 0; c < 3; ++c) {
-            if (!(value[c] > kFlat * value[2])) continue;
+            if (!(value[c] > flat * value[2])) continue;
             const Vec3d v = eigen.eigenvectors().col(c);
             inverse += v * v.transpose() / value[c];
             kept += v * v.transpose();

@@ -28,12 +28,6 @@ struct Grip {
     bool pulls() const { return !force.isZero(); }
 };
 
-/// The fastest rates of small motions of a body about its unstrained rest shape.
-struct FastestRates {
-    double stiffest = 0;  // omega^2 of vibrations [1/s^2]
-    double damping = 0;   // of viscosity [1/s]
-};
-
 struct Solids {
     std::vector<SolidBody> bodies;
     Elements elements;

@@ -11,7 +11,6 @@ namespace {
 
 constexpr int kIterations = 40;
 constexpr double kUsed = 0.64;       // of the stability limit
-constexpr double kUneven = 1.5;      // rates of what flows over those of a packing
 constexpr Real kSmall = Real(1e-4);  // displacement in supports: strains this small are linear
 constexpr std::uint64_t kStartUse = 0x736f6c69;
 
@@ -87,12 +86,8 @@ double stable_sub_step(const Solids& solids, bool walls) {
         if (solids.bodies[b].begin == solids.bodies[b].end) continue;
         const StressLaw& law = solids.laws[b];
         const Index first = solids.bodies[b].begin;
-        const auto material = static_cast<std::size_t>(solids.bodies[b].material);
-        FastestRates rates = solids.rates[b];
-        if (phases.flows) {
-            rates.stiffest = std::max(rates.stiffest, kUneven * phases.stiffest[material]);
-            rates.damping = std::max(rates.damping, kUneven * phases.damping[material]);
-        }
+        const FastestRates rates{std::max(solids.rates[b].stiffest, phases.rates.stiffest),
+                                 std::max(solids.rates[b].damping, phases.rates.damping)};
         double omega2 = rates.stiffest * growth;
         double damping = rates.damping * std::max(1.0, solids.stretch2);
         if (walls) {

@@ -112,6 +112,11 @@ void visit_state(Stream& stream, S& s) {
     for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
     if constexpr (!std::is_const_v<S>) adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
     if (!s.solids.empty()) visit_solids(stream, s.solids);
+    if (!s.solids.empty()) {
+        stream.array("mixed.taken", s.mixed_surface.taken);
+        stream.value("mixed.next_id", s.mixed_surface.animated.next_id);
+        for_each_array(s.mixed_surface.animated, [&](const char* name, auto& array) { stream.array(name, array); });
+    }
     stream.value("surface.next_id", s.surface.next_id);
     for_each_array(s.surface, [&](const char* name, auto& array) { stream.array(name, array); });
 }

@@ -11,6 +11,7 @@
 #include "sim/emitter.h"
 #include "sim/heat.h"
 #include "sim/materials.h"
+#include "sim/mixed_surface.h"
 #include "sim/particles.h"
 #include "sim/periodic.h"
 #include "sim/probes.h"
@@ -86,6 +87,7 @@ struct Simulation {
     Particles particles{};
     std::vector<EmitterState> emitters{};
     SurfaceState surface{};
+    MixedSurface mixed_surface{};  // where not all is liquid; `surface` is then made from it
     Solids solids{};  // empty where no body is solid
     EmbeddedSurface embedded{};  // theirs; does not change
     std::int64_t next_id = 0;

@@ -298,13 +298,12 @@ void step(Simulation& s) {
 void refresh_surface(Simulation& s) {
     if (!s.problem.scene.surface.enabled) return;
     ScopedTimer timer(s.stats.surface_seconds);
-    if (s.embedded.size() > 0) {
-        ++s.stats.surface_updates;
-        return displace_embedded(s.embedded, s.solids, s.surface, s.embedded_source);
-    }
     const Smoothing& smoothing = s.problem.smoothing;
+    const scene::Surface& params = s.problem.scene.surface;
     const SurfaceReport report =
-        update_surface(s.surface, s.particles, s.walls, s.problem.scene.surface, smoothing.spacing, smoothing.support);
+        s.solids.empty() ? update_surface(s.surface, s.particles, s.walls, params, smoothing.spacing, smoothing.support)
+                         : update_mixed_surface(s.embedded, s.solids, s.particles, s.walls, params, smoothing.spacing,
+                                                smoothing.support, s.mixed_surface, s.surface, s.embedded_source);
     SurfaceReport& sum = s.stats.surface;
     const std::size_t inserted = sum.inserted + report.inserted, deleted = sum.deleted + report.deleted;
     sum = report;

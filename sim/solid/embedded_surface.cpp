@@ -108,10 +108,15 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
     EmbeddedSurface out;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
+        out.trim.emplace_back();
+        out.grid.emplace_back();
+        // What has no rest shape has no such surface.
+        if (body.body < 0 || (solids.phases.any && solids.phases.bond[body.begin] != Bond::rest)) continue;
         const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.body)];
+        const Shape shape = make_shape(scene, source.shape);
         SurfaceSampling sampling{.count = static_cast<std::size_t>(source.surfels), .seed = scene.solver.seed};
         if (source.surfels == 0) sampling.spacing = scene.surface.radius * scene.solver.spacing;
-        const SampledSurface sampled = sample_surface(make_shape(scene, source.shape), sampling);
+        const SampledSurface sampled = sample_surface(shape, sampling);
         const std::vector<Vec3> place = places(body, solids.elements);
         const Real usual = solids.elements.support[body.begin];
         // The grid's cells must hold the widest support.
@@ -130,26 +135,34 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
             out.owner.push_back(static_cast<std::int32_t>(b));
             out.sheet.push_back(sampled.sheet[k]);
             out.first.push_back(cloud.position[k]);
+            const Real off = std::abs(shape.distance(cloud.position[k]));
+            out.beyond.push_back(sampled.trim && off > Real(0.1 * sampled.spacing));
             out.support.push_back(support_at(near, m, disc, usual));
             out.temperature.push_back(static_cast<Real>(source.temperature));
             widest = std::max(widest, out.support.back());
         }
-        out.trim.push_back(sampled.trim ? std::optional(trim_node(*sampled.trim)) : std::nullopt);
-        out.grid.emplace_back().build(place, widest);
+        if (sampled.trim) out.trim.back() = trim_node(*sampled.trim);
+        out.grid.back().build(place, widest);
     }
     return out;
 }
 
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
                        std::vector<Index>& source) {
+    displace_embedded(embedded, solids, std::vector<std::uint8_t>(solids.bodies.size(), 0), surface, source);
+}
+
+void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
+                       SurfaceState& surface, std::vector<Index>& source) {
     const std::size_t n = embedded.size();
     find_gradients(solids.elements, solids.gradients);
     std::vector<std::vector<Drawn>> drawn((n + kChunk - 1) / kChunk);
     parallel_chunks(n, [&](std::size_t begin, std::size_t end, std::size_t c) {
         for (std::size_t i = begin; i < end; ++i)
-            draw(Field{embedded, solids, i},
-                 {embedded.rest.position[i], embedded.rest.axis1[i], embedded.rest.axis2[i]},
-                 static_cast<std::int64_t>(i), 0, drawn[c]);
+            if (!taken[static_cast<std::size_t>(embedded.owner[i])])
+                draw(Field{embedded, solids, i},
+                     {embedded.rest.position[i], embedded.rest.axis1[i], embedded.rest.axis2[i]},
+                     static_cast<std::int64_t>(i), 0, drawn[c]);
     });
     std::size_t count = 0;
     std::vector<std::size_t> first;

@@ -17,6 +17,7 @@ struct EmbeddedSurface {
     SurfelCloud rest;                           // in the material frame of the owner [m]
     std::vector<std::int32_t> owner, sheet;     // index of the SolidBody; sheet of its surface, from 0 on
     std::vector<Vec3> first;                    // m0: where the surfel was made, in the world [m]
+    std::vector<std::uint8_t> beyond;           // 1: it reaches past an edge of the body, and the trim tree cuts it off
     std::vector<Real> support;                  // of its weights: the elements', more where too few are near [m]
     std::vector<Real> temperature;              // degC
     std::vector<std::optional<TrimNode>> trim;  // by body
@@ -39,6 +40,9 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
 /// order of the surfels made at the start; `source` says of which.
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
                        std::vector<Index>& source);
+/// The same of bodies that are not `taken` alone.
+void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
+                       SurfaceState& surface, std::vector<Index>& source);
 
 inline constexpr Real kSplitStretch = 2;  // squared stretch
 inline constexpr Real kSplitRatio = 3;    // of squared stretches

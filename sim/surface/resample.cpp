@@ -213,6 +213,7 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
     notes.curvature.push_back(p.curvature);
     notes.radius.push_back(p.radius);
     notes.wall.push_back(p.wall);
+    notes.melt.push_back(1);
     notes.lost.push_back(0);
 }
 
@@ -249,7 +250,7 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
     std::vector<Index> kept;
     kept.reserve(surface.size());
     for (Index i = 0; i < surface.size(); ++i) {
-        if (crowded[i] && !gone[i])
+        if (crowded[i] && !gone[i] && notes.melt[i] > 0)
             cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i], [&](Index j, Real r2) {
                 if (!gone[j] && crowds(j, i, r2)) gone[i] = 1;
             });
@@ -262,6 +263,7 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
     keep(notes.curvature, kept);
     keep(notes.radius, kept);
     keep(notes.wall, kept);
+    keep(notes.melt, kept);
     notes.lost.assign(kept.size(), 0);
     return deleted;
 }
@@ -278,7 +280,9 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     Cover cover(surface, notes, 2 * full);
     std::vector<Proposal> proposals(particles.size());
     const auto seed = [&](std::size_t j) {
-        proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
+        proposals[j] = {};
+        if (particles.melt[j] > 0)
+            proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
     };
     parallel_for(particles.size(), seed, kGrain);
     accept(surface, notes, proposals, cover);
@@ -289,7 +293,8 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     for (int round = 0; round < kRounds; ++round) {
         proposals.resize(look.size());
         const auto propose = [&](std::size_t k) {
-            proposals[k] = beside_surfel(look[k], surface, cover, shape, per_radius, full);
+            proposals[k] = {};
+            if (notes.melt[look[k]] > 0) proposals[k] = beside_surfel(look[k], surface, cover, shape, per_radius, full);
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();

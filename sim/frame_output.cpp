@@ -66,6 +66,7 @@ PointSet particle_points(const Simulation& s) {
     points.add("body", p.body);
     points.add("material", p.material);
     points.add("kind", collect<std::int32_t>(n, [&](std::size_t i) { return static_cast<std::int32_t>(p.kind[i]); }));
+    if (s.solids.phases.any) points.add("phase", floats(p.melt));  // 0 solid, 1 liquid
     return points;
 }
 

@@ -113,8 +113,8 @@ class Solver {
             WallCursor cursor(walls);
             for (std::size_t i = begin; i < end; ++i) {
                 // What presses on a solid its elasticity answers, of which nothing is known here.
-                const Vec3 target = p_.kind[i] == Kind::solid ? xyz(sweep_.motion[i])
-                                                              : Vec3(p_.velocity[i] + dt_ * p_.acceleration[i]);
+                Vec3 target = p_.velocity[i];
+                if (p_.kind[i] != Kind::solid) target = target + dt_ * p_.acceleration[i];
                 Mat3 diagonal = p_.mass[i] * Mat3::Identity();
                 Vec3 right = p_.mass[i] * target;
                 if (sweep_.walls[i].drag > 0 && s_.matter[i].x > 0)

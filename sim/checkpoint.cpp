@@ -92,6 +92,13 @@ void visit_solids(Stream& stream, S& s) {
     for_each_array(s.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     if (s.phases.any) {
         stream.array("solid.bond", s.phases.bond);
+        stream.array("solid.refrozen", s.phases.refrozen);
+        stream.array("solid.rest", s.elements.rest);
+        stream.array("solid.depth", s.elements.depth);
+        if constexpr (!std::is_const_v<S>) find_refrozen_neighbours(s);
+        // Rates are those found with the bonds of that time.
+        stream.array("solid.laws", s.laws);
+        stream.array("solid.rates", s.rates);
         stream.array("solid.flow", s.phases.flow.plastic);
     }
 }

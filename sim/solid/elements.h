@@ -30,7 +30,7 @@ inline Real norm(const Symmetric& s) {
 /// and moved to fit the deformed one (dissertation 5.4.3), is that frame in the pose x = R m + t. So the material frame
 /// holds all that is bound to the matter, and nothing in it is ever turned.
 struct SolidBody {
-    std::int32_t body = 0;           // index into Scene::bodies, and Particles::body
+    std::int32_t body = 0;           // index into Scene::bodies, and Particles::body; -1: what emitters release, without rest shape
     std::int32_t material = 0;       // index into Scene::materials
     Index begin = 0, end = 0;        // its elements
     Mat3d turn = Mat3d::Identity();  // R

@@ -15,23 +15,9 @@ namespace {
 
 constexpr Real kLost = 3;            // squared stretch beyond which what melts has left its rest shape
 constexpr Real kCrushed = Real(0.2);  // and |J|
-constexpr double kThin = 0.05;  // squared extent, in parts of the largest, across which a neighbourhood that changes is flat
 constexpr double kUneven = 1.5;  // margin of the rates
 
 bool loose(const Phases& s, std::size_t i) { return s.loose[i].mu > 0; }
-
-/// The rotation in J = Q S, by Higham's iteration (1986); one where J is nearly singular.
-Mat3 rotation_of(const Mat3& j) {
-    Mat3 q = j;
-    for (int k = 0; k < 8; ++k) {
-        if (!(std::abs(q.determinant()) > Real(0.05))) return Mat3::Identity();
-        const Mat3 next = Real(0.5) * (q + q.inverse().transpose());
-        const bool rests = (next - q).cwiseAbs().maxCoeff() < Real(1e-6);
-        q = next;
-        if (rests) break;
-    }
-    return q.determinant() > 0 ? q : Mat3::Identity();
-}
 
 Symmetric minus(const Symmetric& a, const Symmetric& b) {
     return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.yz - b.yz, a.zx - b.zx};
@@ -185,6 +171,18 @@ void build_flow(const Particles& particles, const NeighbourLists& neighbours, So
 
 }  // namespace
 
+Mat3 rotation_of(const Mat3& j) {
+    Mat3 q = j;
+    for (int k = 0; k < 8; ++k) {
+        if (!(std::abs(q.determinant()) > Real(0.05))) return Mat3::Identity();
+        const Mat3 next = Real(0.5) * (q + q.inverse().transpose());
+        const bool rests = (next - q).cwiseAbs().maxCoeff() < Real(1e-6);
+        q = next;
+        if (rests) break;
+    }
+    return q.determinant() > 0 ? q : Mat3::Identity();
+}
+
 StressLaw scaled(const StressLaw& law, Real share) {
     StressLaw out = law;
     for (Real* a : {&out.lambda, &out.mu, &out.volume_stiffness, &out.viscosity, &out.zero_energy}) *a *= share;
@@ -301,7 +299,7 @@ void absorb_flow(double dt, Solids& solids) {
         if (s.bond[i] != Bond::rest || !(s.melt[i] > 0)) return;
         const Mat3 j = Mat3::Identity() + solids.gradients[i];
         const Real stretch = (j.transpose() * j).cwiseAbs().rowwise().sum().maxCoeff();
-        if (!(stretch < kLost) || !(j.determinant() > kCrushed)) s.bond[i] = Bond::flowing;
+        if (!(stretch < kLost) || !(j.determinant() > kCrushed)) loosen(solids, i);
     });
 }
 

@@ -38,11 +38,6 @@ void enter_solid(const Particles& p, std::size_t k, Index i, Solids& solids) {
     solids.phases.flow.plastic[i] = {};
 }
 
-struct Change {
-    Index element;
-    bool seed;  // D begins with the elastic strain of R
-};
-
 /// One particle's phase.
 void change_phase(const scene::Material& m, const Vec3& half_fall, const Vec3& gravity, std::size_t k, Index i, Particles& p,
                   Solids& solids, std::vector<std::uint8_t>& seeds) {
@@ -56,7 +51,7 @@ void change_phase(const scene::Material& m, const Vec3& half_fall, const Vec3& g
         p.velocity[k] += half_fall;
         p.acceleration[k] -= gravity;
         p.kind[k] = Kind::solid;
-        s.bond[i] = Bond::flowing;
+        loosen(solids, i);
         enter_solid(p, k, i, solids);
     } else if (s.bond[i] != Bond::none && !shape) {
         p.velocity[k] -= half_fall;
@@ -64,13 +59,76 @@ void change_phase(const scene::Material& m, const Vec3& half_fall, const Vec3& g
         p.kind[k] = Kind::liquid;
         s.bond[i] = Bond::none;
     } else if (s.bond[i] == Bond::rest && b >= 1) {
-        s.bond[i] = Bond::flowing;
+        loosen(solids, i);
     } else if (s.bond[i] == Bond::rest && b > 0 && before == 0) {
         seeds[i] = 1;
     }
 }
 
 }  // namespace
+
+void loosen(Solids& solids, std::size_t i) {
+    solids.phases.bond[i] = Bond::flowing;
+    solids.elements.depth[i] = std::cbrt(solids.elements.volume[i]) / 2;
+}
+
+namespace {
+
+/// The present shape of a body becomes its rest shape.
+void take_shape(const SolidBody& body, Solids& solids) {
+    Phases& s = solids.phases;
+    Elements& e = solids.elements;
+    const Mat3 turn = body.turn.cast<Real>();
+    for (Index i = body.begin; i < body.end; ++i) {
+        Mat3 strain;  // minus the elastic one
+        if (s.bond[i] == Bond::flowing) {
+            strain = turn.transpose() * matrix(s.flow.plastic[i]) * turn;
+        } else {
+            const Mat3 q = rotation_of(Mat3::Identity() + solids.gradients[i]);
+            strain = q * (matrix(e.plastic[i]) - matrix(strain_of(e, i, solids.gradients[i]))) * q.transpose();
+        }
+        e.plastic[i] = symmetric(strain);
+        const Real stiffness = e.rest[i].w;
+        e.rest[i] = quad(xyz(e.rest[i]) + xyz(e.displacement[i]), stiffness);
+        e.displacement[i] = quad(Vec3::Zero());
+        s.bond[i] = Bond::rest;
+    }
+}
+
+/// Bodies that are solid throughout, but not all of it bound to a rest shape.
+void refreeze(Solids& solids) {
+    Phases& s = solids.phases;
+    bool any = false;
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        bool solid = body.body >= 0, loose = false;
+        for (Index i = body.begin; i < body.end && solid; ++i) {
+            solid = s.melt[i] == 0;
+            loose = loose || s.bond[i] == Bond::flowing;
+        }
+        if (!solid || !loose) continue;
+        if (!any) find_gradients(solids.elements, solids.gradients);
+        any = true;
+        take_shape(body, solids);
+        s.refrozen[b] = 1;
+    }
+    if (any) find_refrozen_neighbours(solids);
+}
+
+}  // namespace
+
+void find_refrozen_neighbours(Solids& solids) {
+    Phases& s = solids.phases;
+    Elements& e = solids.elements;
+    if (!s.any || std::ranges::none_of(s.refrozen, [](std::uint8_t r) { return r != 0; })) return;
+    find_rest_neighbours(solids.bodies, e);
+    s.weight = e.weight;
+    s.weight_back = e.weight_back;
+    std::vector<std::uint8_t> which(e.size());
+    for (std::size_t i = 0; i < e.size(); ++i) which[i] = s.refrozen[static_cast<std::size_t>(e.owner[i])];
+    measure_moments(e, &which, kThin);
+    solids.laws.clear();  // rates are to be found anew
+}
 
 void make_phases(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles, Solids& solids) {
     Phases& s = solids.phases;
@@ -108,6 +166,7 @@ void make_phases(const scene::Scene& scene, const Smoothing& smoothing, const Pa
         const auto end = static_cast<Index>(e.size());
         solids.bodies.push_back({.body = -1, .material = material, .begin = end, .end = end});
     }
+    s.refrozen.assign(solids.bodies.size(), 0);
     calibrate_rates(smoothing, s);
 }
 
@@ -162,15 +221,16 @@ void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_d
             particles.velocity[k] += half_fall;
             particles.acceleration[k] -= gravity;
             particles.kind[k] = Kind::solid;
-            s.bond[i] = Bond::flowing;
+            loosen(solids, i);
             enter_solid(particles, k, i, solids);
         },
         1024);
+    seed_flow(seeds, solids);
+    refreeze(solids);
     s.freezes = false;
     for (std::size_t i = 0; i < s.bond.size(); ++i)
         s.freezes = s.freezes || s.bond[i] == Bond::flowing || (s.bond[i] == Bond::rest && s.melt[i] > 0);
     s.moves = std::ranges::any_of(s.bond, [](Bond b) { return b != Bond::none; });
-    seed_flow(seeds, solids);
 }
 
 const std::vector<StressLaw>& stencil_laws(const Solids& solids) {

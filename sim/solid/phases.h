@@ -36,6 +36,7 @@ struct Phases {
     bool any = false;
     // State.
     std::vector<Bond> bond;
+    std::vector<std::uint8_t> refrozen;  // by SolidBody, 1: its rest shape is one it has frozen in
     // Of the present step.
     bool moves = true;               // some element is not liquid
     bool freezes = false;            // some element is bound to its present neighbours, if only in part
@@ -45,7 +46,6 @@ struct Phases {
     std::vector<StressLaw> kept;     // r times that: the laws of R
     std::vector<StressLaw> loose;    // (1 - r) times that: the laws of D
     std::vector<Real> weight, weight_back;  // of the rest neighbours before bonds are weighed
-    std::vector<Index> softened;     // elements whose bonds were weighed last time
     Elements flow;                   // D: rest is where the particles are, in the world; plastic: minus the elastic strain; state
     StressScratch stress;
     std::vector<Vec3> force;         // of D, in the world [N]
@@ -62,8 +62,12 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
 
 /// The melt fraction of every particle from its temperature, and what follows: an element that has become liquid leaves the
 /// solids (its particle is then a liquid particle like any other), one that is no more comes back, free of strain, bound
-/// to its present neighbours. `gravity` and `last_dt` [s] turn velocities half a step back into those of now.
+/// to its present neighbours. A body that is solid throughout again gets a rest shape again: the present one, with new
+/// rest neighbours, its elastic strain kept as m <- m + u, u <- 0, eps^p <- - Q (eps - eps^p) Q^T (6.15; Q the rotation in J). `gravity` and `last_dt` [s] turn velocities half a step back into those of now.
 void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_dt, Particles& particles, Solids& solids);
+
+/// Rest neighbours and moments of bodies that have frozen in another shape, from that shape: after reading a checkpoint.
+void find_refrozen_neighbours(Solids& solids);
 
 /// Laws and stencils of all elements at `time` [s]. Requires the neighbours of now.
 void prepare_stencils(const scene::Scene& scene, double time, const Smoothing& smoothing, const Particles& particles,

@@ -11,7 +11,8 @@ namespace {
 
 /// Neighbours of the elements of one body, appended to `lists` from its first element on.
 void list_body(const SolidBody& body, const Elements& elements, std::vector<std::vector<Index>>& lists) {
-    const std::size_t n = body.end - body.begin;
+    const std::size_t n = body.body < 0 ? 0 : body.end - body.begin;
+    if (n == 0) return;
     std::vector<Vec3> place(n);
     Real widest = 0;
     for (std::size_t k = 0; k < n; ++k) {

@@ -170,6 +170,7 @@ TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
     set_temperature(s, [](const Vec3&) { return 20; });
     for (int k = 0; k < 8; ++k) advance_frame(s);
     for (const Kind kind : s.particles.kind) ASSERT_EQ(kind, Kind::solid);
+    for (const Bond bond : s.solids.phases.bond) ASSERT_EQ(bond, Bond::rest);
     const auto shape = places(s);
     for (auto& v : s.solids.elements.velocity) v = quad(s.solids.bodies[0].turn.cast<Real>().transpose() * Vec3(0, 0, 1.2f));
     double highest = 0, after = 0;
@@ -292,6 +293,28 @@ TEST(Melting, ResumedRunEqualsTheUninterruptedOneBitForBit) {
     bool part = false;
     for (const Real b : whole.particles.melt) part = part || (b > 0 && b < 1);
     EXPECT_TRUE(part);
+    EXPECT_TRUE(print_checkpoint(whole, "hash") == print_checkpoint(resumed, "hash"));
+}
+
+TEST(Melting, ARunResumedAfterFreezingEqualsTheUninterruptedOne) {
+    scene::Scene scene = fixture::empty_space();
+    scene.world.gravity = {0, 0, -9.81};
+    scene.world.boundaries = {floor_at(0)};
+    scene.materials = {wax()};
+    scene.materials[0].melting.liquid.viscosity = 20;
+    scene.bodies = {of(fixture::body("block", box({0, 0, 0.031}, {0.06, 0.06, 0.06})), "wax", 80)};
+    Simulation whole = make_simulation(scene);
+    advance_frame(whole);
+    set_temperature(whole, [](const Vec3&) { return 20; });
+    advance_frame(whole);
+    set_temperature(whole, [](const Vec3& x) { return x.x() > 0 ? 52 : 20; });
+    advance_frame(whole);
+    const std::string half = print_checkpoint(whole, "hash");
+    advance_frame(whole);
+    Simulation resumed = make_simulation(scene);
+    parse_checkpoint(half, "half", "hash", resumed);
+    advance_frame(resumed);
+    EXPECT_EQ(whole.solids.phases.refrozen[0], 1);
     EXPECT_TRUE(print_checkpoint(whole, "hash") == print_checkpoint(resumed, "hash"));
 }
 

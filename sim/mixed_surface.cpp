@@ -47,6 +47,11 @@ void take_over(const EmbeddedSurface& embedded, const Solids& solids, const Surf
         if (!fresh[static_cast<std::size_t>(embedded.owner[root])] || embedded.beyond[root]) continue;
         for_each_pair(to, shown, [&](auto& array, const auto& from) { array.push_back(from[i]); });
         to.id.back() = to.next_id++;
+        const EdgeCut& cut = embedded.edge[root];
+        Vec3 &a = to.surfels.axis1.back(), &b = to.surfels.axis2.back();
+        const Vec3 along = std::cos(cut.angle) * a + std::sin(cut.angle) * b, across = std::cos(cut.angle) * b - std::sin(cut.angle) * a;
+        a = cut.along * along;
+        b = cut.across * across;
     }
 }
 

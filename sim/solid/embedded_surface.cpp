@@ -1,5 +1,8 @@
 #include "sim/solid/embedded_surface.h"
 
+#include <algorithm>
+#include <array>
+
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/surface_sampling.h"
@@ -21,6 +24,23 @@ Real support_at(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
     std::vector<std::pair<Real, Index>> near;
     grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
     return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
+}
+
+/// The disc's part on a body with edges: how far one can go in the disc before the surface is left behind.
+EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
+    constexpr int kWays = 16;
+    const Real radius = cloud.axis1[k].norm();
+    std::array<Real, kWays> reach{};
+    for (int w = 0; w < kWays; ++w) {
+        const Real angle = static_cast<Real>(2 * kPi * w / kWays);
+        const Vec3 way = std::cos(angle) * cloud.axis1[k] + std::sin(angle) * cloud.axis2[k];
+        Real r = 1;
+        while (r > Real(0.15) && std::abs(shape.distance(cloud.position[k] + r * way)) > Real(0.1) * radius) r -= Real(0.05);
+        reach[static_cast<std::size_t>(w)] = r;
+    }
+    const auto least = static_cast<std::size_t>(std::ranges::min_element(reach) - reach.begin());
+    const Real across = std::min(reach[(least + kWays / 4) % kWays], reach[(least + 3 * kWays / 4) % kWays]);
+    return {static_cast<Real>(2 * kPi * static_cast<double>(least) / kWays), reach[least], across};
 }
 
 struct Carried {
@@ -136,7 +156,8 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
             out.sheet.push_back(sampled.sheet[k]);
             out.first.push_back(cloud.position[k]);
             const Real off = std::abs(shape.distance(cloud.position[k]));
-            out.beyond.push_back(sampled.trim && off > Real(0.1 * sampled.spacing));
+            out.beyond.push_back(sampled.trim && off > Real(0.02 * sampled.spacing));
+            out.edge.push_back(sampled.trim ? edge_cut(shape, cloud, k) : EdgeCut{});
             out.support.push_back(support_at(near, m, disc, usual));
             out.temperature.push_back(static_cast<Real>(source.temperature));
             widest = std::max(widest, out.support.back());

@@ -167,6 +167,7 @@ Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover,
 
 /// The surface nearest to a particle, where it is near and uncovered: outwards along the field's slope, or into the
 /// wall beside it.
+/// Over solid particles only where a tear has laid them bare: the surface of a solid is its own, not the field's.
 Proposal over_particle(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
     constexpr Real kSurfaceFill = Real(0.85);  // outermost particles have about 0.7, the next layer 0.95
     Proposal p;
@@ -175,7 +176,7 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     p.radius = radius;
     const Vec3& x = particles.position[j];
     const WallPlane& wall = shape.points.particle_wall[j];
-    if (const Real distance = wall.distance(x); distance > 0 && distance < shape.spacing) {
+    if (const Real distance = wall.distance(x); particles.melt[j] > 0 && distance > 0 && distance < shape.spacing) {
         p.position = x - wall.normal * (distance + shape.wall_depth());
         p.normal = -wall.normal;
         if (cover.covers(p, radius)) return p;
@@ -193,7 +194,7 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     if (!shape.project(p.position, p.component, shape.spacing)) return p;
     p.normal = shape.depth(p.position, p.component).outward();
     fit(p, shape, radius);
-    p.good = !cover.covers(p, p.radius);
+    p.good = !cover.covers(p, particles.melt[j] > 0 ? p.radius : std::max(p.radius, shape.spacing));
     return p;
 }
 
@@ -280,9 +281,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     Cover cover(surface, notes, 2 * full);
     std::vector<Proposal> proposals(particles.size());
     const auto seed = [&](std::size_t j) {
-        proposals[j] = {};
-        if (particles.melt[j] > 0)
-            proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
+        proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
     };
     parallel_for(particles.size(), seed, kGrain);
     accept(surface, notes, proposals, cover);

@@ -29,7 +29,7 @@ bool any_liquid(const Particles& particles) {
 }
 
 void pack_phases(const Particles& particles, const Solids& solids, const Smoothing& smoothing, Sweep& sweep) {
-    sweep.mixed = std::ranges::any_of(particles.melt, [](Real b) { return b < 1; });
+    sweep.mixed = !solids.empty() && std::ranges::any_of(particles.melt, [](Real b) { return b < 1; });
     if (!sweep.mixed) return;
     resize_packed(sweep.ghosts, sweep.melt, Real(0));
     resize_packed(sweep.ghosts, sweep.present, Real(0));

@@ -70,6 +70,8 @@ scene::Scene busy() {
     spout.temperature = 70;
     s.emitters = {spout};
     s.frames.fps = 50;
+    s.surface.enabled = true;
+    for (scene::Body& b : s.bodies) b.surfels = 400;
     return s;
 }
 
@@ -293,6 +295,9 @@ TEST(Melting, ResumedRunEqualsTheUninterruptedOneBitForBit) {
     bool part = false;
     for (const Real b : whole.particles.melt) part = part || (b > 0 && b < 1);
     EXPECT_TRUE(part);
+    // Surfels of the melting block and of the liquids are animated, those of the toy displaced.
+    EXPECT_GT(whole.mixed_surface.animated.size(), 400u);
+    EXPECT_GT(whole.surface.size(), whole.mixed_surface.animated.size());
     EXPECT_TRUE(print_checkpoint(whole, "hash") == print_checkpoint(resumed, "hash"));
 }
 

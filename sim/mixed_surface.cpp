@@ -1,6 +1,8 @@
 #include "sim/mixed_surface.h"
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/point_grid.h"
 
 namespace thixo {
 namespace {
@@ -19,6 +21,37 @@ void for_each_pair(S& a, const S& b, F&& f) {
     std::size_t k = 0;
     for_each_array(a, [&]<class T>(const char*, std::vector<T>& array) {
         f(array, *static_cast<const std::vector<T>*>(other[k++]));
+    });
+}
+
+/// Surfels of solids whose temperature has changed: the normalised interpolation of the body's particles.
+void take_temperatures(const Particles& particles, Real support, const EmbeddedSurface& embedded,
+                       const std::vector<Index>& source, SurfaceState& shown) {
+    std::vector<Real> first;  // by body
+    for (std::size_t i = 0; i < source.size(); ++i) {
+        const auto body = static_cast<std::size_t>(shown.body[i]);
+        if (first.size() <= body) first.resize(body + 1, 0);
+        first[body] = embedded.temperature[source[i]];
+    }
+    const auto changed = [&](std::size_t k) {
+        const auto body = static_cast<std::size_t>(particles.body[k]);
+        return body < first.size() && static_cast<Real>(particles.temperature[k]) != first[body];
+    };
+    bool any = false;
+    for (std::size_t k = 0; k < particles.size() && !any && !source.empty(); ++k) any = changed(k);
+    if (!any) return;
+    PointGrid grid;
+    grid.build(particles.position, support);
+    const Poly6 w(support);
+    parallel_for(source.size(), [&](std::size_t i) {
+        double weight = 0, sum = 0;
+        grid.for_each_neighbour(shown.surfels.position[i], support, [&](Index k, Real r2) {
+            if (particles.body[k] != shown.body[i]) return;
+            const auto a = static_cast<double>(w.value(r2));
+            weight += a;
+            sum += a * particles.temperature[k];
+        });
+        if (weight > 0) shown.temperature[i] = static_cast<Real>(sum / weight);
     });
 }
 
@@ -72,6 +105,8 @@ SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& soli
         for_each_array(shown, [&](const char*, auto& array) { keep(array, kept); });
         keep(source, kept);
     }
+
+    take_temperatures(particles, support, embedded, source, shown);
 
     Particles matter = particles;  // that has an animated surface
     std::vector<Index> members;

@@ -82,7 +82,8 @@ void take_over(const EmbeddedSurface& embedded, const Solids& solids, const Surf
         to.id.back() = to.next_id++;
         const EdgeCut& cut = embedded.edge[root];
         Vec3 &a = to.surfels.axis1.back(), &b = to.surfels.axis2.back();
-        const Vec3 along = std::cos(cut.angle) * a + std::sin(cut.angle) * b, across = std::cos(cut.angle) * b - std::sin(cut.angle) * a;
+        const Real c = std::cos(cut.angle), s = std::sin(cut.angle);
+        const Vec3 along = c * a + s * b, across = c * b - s * a;
         a = cut.along * along;
         b = cut.across * across;
     }

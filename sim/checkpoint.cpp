@@ -91,6 +91,17 @@ void visit_solids(Stream& stream, S& s) {
     stream.value("solid.stretch2", s.stretch2);
     for_each_array(s.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     for_each_array(s.contacts.nodes, [&](const char* name, auto& array) { stream.array(name, array); });
+    if (s.phases.any) {
+        stream.array("solid.bond", s.phases.bond);
+        stream.array("solid.refrozen", s.phases.refrozen);
+        stream.array("solid.rest", s.elements.rest);
+        stream.array("solid.depth", s.elements.depth);
+        if constexpr (!std::is_const_v<S>) find_refrozen_neighbours(s);
+        // Rates are those found with the bonds of that time.
+        stream.array("solid.laws", s.laws);
+        stream.array("solid.rates", s.rates);
+        stream.array("solid.flow", s.phases.flow.plastic);
+    }
 }
 
 /// One list of what a checkpoint holds, for writing (S const) and reading.
@@ -107,7 +118,13 @@ void visit_state(Stream& stream, S& s) {
         stream.value("blocked", e.blocked);
     }
     for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
+    if constexpr (!std::is_const_v<S>) adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
     if (!s.solids.empty()) visit_solids(stream, s.solids);
+    if (!s.solids.empty()) {
+        stream.array("mixed.taken", s.mixed_surface.taken);
+        stream.value("mixed.next_id", s.mixed_surface.animated.next_id);
+        for_each_array(s.mixed_surface.animated, [&](const char* name, auto& array) { stream.array(name, array); });
+    }
     stream.value("surface.next_id", s.surface.next_id);
     for_each_array(s.surface, [&](const char* name, auto& array) { stream.array(name, array); });
 }

@@ -6,8 +6,11 @@
 
 namespace thixo {
 
-void compute_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
-                     const Smoothing& smoothing, Sweep& sweep) {
+namespace {
+
+template <bool mixed>
+void sum_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
+                 Sweep& sweep) {
     const Poly6 kernel = smoothing.density;
     const Quad* place = sweep.place.data();
     const Index nobody = sweep.nobody();
@@ -26,17 +29,18 @@ void compute_density(Particles& particles, const NeighbourLists& neighbours, con
                     y -= p.y;
                     z -= p.z;
                     const Lanes q = positive(1 - (x * x + y * y + z * z) * kernel.h2_inv);
+                    if constexpr (mixed) volume *= larger(gather(sweep.present.data(), j), sweep.present[i]);
                     sums += volume * q * q * q;
                 });
                 sweep.walls[i] = wall_effect(walls, particles.position[i], cursor);
-                const Real share = kernel.scale * (p.w + sum_of(sums)) + sweep.walls[i].share;
+                const Real beside =
+                    mixed ? sweep.present[i] * sweep.walls[i].share + sweep.rest_share[i] : sweep.walls[i].share;
+                const Real share = kernel.scale * (p.w + sum_of(sums)) + beside;
                 particles.density[i] = particles.mass[i] / particles.rest_volume[i] * share;
             }
         },
         256);
 }
-
-namespace {
 
 /// Writes what forces read of a particle; pressure(i, material, rho) is P_i [Pa].
 template <class P>
@@ -49,7 +53,7 @@ void pack_matter(const Particles& particles, const std::vector<MaterialParams>& 
             const MaterialParams& m = materials[static_cast<std::size_t>(particles.material[i])];
             const Real rho = std::max(particles.density[i], m.density);
             sweep.place[i].w = pressure(i, m, rho);
-            sweep.matter[i] = {m.viscosity, m.density * m.sound_speed, 0, 0};
+            sweep.matter[i] = {m.viscosity, m.density * m.sound_speed, sweep.mixed ? sweep.melt[i] : Real(1), 0};
             sweep.motion[i].w = particles.mass[i] / rho;
         },
         2048);
@@ -59,6 +63,14 @@ void pack_matter(const Particles& particles, const std::vector<MaterialParams>& 
 }
 
 }  // namespace
+
+void compute_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
+                     const Smoothing& smoothing, Sweep& sweep) {
+    if (sweep.mixed)
+        sum_density<true>(particles, neighbours, walls, smoothing, sweep);
+    else
+        sum_density<false>(particles, neighbours, walls, smoothing, sweep);
+}
 
 void pack_without_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
     pack_matter(particles, materials, sweep, [](std::size_t, const MaterialParams&, Real) { return Real(0); });

@@ -15,6 +15,7 @@ namespace thixo {
 /// Summation density with the walls' share (dissertation 2.3; number density of Solenthaler & Pajarola 2008, so that
 /// neighbours of another rest density do not blur an interface; walls as volume maps, Bender et al. 2019):
 ///   rho_i = rho0_i (sum_j V0_j w_poly6(r_ij) + integral over walls of w_poly6)
+/// Where not all is liquid (sweep.mixed) pairs and walls are weighed as sim/solid/coupling has it.
 /// In: sweep.place [m, m^3]. Out: particles.density [kg/m^3], sweep.walls. The sum over j includes i.
 void compute_density(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
                      const Smoothing& smoothing, Sweep& sweep);

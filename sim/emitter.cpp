@@ -138,6 +138,7 @@ void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vect
                 particles.temperature[i] = emitter.temperature;
                 particles.material[i] = layout.material;
                 particles.body[i] = layout.body;
+                particles.melt[i] = 1;
                 particles.kind[i] = Kind::liquid;
             }
             state.next += static_cast<double>(layer.size()) * layout.mass / layout.flow;

@@ -13,7 +13,8 @@ Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
 /// Force per volume on particle i from its neighbours [N/m^3], several at a time. The kernels' constant factors are
 /// taken out of the sums:
 ///   -45/(pi h^4) (1 - r/h)^2 /r  and  45/(pi h^5) (1 - r/h)
-template <bool one_material>
+enum class Matter { one, several, mixed };  // mixed: not all of it is liquid
+template <Matter kind>
 Vec3 force_of_neighbours(std::size_t i, std::span<const Index> neighbours, Index nobody, const Sweep& sweep,
                          const Smoothing& smoothing, Real artificial, Real softening) {
     const Real h_inv = smoothing.pressure.h_inv;
@@ -25,11 +26,16 @@ Vec3 force_of_neighbours(std::size_t i, std::span<const Index> neighbours, Index
         gather(sweep.place.data(), j, x, y, z, pressure);
         gather(sweep.motion.data(), j, vx, vy, vz, volume);
         Lanes drag = all_lanes(laplacian * m.x), impedance = all_lanes(artificial * m.y);
-        if constexpr (!one_material) {
-            Lanes mu, rho_c, unused;
-            gather(sweep.matter.data(), j, mu, rho_c, unused, unused);
+        if constexpr (kind != Matter::one) {
+            Lanes mu, rho_c, melt, unused;
+            gather(sweep.matter.data(), j, mu, rho_c, melt, unused);
             drag = Real(0.5) * laplacian * (m.x + mu);
             impedance = Real(0.5) * artificial * (m.y + rho_c);
+            if constexpr (kind == Matter::mixed) {
+                const Lanes both = m.z + melt;
+                drag = both > 0 ? laplacian * (m.z * m.x + melt * mu) / both : Lanes{};
+                volume *= larger(melt, m.z);
+            }
         }
         x = p.x - x;
         y = p.y - y;
@@ -60,14 +66,17 @@ void compute_accelerations(Particles& particles, const NeighbourLists& neighbour
     const Real artificial = params.artificial_viscosity * s;
     const Index nobody = sweep.nobody();
     parallel_for(particles.size(), [&](std::size_t i) {
-        Vec3 f = sweep.one_material
-                     ? force_of_neighbours<true>(i, neighbours[i], nobody, sweep, smoothing, artificial, softening)
-                     : force_of_neighbours<false>(i, neighbours[i], nobody, sweep, smoothing, artificial, softening);
+        const auto force = sweep.mixed          ? force_of_neighbours<Matter::mixed>
+                           : sweep.one_material ? force_of_neighbours<Matter::one>
+                                                : force_of_neighbours<Matter::several>;
+        Vec3 f = force(i, neighbours[i], nobody, sweep, smoothing, artificial, softening);
         const Quad v = sweep.motion[i];
         const WallEffect& w = sweep.walls[i];
-        f -= std::max(sweep.place[i].w, Real(0)) * w.gradient;
-        f += 2 * sweep.matter[i].x * (w.drag_velocity - w.drag * xyz(v));
-        particles.acceleration[i] = params.gravity + v.w / particles.mass[i] * f;
+        const Real melt = sweep.matter[i].z;
+        f -= melt * std::max(sweep.place[i].w, Real(0)) * w.gradient;
+        f += melt * 2 * sweep.matter[i].x * (w.drag_velocity - w.drag * xyz(v));
+        const Vec3 gravity = particles.kind[i] == Kind::solid ? Vec3(0, 0, 0) : params.gravity;
+        particles.acceleration[i] = gravity + v.w / particles.mass[i] * f;
     });
 }
 

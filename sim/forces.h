@@ -27,6 +27,8 @@ struct ForceParams {
 /// dissertation has it, do not belong to one energy either: a resting fluid is stirred a little all the time, and the
 /// artificial viscosity's default is what brings it to rest. Every term between particles is antisymmetric:
 /// linear momentum is conserved to rounding. Walls push and never pull.
+/// Where not all is liquid (sweep.mixed) every term of a pair is weighed by c = max(b_i, b_j), a wall's by b_i, and the mean
+/// of the viscosities by b: (b_i mu_i + b_j mu_j)/(b_i + b_j). Solid particles take no gravity here: their own steps do that.
 /// In: sweep. Out: particles.acceleration [m/s^2].
 void compute_accelerations(Particles& particles, const NeighbourLists& neighbours, const Smoothing& smoothing,
                            const ForceParams& params, const Sweep& sweep);

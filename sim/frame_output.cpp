@@ -66,6 +66,7 @@ PointSet particle_points(const Simulation& s) {
     points.add("body", p.body);
     points.add("material", p.material);
     points.add("kind", collect<std::int32_t>(n, [&](std::size_t i) { return static_cast<std::int32_t>(p.kind[i]); }));
+    if (s.solids.phases.any) points.add("phase", floats(p.melt));  // 0 solid, 1 liquid
     return points;
 }
 
@@ -88,7 +89,7 @@ PointSet surfel_points(const Simulation& simulation) {
     const EmbeddedSurface& embedded = simulation.embedded;
     if (embedded.size() > 0)
         points.add("sheet", collect<std::int32_t>(s.size(), [&](std::size_t i) {
-                       return embedded.sheet[simulation.embedded_source[i]];
+                       return i < simulation.embedded_source.size() ? embedded.sheet[simulation.embedded_source[i]] : 0;
                    }));
     return points;
 }
@@ -102,7 +103,8 @@ std::vector<FrameBody> frame_bodies(const Simulation& s) {
     for (const scene::Body& b : scene.bodies) add(b.name, b.material);
     for (const scene::Emitter& e : scene.emitters) add(e.name, e.material);
     for (std::size_t b = 0; b < s.embedded.trim.size(); ++b)
-        bodies[static_cast<std::size_t>(s.solids.bodies[b].body)].trim = s.embedded.trim[b];
+        if (s.solids.bodies[b].body >= 0 && (b >= s.mixed_surface.taken.size() || !s.mixed_surface.taken[b]))
+            bodies[static_cast<std::size_t>(s.solids.bodies[b].body)].trim = s.embedded.trim[b];
     return bodies;
 }
 

@@ -41,6 +41,10 @@ std::string likely_cause(const Simulation& s, const StepLimits& limits) {
            "flow";
 }
 
+const std::string& body_name(const scene::Scene& scene, std::size_t body) {
+    return body < scene.bodies.size() ? scene.bodies[body].name : scene.emitters[body - scene.bodies.size()].name;
+}
+
 }  // namespace
 
 void check_health(const Simulation& s, const StepLimits& limits) {
@@ -67,6 +71,7 @@ void check_solids_health(const Simulation& s, const SolidReport& report) {
     double sound2 = 0;
     for (std::size_t b = 0; b < s.solids.bodies.size(); ++b) {
         const Index first = s.solids.bodies[b].begin;
+        if (first == s.solids.bodies[b].end) continue;
         const double density = static_cast<double>(s.solids.elements.mass[first] / s.solids.elements.volume[first]);
         sound2 = std::max(
             sound2, static_cast<double>(s.solids.laws[b].wave_modulus() + s.solids.laws[b].volume_stiffness) / density);
@@ -74,7 +79,7 @@ void check_solids_health(const Simulation& s, const SolidReport& report) {
     const double fastest = kAbsurd * std::max(std::sqrt(sound2), s.problem.expected_speed);
     const Particles& p = s.particles;
     const auto wrong = [&](std::size_t i) {
-        return !p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest);
+        return p.kind[i] == Kind::solid && (!p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest));
     };
     const std::size_t n = p.size();
     const std::size_t first = parallel_reduce(
@@ -88,7 +93,7 @@ void check_solids_health(const Simulation& s, const SolidReport& report) {
         "step {} (sub-step "
         "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
         x.allFinite() ? "velocity" : "position", p.id[first],
-        scene.bodies[static_cast<std::size_t>(p.body[first])].name, x.x(), x.y(), x.z(), s.clock.frame + 1,
+        body_name(scene, static_cast<std::size_t>(p.body[first])), x.x(), x.y(), x.z(), s.clock.frame + 1,
         s.clock.step, report.smallest_dt, std::sqrt(s.solids.stretch2),
         s.solids.stretch2 > 9
             ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "

@@ -20,6 +20,13 @@ inline constexpr std::size_t kLanes = 32 / sizeof(Real);
 typedef Real Lanes __attribute__((vector_size(kLanes * sizeof(Real))));
 
 inline Lanes all_lanes(Real a) { return Lanes{} + a; }
+inline Lanes larger(Lanes a, Real b) { return a > b ? a : all_lanes(b); }
+/// Lane l gets values[j[l]].
+inline Lanes gather(const Real* values, const Index* j) {
+    Lanes a;
+    for (std::size_t l = 0; l < kLanes; ++l) a[l] = values[j[l]];
+    return a;
+}
 inline Lanes positive(Lanes a) { return a > 0 ? a : Lanes{}; }
 inline Lanes load(const Real* a) {
     Lanes out;

@@ -10,6 +10,7 @@ void leapfrog(Particles& particles, double last_dt, double dt) {
     parallel_for(
         particles.size(),
         [&](std::size_t i) {
+            if (particles.kind[i] == Kind::solid) return;
             particles.velocity[i] += kick * particles.acceleration[i];
             particles.position[i] += drift * particles.velocity[i];
         },

@@ -23,6 +23,7 @@ struct Particles {
     std::vector<Real> pressure;          // P [Pa]
     std::vector<Real> restoring;         // the density solve's pressure times time squared, of the last step [Pa s^2]
     std::vector<double> temperature;     // T [degC]; in single precision a slow change of one step would be lost
+    std::vector<Real> melt;              // b: 0 a solid, 1 a liquid, in between what melts [1]
     std::vector<Vec3> surface_position;  // x at the last surface update [m]; written by sim/surface
     std::vector<std::int32_t> material;  // index into Scene::materials
     std::vector<std::int32_t> body;      // id of the body (emitters and scene bodies give the first ones)
@@ -46,6 +47,7 @@ void for_each_array(P& p, F&& f) {
     f("pressure", p.pressure);
     f("restoring", p.restoring);
     f("temperature", p.temperature);
+    f("melt", p.melt);
     f("surface_position", p.surface_position);
     f("material", p.material);
     f("body", p.body);

@@ -100,7 +100,9 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
     const scene::Scene& scene = s.problem.scene;
     const Real d = s.problem.smoothing.spacing;
     const int material = index_of(scene.materials, body.material, "material");
-    const bool solid = scene.materials[static_cast<std::size_t>(material)].elastic.solid();
+    const scene::Material& matter = scene.materials[static_cast<std::size_t>(material)];
+    const double melt = matter.melting.any() ? matter.melting.fraction(body.temperature) : matter.elastic.solid() ? 0 : 1;
+    const bool solid = melt < 1;
     PointGrid others;
     others.build(s.particles.position, d);
     const auto free = [&](const Vec3& x) {
@@ -139,7 +141,8 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
         p.temperature[i] = body.temperature;
         p.material[i] = material;
         p.body[i] = number;
-        p.kind[i] = solid ? Kind::solid : Kind::liquid;
+        p.melt[i] = static_cast<Real>(melt);
+        p.kind[i] = keeps_shape(matter, melt) ? Kind::solid : Kind::liquid;
     }
 }
 
@@ -150,8 +153,10 @@ double expected_speed(const scene::Scene& scene) {
     const double fall2 = 2 * scene.world.gravity.norm() * drop_height(scene);
     double speed2 = square(fastest_of(scene)) + fall2;
     const double support = scene.solver.support * scene.solver.spacing;
-    for (const scene::Material& m : scene.materials)
-        speed2 = std::max(speed2, 56.0 / 3.0 * m.surface_tension / (m.density * support));
+    for (const scene::Material& m : scene.materials) {
+        const double tension = m.melting.any() ? m.melting.liquid.surface_tension : m.surface_tension;
+        speed2 = std::max(speed2, 56.0 / 3.0 * tension / (m.density * support));
+    }
     return std::max(kSlowest, std::sqrt(speed2));
 }
 
@@ -170,13 +175,21 @@ Simulation make_simulation(const scene::Scene& scene) {
                  .walls = make_walls(scene, smoothing)};
     for (std::size_t k = 0; k < scene.materials.size(); ++k) {
         MaterialParams& m = s.problem.materials[k];
-        m.attraction = attraction_for(static_cast<Real>(scene.materials[k].surface_tension), m.density, smoothing);
+        const scene::Material& source = scene.materials[k];
+        const bool melts = source.melting.any();
+        m.attraction = attraction_for(
+            static_cast<Real>(melts ? source.melting.liquid.surface_tension : source.surface_tension), m.density, smoothing);
+        // The viscosity of a solid damps its vibrations (sim/solid); liquids have none of it.
+        const bool flows = !source.elastic.solid() ||
+                           std::ranges::any_of(scene.emitters, [&](const auto& e) { return e.material == source.name; });
+        m.viscosity = melts ? static_cast<Real>(source.melting.liquid.viscosity) : flows ? m.viscosity : Real(0);
     }
     choose_viscosity_solver(scene.solver, smoothing, speed, s.problem.materials);
     s.clock.frame = scene.frames.first;
     s.probes = make_probes(scene);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
     s.solids = make_solids(scene, smoothing, s.particles);
+    make_phases(scene, smoothing, s.particles, s.solids);
     if (scene.surface.enabled) s.embedded = make_embedded_surface(scene, s.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");

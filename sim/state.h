@@ -11,11 +11,13 @@
 #include "sim/emitter.h"
 #include "sim/heat.h"
 #include "sim/materials.h"
+#include "sim/mixed_surface.h"
 #include "sim/particles.h"
 #include "sim/periodic.h"
 #include "sim/probes.h"
 #include "sim/pressure_solver.h"
 #include "sim/smoothing.h"
+#include "sim/solid/coupling.h"
 #include "sim/solid/embedded_surface.h"
 #include "sim/solid/solids.h"
 #include "sim/surface/surface.h"
@@ -85,6 +87,7 @@ struct Simulation {
     Particles particles{};
     std::vector<EmitterState> emitters{};
     SurfaceState surface{};
+    MixedSurface mixed_surface{};  // where not all is liquid; `surface` is then made from it
     Solids solids{};  // empty where no body is solid
     EmbeddedSurface embedded{};  // theirs; does not change
     std::int64_t next_id = 0;
@@ -94,6 +97,7 @@ struct Simulation {
     PointGrid grid{};
     NeighbourLists neighbours{};
     Sweep sweep{};
+    ElasticState elastic_state{};
     TensionScratch tension{};
     ViscosityScratch viscosity{};
     HeatScratch heat{};

@@ -10,6 +10,7 @@
 #include "sim/health.h"
 #include "sim/leapfrog.h"
 #include "sim/solid/contact_surface.h"
+#include "sim/solid/coupling.h"
 
 namespace thixo {
 namespace {
@@ -41,12 +42,20 @@ void find_neighbours(Simulation& s) {
     s.neighbours.build(s.grid, support, s.particles.size());
 }
 
-/// Order, grid and v(t) for what reads them; solids have no neighbours but those at rest.
+/// Order, grid and v(t) for what reads them, where nothing asks for neighbours but those at rest.
 void place_solids(Simulation& s) {
     sort_particles(s);
     find_ghosts(s.problem.periodic, s.particles.position, s.problem.smoothing.support, s.sweep.ghosts);
     s.grid.build(s.particles.position, s.problem.smoothing.support);
     pack_motion(s.particles, 0, false, s.sweep);
+}
+
+/// What heat conduction reads, where there is no liquid whose density is asked for.
+void pack_still(Simulation& s) {
+    pack_motion(s.particles, 0, false, s.sweep);
+    find_wall_effects(s.walls, s.particles.position, s.sweep.walls);
+    parallel_for(
+        s.particles.size(), [&](std::size_t i) { s.sweep.motion[i].w = s.particles.rest_volume[i]; }, 2048);
 }
 
 void find_density(Simulation& s) {
@@ -57,12 +66,36 @@ void find_density(Simulation& s) {
         measure_density(s.particles, s.neighbours, s.sweep.ghosts, s.sweep.walls, s.problem.smoothing, s.pressure_system);
         return pack_without_pressure(s.particles, s.problem.materials, s.sweep);
     }
+    pack_phases(s.particles, s.solids, s.problem.smoothing, s.sweep);
+    if (s.sweep.mixed) keep_elastic_state(s.particles, s.elastic_state);
     compute_density(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.sweep);
     compute_pressure(s.particles, s.problem.materials, s.sweep);
+    if (s.sweep.mixed) restore_elastic_state(s.elastic_state, s.solids, s.particles);
+}
+
+/// Whether there are pressures, viscosity and cohesion: not among solids alone.
+bool liquid_acts(const Simulation& s) { return s.solids.empty() || any_liquid(s.particles); }
+/// Whether anything asks for neighbours: liquids, heat, matter that has melted and frozen.
+bool neighbours_asked(const Simulation& s) {
+    return liquid_acts(s) || (s.problem.heat.any() && !s.particles.id.empty()) || s.solids.phases.freezes;
+}
+
+/// Everything that a sum over neighbours gives at the present places.
+void sum_up(Simulation& s) {
+    if (!neighbours_asked(s)) return;
+    find_neighbours(s);  // geometry   7.1
+    if (liquid_acts(s))
+        find_density(s);  // density    2.3, 4.3.1
+    else
+        pack_still(s);
 }
 
 void find_forces(Simulation& s) {
     ScopedTimer timer(s.stats.forces_seconds);
+    if (!liquid_acts(s)) {
+        std::ranges::fill(s.particles.acceleration, Vec3::Zero());
+        return;
+    }
     const ForceParams params{s.problem.gravity, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
     compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, params, s.sweep);
     add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials, s.sweep, s.tension);
@@ -73,6 +106,7 @@ void find_viscosity(Simulation& s, double dt) {
     ScopedTimer timer(s.stats.viscosity_seconds);
     const auto& materials = s.problem.materials;
     if (std::ranges::all_of(materials, [](const MaterialParams& m) { return m.implicit_viscosity <= 0; })) return;
+    if (!liquid_acts(s)) return;
     const ViscositySolve params{.kick = 0.5 * (s.clock.last_dt + dt),
                                 .tolerance = s.problem.scene.solver.viscosity_tolerance};
     const ViscosityReport report = solve_viscosity(s.particles, s.neighbours, s.walls, s.problem.smoothing, materials,
@@ -111,6 +145,7 @@ void solve_pressure(Simulation& s, double dt) {
 void emit(Simulation& s) {
     emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity,
                    s.problem.periodic, s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
+    adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
 }
 
 /// Walls are stiff springs to what a pressure p presses on them, of frequency sqrt(5 p/rho)/spacing (the curvature of their
@@ -127,6 +162,9 @@ double pressure_limit(const Simulation& s) {
 
 double choose_step(Simulation& s, double wall_speed) {
     const scene::TimeStep& params = s.problem.scene.solver.time_step;
+    // Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
+    if (!liquid_acts(s))
+        return divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : params.maximum);
     StepLimits limits =
         step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
     if (implicit(s)) limits.signal = std::min(limits.signal, pressure_limit(s));
@@ -145,18 +183,43 @@ void shift(Particles& particles, const std::vector<Vec3>& by) {
         particles.size(), [&](std::size_t i) { particles.position[i] += by[i]; }, 4096);
 }
 
+/// Elasticity, in sub-steps from the present time on.
+void move_solids(Simulation& s, double dt, bool alone) {
+    if (s.solids.empty() || !s.solids.phases.moves) return;
+    ScopedTimer timer(s.stats.solids_seconds);
+    if (!alone) push_by_liquid(s.particles, 0.5 * (s.clock.last_dt + dt), s.solids);
+    prepare_stencils(s.problem.scene, s.clock.time, s.problem.smoothing, s.particles, s.neighbours, s.solids);
+    const SolidReport report =
+        advance_solids(s.problem.scene, s.problem.gravity, s.clock.time, dt, s.walls, s.solids);
+    s.stats.solid_sub_steps += report.sub_steps;
+    s.stats.contact_seconds += report.contact_seconds;
+    write_particles(s.solids, s.particles);
+    check_solids_health(s, report);
+    if (!alone) return;
+    const double speed2 = parallel_reduce(
+        s.particles.size(), 0.0,
+        [&](std::size_t i) { return static_cast<double>(s.particles.velocity[i].squaredNorm()); },
+        [](double a, double b) { return std::max(a, b); });
+    s.stats.fastest = std::max(s.stats.fastest, std::sqrt(speed2));
+    s.stats.limit = "elastic";
+    s.stats.smallest_dt = std::min(s.stats.smallest_dt, report.smallest_dt);
+    s.stats.largest_dt = std::max(s.stats.largest_dt, dt);
+}
+
 void move_on(Simulation& s, double dt, double wall_speed) {
     ScopedTimer timer(s.stats.integration_seconds);
     Clock& c = s.clock;
+    const bool alone = !liquid_acts(s);
     note_positions(s.probes, s.particles);
-    leapfrog(s.particles, c.last_dt, dt);
-    if (implicit(s)) shift(s.particles, s.solve_scratch.shift);
+    if (!alone) leapfrog(s.particles, c.last_dt, dt);
+    if (implicit(s) && !alone) shift(s.particles, s.solve_scratch.shift);
+    move_solids(s, dt, alone);
     const double rest = c.next_frame - c.time;
     c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
     c.last_dt = dt;
     ++c.step;
     move_walls(s.walls, c.time);
-    hold_off_walls(s.walls, s.particles, least_wall_distance(s), s.sweep.walls, dt, wall_speed);
+    if (!alone) hold_off_walls(s.walls, s.particles, least_wall_distance(s), s.sweep.walls, dt, wall_speed);
     count_passages(s.probes, s.particles, s.problem.smoothing.spacing);
     wrap_particles(s.problem.periodic, s.particles);
 }
@@ -176,7 +239,7 @@ double largest(const Simulation& s, Term&& term) {
 bool surface_due(const Simulation& s) {
     constexpr double kShare = 0.05;
     const scene::Surface& params = s.problem.scene.surface;
-    if (!params.enabled) return false;
+    if (!params.enabled || !liquid_acts(s)) return false;
     const double support = params.support * params.radius * static_cast<double>(s.problem.smoothing.spacing);
     const auto& x = s.particles.position;
     const auto& x0 = s.particles.surface_position;
@@ -198,33 +261,6 @@ void update_surface_when_due(Simulation& s) {
     if (surface_due(s)) refresh_surface(s);
 }
 
-/// Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
-void step_solids(Simulation& s) {
-    ScopedTimer timer(s.stats.solids_seconds);
-    Clock& c = s.clock;
-    const scene::TimeStep& params = s.problem.scene.solver.time_step;
-    const double dt = divide_evenly(c.next_frame - c.time, params.fixed > 0 ? params.fixed : params.maximum);
-    note_positions(s.probes, s.particles);
-    const SolidReport report = advance_solids(s.problem.scene, s.problem.gravity, c.time, dt, s.walls, s.solids);
-    const double rest = c.next_frame - c.time;
-    c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
-    c.last_dt = dt;
-    ++c.step;
-    write_particles(s.solids, s.particles);
-    count_passages(s.probes, s.particles, s.problem.smoothing.spacing);
-    check_solids_health(s, report);
-    const double speed2 = parallel_reduce(
-        s.particles.size(), 0.0,
-        [&](std::size_t i) { return static_cast<double>(s.particles.velocity[i].squaredNorm()); },
-        [](double a, double b) { return std::max(a, b); });
-    s.stats.fastest = std::max(s.stats.fastest, std::sqrt(speed2));
-    s.stats.solid_sub_steps += report.sub_steps;
-    s.stats.contact_seconds += report.contact_seconds;
-    s.stats.limit = "elastic";
-    s.stats.smallest_dt = std::min(s.stats.smallest_dt, report.smallest_dt);
-    s.stats.largest_dt = std::max(s.stats.largest_dt, dt);
-}
-
 void count_step(Simulation& s) {
     ++s.stats.steps;
     s.stats.particle_steps += static_cast<std::int64_t>(s.particles.size());
@@ -236,9 +272,8 @@ void count_step(Simulation& s) {
 double frame_time(const scene::Frames& frames, int frame) { return (frame - frames.first) / frames.fps; }
 
 void evaluate(Simulation& s) {
-    if (!s.solids.empty()) return place_solids(s);
-    find_neighbours(s);
-    find_density(s);
+    if (!neighbours_asked(s)) return place_solids(s);
+    sum_up(s);
 }
 
 Real shown_pressure(const Simulation& s, std::size_t i) {
@@ -248,35 +283,31 @@ Real shown_pressure(const Simulation& s, std::size_t i) {
 }
 
 void step(Simulation& s) {
-    if (!s.solids.empty()) {
-        step_solids(s);  // elasticity 5.3, 5.4
-        return count_step(s);
-    }
-    emit(s);             // emitter    4.2
-    find_neighbours(s);  // geometry   7.1
-    find_density(s);     // density    2.3, 4.3.1
-    find_forces(s);      // forces     4.3, 4.4.2
+    emit(s);         // emitter    4.2
+    change_phases(s.problem.scene, s.problem.gravity, s.clock.last_dt, s.particles, s.solids);  // melting, freezing  6.5
+    sum_up(s);       // geometry, density
+    find_forces(s);  // forces     4.3, 4.4.2
     const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
     const double dt = choose_step(s, wall_speed);  // time_step, health
     find_viscosity(s, dt);                         // viscosity_solver  4.3.1
-    if (implicit(s)) solve_pressure(s, dt);
-    conduct(s, dt);                                // heat       6.5
-    move_on(s, dt, wall_speed);                    // leapfrog   7.2, walls
-    update_surface_when_due(s);                    // surface    6.6
+    if (implicit(s) && liquid_acts(s)) solve_pressure(s, dt);
+    conduct(s, dt);               // heat       6.5
+    move_on(s, dt, wall_speed);   // leapfrog   7.2, solids  5.3, 6.3, walls
+    update_surface_when_due(s);   // surface    6.6
     count_step(s);
 }
 
 void refresh_surface(Simulation& s) {
     if (!s.problem.scene.surface.enabled) return;
     ScopedTimer timer(s.stats.surface_seconds);
-    if (!s.solids.empty()) {
-        ++s.stats.surface_updates;
-        displace_embedded(s.embedded, s.solids, s.surface, s.embedded_source);
-        return draw_contacts(s.embedded, s.embedded_source, s.walls, s.solids, s.surface);
-    }
     const Smoothing& smoothing = s.problem.smoothing;
+    const scene::Surface& params = s.problem.scene.surface;
     const SurfaceReport report =
-        update_surface(s.surface, s.particles, s.walls, s.problem.scene.surface, smoothing.spacing, smoothing.support);
+        s.solids.empty() ? update_surface(s.surface, s.particles, s.walls, params, smoothing.spacing, smoothing.support)
+                         : update_mixed_surface(s.embedded, s.solids, s.particles, s.walls, params, smoothing.spacing,
+                                                smoothing.support, s.mixed_surface, s.surface, s.embedded_source);
+    if (!s.solids.empty() && !s.solids.phases.any)
+        draw_contacts(s.embedded, s.embedded_source, s.walls, s.solids, s.surface);
     SurfaceReport& sum = s.stats.surface;
     const std::size_t inserted = sum.inserted + report.inserted, deleted = sum.deleted + report.deleted;
     sum = report;

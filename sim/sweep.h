@@ -19,6 +19,10 @@ struct Sweep {
     std::vector<Quad> motion;  // v(t) [m/s], volume V [m^3]
     std::vector<Quad> matter;  // viscosity mu [Pa s], rho0 c [kg/(m^2 s)], -, -
     bool one_material = true;  // matter is the same everywhere
+    bool mixed = false;        // not all is liquid: the following hold what pairs are weighed by
+    std::vector<Real> melt;        // b [1]
+    std::vector<Real> present;     // q: 1 where density is that of the present neighbours, b elsewhere [1]
+    std::vector<Real> rest_share;  // of the relative density, from rest neighbours; of particles alone [1]
     std::vector<WallEffect> walls;  // of particles alone
 
     /// The dummy's index.

@@ -85,7 +85,10 @@ void add_tension(Particles& particles, const NeighbourLists& neighbours, const W
     resize_packed(sweep.ghosts, scratch.charge, Real(0));
     parallel_for(
         particles.size(),
-        [&](std::size_t i) { scratch.charge[i] = std::sqrt(material(i).attraction) * particles.mass[i]; }, 2048);
+        [&](std::size_t i) {
+            scratch.charge[i] = std::sqrt(particles.melt[i] * material(i).attraction) * particles.mass[i];
+        },
+        2048);
     refresh_ghosts(sweep.ghosts, scratch.charge);
     parallel_chunks(
         particles.size(),

@@ -51,6 +51,7 @@ Real packed_adhesion(const Smoothing& smoothing);
 /// interface the tension (sqrt gamma_1 - sqrt gamma_2)^2. A wall attracts as the liquid itself would, b times as
 /// strong: its work of adhesion is 2 gamma b, which by Young and Dupre, W = gamma (1 + cos theta), is the contact angle
 /// theta; a = packed_adhesion.
+/// What melts has the charge of its liquid share, sqrt(b k) m, so that solids take no part.
 /// What it cannot: the attraction has an inner pressure of 8 gamma/h, dozens of times the capillary pressure of a drop of
 /// some spacings, under which the packing is stiff like a soft solid. Drops hold together and carry the right pressure, but
 /// do not swing freely.

@@ -99,8 +99,9 @@ class Solver {
     /// mu, V and 1/M of all particles.
     void set_matter(const std::vector<MaterialParams>& materials, const PairKernel& kernel) {
         parallel_for(n_, [&](std::size_t i) {
-            const Real mu = materials[static_cast<std::size_t>(p_.material[i])].implicit_viscosity;
-            s_.matter[i] = {mu, sweep_.motion[i].w, evened(moment(i, kernel)), 0};
+            Real mu = materials[static_cast<std::size_t>(p_.material[i])].implicit_viscosity;
+            if (sweep_.mixed && sweep_.melt[i] == 0) mu = 1;  // of a solid: drops out of the pairs' means
+            s_.matter[i] = {mu, sweep_.motion[i].w, evened(moment(i, kernel)), sweep_.matter[i].z};
         });
         refresh_ghosts(sweep_.ghosts, s_.matter);
     }
@@ -111,7 +112,9 @@ class Solver {
         parallel_chunks(n_, [&](std::size_t begin, std::size_t end, std::size_t) {
             WallCursor cursor(walls);
             for (std::size_t i = begin; i < end; ++i) {
-                const Vec3 target = p_.velocity[i] + dt_ * p_.acceleration[i];
+                // What presses on a solid its elasticity answers, of which nothing is known here.
+                Vec3 target = p_.velocity[i];
+                if (p_.kind[i] != Kind::solid) target = target + dt_ * p_.acceleration[i];
                 Mat3 diagonal = p_.mass[i] * Mat3::Identity();
                 Vec3 right = p_.mass[i] * target;
                 if (sweep_.walls[i].drag > 0 && s_.matter[i].x > 0)
@@ -176,7 +179,7 @@ class Solver {
     void add_walls(const Walls& walls, std::size_t i, const FrictionTable& table, WallCursor& cursor, Mat3& diagonal,
                    Vec3& right) const {
         const Vec3& x = p_.position[i];
-        const Real strength = kCentral * dt_ * s_.matter[i].x * s_.matter[i].y;
+        const Real strength = kCentral * dt_ * s_.matter[i].w * s_.matter[i].x * s_.matter[i].y;
         for (std::size_t k = 0; k < walls.list.size(); ++k) {
             const Wall& w = walls.list[k];
             if (!w.no_slip) continue;
@@ -210,14 +213,18 @@ class Solver {
         Run* run = s_.runs.data() + s_.first[i];
         Lanes xx{}, yy{}, zz{}, xy{}, xz{}, yz{};
         for_each_run(neighbours_[i], sweep_.nobody(), [&](const Index* j) {
-            Lanes x, y, z, unused, mu, volume, even;
+            Lanes x, y, z, unused, mu, volume, even, melt;
             gather(sweep_.place.data(), j, x, y, z, unused);
-            gather(s_.matter.data(), j, mu, volume, even, unused);
+            gather(s_.matter.data(), j, mu, volume, even, melt);
             x = at.x - x;
             y = at.y - y;
             z = at.z - z;
             const Lanes r2 = x * x + y * y + z * z, near = positive(1 - r2 * h2_inv);
-            const Lanes pair_mu = own.x + mu > 0 ? 2 * (own.x * mu) / (own.x + mu) : Lanes{};
+            Lanes pair_mu = own.x + mu > 0 ? 2 * (own.x * mu) / (own.x + mu) : Lanes{};
+            if (sweep_.mixed) {  // the harmonic mean weighed by melt fractions, times the larger of them
+                const Lanes sum = own.w * mu + melt * own.x;
+                pair_mu = sum > 0 ? larger(melt, own.w) * ((own.w + melt) * (own.x * mu) / sum) : Lanes{};
+            }
             // The two of a pair must get the same to the last bit: products first that are symmetric in i and j.
             const Lanes pair = ((own.y * volume) * pair_mu) * (Real(0.5) * (own.z + even));
             const Lanes kappa = strength * pair * (near * near);

@@ -66,6 +66,7 @@ struct ViscosityScratch {
 /// tolerance. Backward Euler: unconditionally stable, first order.
 /// In: particles.velocity, acceleration, viscous_acceleration (the first guess), sweep.place, volumes in sweep.motion.
 /// Out: particles.acceleration, viscous_acceleration [m/s^2].
+/// Where not all is liquid (sweep.mixed), pairs have max(b_i, b_j) of the mean (b_i + b_j)/(b_i/mu_i + b_j/mu_j), walls b_i.
 ViscosityReport solve_viscosity(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
                                 const Smoothing& smoothing, const std::vector<MaterialParams>& materials,
                                 const ViscositySolve& params, const Sweep& sweep, ViscosityScratch& scratch);

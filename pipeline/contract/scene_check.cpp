@@ -55,8 +55,9 @@ void check_heat(const Scene& scene, const Checker& check) {
                       fmt::format("materials.{}.latent_heat", m.name),
                       "\"latent_heat\" needs a \"liquidus\" above the \"solidus\"");
     for (const Material& m : scene.materials)
-        check.require(m.thermal.conductivity <= 0 || !m.elastic.solid(), fmt::format("materials.{}.conductivity", m.name),
-                      "heat does not flow in solids yet: a material has either \"conductivity\" or \"youngs_modulus\"");
+        check.require(!m.melting.any() || m.elastic.solid(), fmt::format("materials.{}.melting", m.name),
+                      "only a solid can melt: the material's own keys are those of its cold end",
+                      "give it a \"youngs_modulus\" above 0");
     for (const HeatSource& source : scene.world.heat_sources)
         check.require(source.to > source.from, fmt::format("world.heat_sources.{}.to", source.name),
                       fmt::format("\"to\" ({}) is not after \"from\" ({})", source.to, source.from));
@@ -231,9 +232,8 @@ void check_elastic(const Scene& scene, const Checker& check) {
             const auto other = find(c.material);
             check.require(
                 other == scene.materials.end() || m.elastic.solid() == other->elastic.solid(), path + ".material",
-                fmt::format("\"{}\" and \"{}\" are not both solids: melting and freezing are not supported yet", m.name,
-                            c.material),
-                "give both a youngs_modulus above 0");
+                fmt::format("\"{}\" and \"{}\" are not both solids", m.name, c.material),
+                "give both a youngs_modulus above 0; what melts has a block \"melting\"");
             check.require(
                 c.time - c.duration >= before, path + ".time",
                 fmt::format("the change begins at {} s, before the one above it is complete", c.time - c.duration));
@@ -260,21 +260,26 @@ void check_handles(const Scene& scene, const Checker& check) {
 
 /// What solids cannot do yet, told before anything is computed.
 void check_solids(const Scene& scene, const Checker& check) {
-    const auto is_solid = [&](const std::string& material) {
-        return std::any_of(scene.materials.begin(), scene.materials.end(),
-                           [&](const Material& m) { return m.name == material && m.elastic.solid(); });
+    const auto find = [&](const std::string& material) {
+        return std::find_if(scene.materials.begin(), scene.materials.end(),
+                            [&](const Material& m) { return m.name == material; });
     };
-    const bool any =
-        std::any_of(scene.bodies.begin(), scene.bodies.end(), [&](const Body& b) { return is_solid(b.material); });
+    bool solids = false, flows = false;
+    const auto count = [&](const std::string& material) {
+        const auto m = find(material);
+        if (m == scene.materials.end()) return;
+        solids = solids || m->elastic.solid();
+        flows = flows || !m->elastic.solid() || m->melting.any();
+    };
+    for (const Body& b : scene.bodies) count(b.material);
     for (const Emitter& e : scene.emitters) {
-        check.require(!is_solid(e.material), "emitters." + e.name + ".material", "an emitter cannot release a solid");
-        check.require(!any, "emitters." + e.name, "solids and liquids in one scene are not supported yet");
+        count(e.material);
+        flows = true;
     }
-    if (!any) return;
-    for (const Body& b : scene.bodies)
-        check.require(is_solid(b.material), "bodies." + b.name + ".material",
-                      "solids and liquids in one scene are not supported yet",
-                      "give all bodies solid materials, or none");
+    if (!solids) return;
+    check.require(!flows || scene.solver.pressure == Pressure::eos, "solver.pressure",
+                  "solids together with liquids, and what melts, are not supported by \"dfsph\" yet",
+                  "write pressure: eos");
     check.require(scene.world.periodic.empty(), "world.periodic", "solids in a periodic domain are not supported yet");
 }
 

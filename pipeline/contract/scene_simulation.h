@@ -92,6 +92,7 @@ struct Material {
     double gamma = 1;            // exponent of the `eos` solver
     Thermal thermal;
     Elastic elastic;
+    Melting melting;
     std::string look;            // appearance; empty: the material's name
 };
 template <class V>
@@ -104,6 +105,7 @@ void visit(V& v, Material& m) {
     v.key("gamma", m.gamma, "1", between(1, 10), "exponent of the equation of state");
     visit(v, m.thermal);
     visit(v, m.elastic);
+    v.block("melting", m.melting, "a solid that melts and freezes: its two ends");
     v.reference("look", m.look, Refers::appearance, any(), "appearance; left out: the one of the material's own name");
 }
 

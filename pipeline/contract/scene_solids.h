@@ -68,6 +68,48 @@ void visit(V& v, Elastic& e) {
     v.list("changes", e.changes, "changes of a solid's material while the scene runs");
 }
 
+/// What a material is when it has melted; its other values stay.
+struct LiquidEnd {
+    double viscosity = 0.001;    // Pa s
+    double surface_tension = 0;  // N/m
+    double youngs_modulus = 0;   // E [Pa]; 0: a liquid
+    double poisson_ratio = 0.3;  // nu [1]
+    double yield_strain = 0;     // k_yield [1]
+    double creep = 100;          // k_creep [1/s]
+};
+template <class V>
+void visit(V& v, LiquidEnd& e) {
+    v.key("viscosity", e.viscosity, "Pa s", between(0, 1e9), "dynamic viscosity");
+    v.key("surface_tension", e.surface_tension, "N/m", between(0, 1e3), "surface tension");
+    v.key("youngs_modulus", e.youngs_modulus, "Pa", between(0, 1e13),
+          "stiffness E that is left: above 0 the liquid is viscoelastic; 0: it keeps no shape at all");
+    v.key(
+        "poisson_ratio", e.poisson_ratio, "1", {.low = -1, .high = 0.5, .open_low = true, .open_high = true},
+        "Poisson's ratio");
+    v.key("yield_strain", e.yield_strain, "1", between(0, 1e3), "elastic strain above which it flows");
+    v.key("creep", e.creep, "1/s", between(0, 1e9), "rate at which strain above `yield_strain` is forgotten");
+}
+
+/// The two ends of a material that melts (dissertation 6.5): the material's own keys hold up to `from`, `liquid` from
+/// `to` on, in between every parameter a = a_from + b (a_to - a_from), b = (T - from)/(to - from)  (6.16).
+struct Melting {
+    double from = 0, to = 0;  // degC; to = from: it does not melt
+    LiquidEnd liquid;
+    bool any() const { return to > from; }
+    /// Melt fraction b [1] at a temperature [degC].
+    double fraction(double temperature) const {
+        const double b = (temperature - from) / (to - from);
+        return b < 0 ? 0 : b > 1 ? 1 : b;
+    }
+};
+template <class V>
+void visit(V& v, Melting& m) {
+    v.key("from", m.from, "degC", between(-273.15, 1e5), "up to this temperature the material is the solid its own keys describe");
+    v.key("to", m.to, "degC", between(-273.15, 1e5),
+          "from this temperature on it is as `liquid` says; between the two its values go over linearly. Not above `from`: it never melts");
+    v.block("liquid", m.liquid, "what it is when it has melted");
+}
+
 /// Holds, moves or pulls a part of a body.
 struct Handle {
     std::string name, body;

@@ -19,8 +19,12 @@ void update_laws(const scene::Scene& scene, double time, Solids& solids) {
         laws.push_back(law_at(scene, static_cast<std::size_t>(body.material), time));
     if (laws == solids.laws) return;
     solids.laws = std::move(laws);
+    std::vector<Index> own;  // rates are the bodies'
+    solids.elements.law.swap(own);
     set_zero_energy(solids.laws, solids.elements);
     solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
+    solids.elements.law.swap(own);
+    if (solids.phases.any) set_zero_energy(stencil_laws(solids), solids.elements);
 }
 
 /// v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np), and the walls; x(t + dt) = x(t) + dt v(t + dt/2).
@@ -33,13 +37,13 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
         [&](std::size_t begin, std::size_t end, std::size_t) {
             WallCursor cursor(walls);
             for (std::size_t i = begin; i < end; ++i) {
-                if (solids.held[i]) continue;
+                if (solids.held[i] || (solids.phases.any && solids.phases.bond[i] == Bond::none)) continue;
                 const auto owner = static_cast<std::size_t>(e.owner[i]);
                 const Vec3 before = xyz(e.velocity[i]);
                 Vec3 v = before + kick * (solids.force[i] / e.mass[i] + solids.external[i]);
                 Vec3 u = xyz(e.displacement[i]);
                 if (!walls.list.empty())
-                    push_off_walls(walls, solids.laws[owner], poses[owner], e, i, kick, drift, cursor, u, v);
+                    push_off_walls(walls, contact_law(solids, i), poses[owner], e, i, kick, drift, cursor, u, v);
                 else
                     u += drift * v;
                 e.acceleration[i] = (v - before) / kick;
@@ -48,6 +52,15 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
             }
         },
         256);
+}
+
+/// By what is bound to the rest shape alone.
+void fit_solids(Solids& solids) {
+    const Phases& s = solids.phases;
+    if (!s.any) return fit_rest_shapes(solids.bodies, solids.elements);
+    std::vector<Real> share(s.bond.size());
+    for (std::size_t i = 0; i < share.size(); ++i) share[i] = s.bond[i] == Bond::rest ? 1 - s.melt[i] : Real(0);
+    fit_rest_shapes(solids.bodies, solids.elements, &share);
 }
 
 }  // namespace
@@ -69,7 +82,8 @@ SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, doubl
         const double step = divide_evenly(until - now, stable_sub_step(solids, !walls.list.empty()));
         move_walls(walls, now);
         solids.stretch2 =
-            static_cast<double>(find_stress_forces(solids.laws, solids.elements, solids.stress, solids.force));
+            static_cast<double>(find_stress_forces(stencil_laws(solids), solids.elements, solids.stress, solids.force));
+        solids.stretch2 = std::max(solids.stretch2, static_cast<double>(add_flow_forces(solids)));
         {
             ScopedTimer timer(report.contact_seconds);
             press_contacts(step, solids);
@@ -77,17 +91,19 @@ SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, doubl
         leapfrog_elements(walls, step, solids);
         now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
         move_held(now, step, solids);
+        drift_flow(step, solids);
         solids.last_dt = step;
         ++report.sub_steps;
         report.smallest_dt = std::min(report.smallest_dt, step);
     }
     move_walls(walls, end);
-    if (std::ranges::any_of(solids.laws, [](const StressLaw& law) { return law.creep > 0; })) {
+    if (solids.phases.any || std::ranges::any_of(solids.laws, [](const StressLaw& law) { return law.creep > 0; })) {
         find_gradients(solids.elements, solids.gradients);
-        flow_plastically(solids.laws, dt, solids.gradients, solids.elements);
+        flow_plastically(stencil_laws(solids), dt, solids.gradients, solids.elements);
     }
     follow_contacts(solids);
-    fit_rest_shapes(solids.bodies, solids.elements);
+    if (solids.phases.any) absorb_flow(dt, solids);
+    fit_solids(solids);
     return report;
 }
 
@@ -104,14 +120,17 @@ void write_particles(Solids& solids, Particles& particles) {
         const Vec3 v = xyz(e.velocity[i]) + half * e.acceleration[i];
         particles.position[k] = (body.turn * y + body.place).cast<Real>();
         particles.velocity[k] = (body.turn * v.cast<double>()).cast<Real>();
-        particles.acceleration[k] = Vec3::Zero();
+        if (solids.phases.any && solids.phases.bond[i] == Bond::flowing) {
+            particles.pressure[k] = flow_pressure(solids, i);
+            return;
+        }
         const Mat3& h = solids.gradients[i];
         const Real volume = (Mat3::Identity() + h).determinant();
         particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume, Real(1e-3));
         const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
         const Symmetric stress = solids.laws.empty()
                                      ? Symmetric{}
-                                     : stress_of(solids.laws[owner], {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz,
+                                     : stress_of(solids.phases.any ? solids.phases.whole[i] : solids.laws[owner], {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz,
                                                                       s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
         particles.pressure[k] = -(stress.xx + stress.yy + stress.zz) / 3;
     });

@@ -3,8 +3,7 @@
 // What is kept of the dissertation: nodes between two surfaces that pass through each other, a penalty with damping and
 // friction by the nodes' areas, forces spread over the particles of both bodies by w_poly6. Three things are done
 // otherwise, and sounder:
-// - Depth and normal come from the signed distance of the rest shape, asked at the place that a least-squares fit of
-// the
+// - Depth and normal come from the signed distance of the rest shape, asked at the place that a least-squares fit of the
 //   deformed particles about the node maps to. It holds for any depth and for edges, where averaged surfels stand for
 //   no surface, and it is the robust inside test of 5.8 at the same time.
 // - Nodes are found once a step, or more often where bodies are fast, and penalties followed from sub-step to sub-step.

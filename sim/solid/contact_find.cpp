@@ -304,11 +304,28 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
     n.last = n.start;
 }
 
+/// Bodies that have melted, froze in another shape or were released by an emitter have no shape that contact could ask
+/// for: they meet others by the pressure of what is liquid.
+std::vector<std::uint8_t> keep_their_shape(const Solids& solids) {
+    const Phases& phases = solids.phases;
+    std::vector<std::uint8_t> keeps(solids.bodies.size(), 0);
+    for (std::size_t b = 0; b < solids.contacts.shape.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        keeps[b] = body.begin != body.end;
+        if (!phases.any) continue;
+        if (phases.refrozen[b]) keeps[b] = 0;
+        for (Index i = body.begin; i < body.end; ++i)
+            if (phases.bond[i] != Bond::rest || phases.melt[i] > 0) keeps[b] = 0;
+    }
+    return keeps;
+}
+
 /// No shorter than this are the times between finds, however fast a body that has gone wrong is [s].
 double shortest_time(const Solids& solids, const std::vector<Extent>& extents) {
     double shortest = 1e30;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const Index i = solids.bodies[b].begin;
+        if (!(extents[b].width > 0)) continue;
         const Real sound =
             std::sqrt(solids.laws[b].wave_modulus() * solids.elements.volume[i] / solids.elements.mass[i]);
         shortest = std::min(shortest, static_cast<double>(extents[b].width / sound));
@@ -332,9 +349,14 @@ void find_contacts(double time, double dt, Solids& solids) {
     const std::size_t count = solids.bodies.size();
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
     c.place.resize(solids.elements.size());
+    const std::vector<std::uint8_t> meets = keep_their_shape(solids);
     std::vector<Extent> extents(count);
     parallel_for(
-        count, [&](std::size_t b) { extents[b] = extent_of(solids.bodies[b], poses[b], solids.elements, c.place); }, 1);
+        count,
+        [&](std::size_t b) {
+            if (meets[b]) extents[b] = extent_of(solids.bodies[b], poses[b], solids.elements, c.place);
+        },
+        1);
     const View view{solids, poses, extents};
     c.grid.resize(count);
     c.gridded.assign(count, 0);
@@ -346,6 +368,7 @@ void find_contacts(double time, double dt, Solids& solids) {
     std::vector<Found> found;
     std::vector<Real> explained(count * count, 0);
     for (std::int32_t a = 0; a < static_cast<std::int32_t>(count); ++a) {
+        if (!meets[at(a)]) continue;
         const Extent& ea = extents[at(a)];
         // Elements that were no neighbours at rest were two widths apart.
         if (ea.shift > kContactMargin * ea.width) {
@@ -354,6 +377,7 @@ void find_contacts(double time, double dt, Solids& solids) {
             last_for(kContactMargin * ea.width, 2 * ea.spread);
         }
         for (std::int32_t b = a + 1; b < static_cast<std::int32_t>(count); ++b) {
+            if (!meets[at(b)]) continue;
             const Extent& eb = extents[at(b)];
             const Real speed = (ea.mean - eb.mean).norm() + ea.spread + eb.spread;
             const Real gap = gap_of(ea.box, eb.box) - view.reach(a) - view.reach(b);

@@ -173,7 +173,7 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
     const std::vector<DrawnBody> bodies = meet ? drawn_bodies(embedded, solids) : std::vector<DrawnBody>{};
     SurfelCloud& cloud = surface.surfels;
     parallel_chunks(
-        surface.size(),
+        source.size(),
         [&](std::size_t begin, std::size_t end, std::size_t) {
             ElementFit fit;
             WallCursor cursor(walls);

@@ -141,7 +141,7 @@ Mat3 projection_of(const Elements& e, std::size_t i) {
 void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements) {
     parallel_for(elements.size(), [&](std::size_t i) {
         const Real trace = elements.moment[i].trace;
-        const Real modulus = laws[static_cast<std::size_t>(elements.owner[i])].zero_energy;
+        const Real modulus = laws[elements.law_of(i)].zero_energy;
         elements.rest[i].w = trace > 0 ? modulus * elements.volume[i] / trace : Real(0);
     });
 }
@@ -158,6 +158,7 @@ void find_gradients(const Elements& elements, std::vector<Mat3>& gradients) {
 Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elements, StressScratch& scratch,
                         std::vector<Vec3>& force) {
     const std::size_t n = elements.size();
+    if (n == 0) return 1;
     scratch.stencil.resize(n);
     scratch.own.resize(n);
     scratch.chunk.assign((n + kElements - 1) / kElements, 0);
@@ -166,7 +167,7 @@ Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elem
         n,
         [&](std::size_t begin, std::size_t end, std::size_t c) {
             for (std::size_t i = begin; i < end; ++i) {
-                const StressLaw& law = laws[static_cast<std::size_t>(elements.owner[i])];
+                const StressLaw& law = laws[elements.law_of(i)];
                 const Real stretch = write_stencil(law, elements, projection_of(elements, i), i, scratch);
                 scratch.chunk[c] = std::max(scratch.chunk[c], stretch);
             }
@@ -181,7 +182,7 @@ Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elem
 void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::vector<Mat3>& gradients,
                       Elements& elements) {
     parallel_for(elements.size(), [&](std::size_t i) {
-        const StressLaw& law = laws[static_cast<std::size_t>(elements.owner[i])];
+        const StressLaw& law = laws[elements.law_of(i)];
         if (!(law.creep > 0)) return;
         Symmetric& p = elements.plastic[i];
         const Symmetric s = strain_of(elements, i, gradients[i]);

@@ -43,7 +43,7 @@ void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements);
 void find_gradients(const Elements& elements, std::vector<Mat3>& gradients);
 Mat3 gradient_of(const Elements& elements, std::size_t i);
 
-/// Forces [N] of all stencils, for laws by owner, into `force`. With H as above, P = A A+ (one, but for flat
+/// Forces [N] of all stencils, for laws by Elements::law_of, into `force`. With H as above, P = A A+ (one, but for flat
 /// neighbourhoods, where the rest of J would turn a rotation into strain), and the elastic strain eps - eps^p:
 ///   J = P + H,   eps = (J^T J - P)/2 = (P H + H^T P + H^T H)/2        no difference of large numbers
 ///   sigma = lambda tr(eps) 1 + 2 mu eps + 2 eta d(eps)/dt              second Piola-Kirchhoff stress; eta the

@@ -30,7 +30,7 @@ inline Real norm(const Symmetric& s) {
 /// and moved to fit the deformed one (dissertation 5.4.3), is that frame in the pose x = R m + t. So the material frame
 /// holds all that is bound to the matter, and nothing in it is ever turned.
 struct SolidBody {
-    std::int32_t body = 0;           // index into Scene::bodies, and Particles::body
+    std::int32_t body = 0;           // index into Scene::bodies, and Particles::body; -1: what emitters release, without rest shape
     std::int32_t material = 0;       // index into Scene::materials
     Index begin = 0, end = 0;        // its elements
     Mat3d turn = Mat3d::Identity();  // R
@@ -50,6 +50,7 @@ struct Elements {
     // The rest shape; made once.
     std::vector<std::int64_t> id;     // of its particle
     std::vector<std::int32_t> owner;  // index of its SolidBody
+    std::vector<Index> law;           // index of its law; empty: its owner's
     std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
     std::vector<Real> mass, volume;  // [kg], V at rest [m^3]
     std::vector<Real> support;       // h [m]
@@ -70,6 +71,7 @@ struct Elements {
     std::vector<Symmetric> plastic;  // eps^p [1]
 
     std::size_t size() const { return id.size(); }
+    std::size_t law_of(std::size_t i) const { return static_cast<std::size_t>(law.empty() ? static_cast<Index>(owner[i]) : law[i]); }
 };
 
 /// f(name, array) for the state's arrays.

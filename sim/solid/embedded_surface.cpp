@@ -1,5 +1,8 @@
 #include "sim/solid/embedded_surface.h"
 
+#include <algorithm>
+#include <array>
+
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/surface_sampling.h"
@@ -21,6 +24,23 @@ Real support_at(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
     std::vector<std::pair<Real, Index>> near;
     grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
     return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
+}
+
+/// The disc's part on a body with edges: how far one can go in the disc before the surface is left behind.
+EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
+    constexpr int kWays = 16;
+    const Real radius = cloud.axis1[k].norm();
+    std::array<Real, kWays> reach{};
+    for (int w = 0; w < kWays; ++w) {
+        const Real angle = static_cast<Real>(2 * kPi * w / kWays);
+        const Vec3 way = std::cos(angle) * cloud.axis1[k] + std::sin(angle) * cloud.axis2[k];
+        Real r = 1;
+        while (r > Real(0.15) && std::abs(shape.distance(cloud.position[k] + r * way)) > Real(0.1) * radius) r -= Real(0.05);
+        reach[static_cast<std::size_t>(w)] = r;
+    }
+    const auto least = static_cast<std::size_t>(std::ranges::min_element(reach) - reach.begin());
+    const Real across = std::min(reach[(least + kWays / 4) % kWays], reach[(least + 3 * kWays / 4) % kWays]);
+    return {static_cast<Real>(2 * kPi * static_cast<double>(least) / kWays), reach[least], across};
 }
 
 struct Carried {
@@ -114,10 +134,15 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
     EmbeddedSurface out;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
+        out.trim.emplace_back();
+        out.grid.emplace_back();
+        // What has no rest shape has no such surface.
+        if (body.body < 0 || (solids.phases.any && solids.phases.bond[body.begin] != Bond::rest)) continue;
         const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.body)];
+        const Shape shape = make_shape(scene, source.shape);
         SurfaceSampling sampling{.count = static_cast<std::size_t>(source.surfels), .seed = scene.solver.seed};
         if (source.surfels == 0) sampling.spacing = scene.surface.radius * scene.solver.spacing;
-        const SampledSurface sampled = sample_surface(make_shape(scene, source.shape), sampling);
+        const SampledSurface sampled = sample_surface(shape, sampling);
         const std::vector<Vec3> place = places(body, solids.elements);
         const Real usual = solids.elements.support[body.begin];
         // The grid's cells must hold the widest support.
@@ -136,26 +161,35 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
             out.owner.push_back(static_cast<std::int32_t>(b));
             out.sheet.push_back(sampled.sheet[k]);
             out.first.push_back(cloud.position[k]);
+            const Real off = std::abs(shape.distance(cloud.position[k]));
+            out.beyond.push_back(sampled.trim && off > Real(0.02 * sampled.spacing));
+            out.edge.push_back(sampled.trim ? edge_cut(shape, cloud, k) : EdgeCut{});
             out.support.push_back(support_at(near, m, disc, usual));
             out.temperature.push_back(static_cast<Real>(source.temperature));
             widest = std::max(widest, out.support.back());
         }
-        out.trim.push_back(sampled.trim ? std::optional(trim_node(*sampled.trim)) : std::nullopt);
-        out.grid.emplace_back().build(place, widest);
+        if (sampled.trim) out.trim.back() = trim_node(*sampled.trim);
+        out.grid.back().build(place, widest);
     }
     return out;
 }
 
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
                        std::vector<Index>& source) {
+    displace_embedded(embedded, solids, std::vector<std::uint8_t>(solids.bodies.size(), 0), surface, source);
+}
+
+void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
+                       SurfaceState& surface, std::vector<Index>& source) {
     const std::size_t n = embedded.size();
     find_gradients(solids.elements, solids.gradients);
     std::vector<std::vector<Drawn>> drawn((n + kChunk - 1) / kChunk);
     parallel_chunks(n, [&](std::size_t begin, std::size_t end, std::size_t c) {
         for (std::size_t i = begin; i < end; ++i)
-            draw(Field{embedded, solids, i},
-                 {embedded.rest.position[i], embedded.rest.axis1[i], embedded.rest.axis2[i]},
-                 static_cast<std::int64_t>(i), 0, drawn[c]);
+            if (!taken[static_cast<std::size_t>(embedded.owner[i])])
+                draw(Field{embedded, solids, i},
+                     {embedded.rest.position[i], embedded.rest.axis1[i], embedded.rest.axis2[i]},
+                     static_cast<std::int64_t>(i), 0, drawn[c]);
     });
     std::size_t count = 0;
     std::vector<std::size_t> first;

@@ -12,11 +12,19 @@
 
 namespace thixo {
 
+/// How much of a disc beside an edge of the body lies on it: what is left of the half-axis in the direction `angle` from the
+/// first one, and of the other.
+struct EdgeCut {
+    Real angle = 0, along = 1, across = 1;
+};
+
 /// Made once from the shapes of the bodies, in the order of their elements; the state is the elements'.
 struct EmbeddedSurface {
     SurfelCloud rest;                           // in the material frame of the owner [m]
     std::vector<std::int32_t> owner, sheet;     // index of the SolidBody; sheet of its surface, from 0 on
     std::vector<Vec3> first;                    // m0: where the surfel was made, in the world [m]
+    std::vector<std::uint8_t> beyond;           // 1: it reaches past an edge of the body, and the trim tree cuts it off
+    std::vector<EdgeCut> edge;                  // for where no trim tree cuts
     std::vector<Real> support;                  // of its weights: the elements', more where too few are near [m]
     std::vector<Real> temperature;              // degC
     std::vector<std::optional<TrimNode>> trim;  // by body
@@ -39,6 +47,9 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
 /// order of the surfels made at the start; `source` says of which.
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
                        std::vector<Index>& source);
+/// The same of bodies that are not `taken` alone.
+void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
+                       SurfaceState& surface, std::vector<Index>& source);
 
 /// u(m) of that field with weights of this support [m]; empty where no element is as near.
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,

@@ -42,16 +42,16 @@ Values values_at(const scene::Scene& scene, const scene::Material& material, dou
 
 }  // namespace
 
-StressLaw law_at(const scene::Scene& scene, std::size_t material, double time) {
-    const Values now = values_at(scene, scene.materials[material], time);
-    const scene::Elastic& e = now.elastic;
+namespace {
+
+StressLaw law_of(const scene::Elastic& e, double viscosity) {
     const double modulus = e.youngs_modulus, nu = e.poisson_ratio;
     const auto real = [](double a) { return static_cast<Real>(a); };
     StressLaw law;
     law.lambda = real(modulus * nu / ((1 + nu) * (1 - 2 * nu)));
     law.mu = real(modulus / (2 * (1 + nu)));
     law.volume_stiffness = real(e.volume_stiffness);
-    law.viscosity = real(now.viscosity);
+    law.viscosity = real(viscosity);
     law.zero_energy = real(e.zero_energy * modulus);
     law.yield = real(e.yield_strain);
     law.creep = real(e.creep);
@@ -60,6 +60,34 @@ StressLaw law_at(const scene::Scene& scene, std::size_t material, double time) {
     law.contact_damping = real(e.contact_damping);
     law.contact_stiffness = real(e.contact_stiffness);
     return law;
+}
+
+}  // namespace
+
+StressLaw law_at(const scene::Scene& scene, std::size_t material, double time) {
+    const Values now = values_at(scene, scene.materials[material], time);
+    return law_of(now.elastic, now.viscosity);
+}
+
+MeltingLaw::MeltingLaw(const scene::Scene& scene, std::size_t material, double time)
+    : melting_(scene.materials[material].melting) {
+    const Values now = values_at(scene, scene.materials[material], time);
+    cold_ = now.elastic;
+    viscosity_ = now.viscosity;
+}
+
+StressLaw MeltingLaw::at(double b) const {
+    if (!melting_.any()) return law_of(cold_, (1 - b) * viscosity_);
+    const scene::LiquidEnd& liquid = melting_.liquid;
+    scene::Elastic e = cold_;
+    const auto mix = [&](double& cold, double hot) { cold = (1 - b) * cold + b * hot; };
+    mix(e.youngs_modulus, liquid.youngs_modulus);
+    mix(e.poisson_ratio, liquid.poisson_ratio);
+    mix(e.volume_stiffness, 0);
+    mix(e.yield_strain, liquid.yield_strain);
+    mix(e.creep, liquid.creep);
+    if (b > 0) e.maximum_plastic_strain = 0;  // a liquid flows as far as it likes
+    return law_of(e, (1 - b) * viscosity_);
 }
 
 }  // namespace thixo

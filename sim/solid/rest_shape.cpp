@@ -9,11 +9,10 @@
 namespace thixo {
 namespace {
 
-constexpr double kFlat = 1e-3;  // eigenvalue of A in parts of the largest: squared extents
-
 /// Neighbours of the elements of one body, appended to `lists` from its first element on.
 void list_body(const SolidBody& body, const Elements& elements, std::vector<std::vector<Index>>& lists) {
-    const std::size_t n = body.end - body.begin;
+    const std::size_t n = body.body < 0 ? 0 : body.end - body.begin;
+    if (n == 0) return;
     std::vector<Vec3> place(n);
     Real widest = 0;
     for (std::size_t k = 0; k < n; ++k) {
@@ -68,11 +67,13 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
     });
 }
 
-void measure_moments(Elements& elements) {
+void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which, double flat) {
     const std::size_t n = elements.size();
     elements.moment.resize(n);
     std::vector<Symmetric> projection(n);
+    for (const auto& [i, kept] : elements.flat) projection[i] = kept;
     parallel_for(n, [&](std::size_t i) {
+        if (which && !(*which)[i]) return;
         Vec3d first;
         const Mat3d a = moment_matrix(elements, i, first);
         const Eigen::SelfAdjointEigenSolver<Mat3d> eigen(a);
@@ -80,7 +81,7 @@ void measure_moments(Elements& elements) {
         Mat3d inverse = Mat3d::Zero(), kept = Mat3d::Zero();
         int rank = 0;
         for (int c = 0; c < 3; ++c) {
-            if (!(value[c] > kFlat * value[2])) continue;
+            if (!(value[c] > flat * value[2])) continue;
             const Vec3d v = eigen.eigenvectors().col(c);
             inverse += v * v.transpose() / value[c];
             kept += v * v.transpose();

@@ -21,19 +21,20 @@ Mat3d fitting_rotation(const Mat3d& s) {
 
 }  // namespace
 
-void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements) {
+void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements, const std::vector<Real>* share) {
     for (SolidBody& body : bodies) {
         const Index first = body.begin;
         const std::size_t n = body.end - first;
         const Sums sum = parallel_sum<Sums>(
             n,
             [&](std::size_t k) {
-                const double mass = elements.mass[first + k];
+                const double mass = share ? elements.mass[first + k] * (*share)[first + k] : elements.mass[first + k];
                 const Vec3d m = xyz(elements.rest[first + k]).cast<double>(),
                             u = xyz(elements.displacement[first + k]).cast<double>();
                 return Sums{mass, mass * m, mass * u, mass * m * (m + u).transpose()};
             },
             Sums{});
+        if (!(sum.mass > 0)) continue;
         const Vec3d mbar = sum.rest / sum.mass, ybar = mbar + sum.shift / sum.mass;
         const Mat3d turn = fitting_rotation(sum.spread - sum.mass * mbar * ybar.transpose());
         // Of the frame's own pose (turn, shift): y = turn m' + shift.

@@ -9,6 +9,7 @@ namespace thixo {
 ///   S = sum_j m_j m_j (x_j - xbar)^T = U W V^T,   R = V diag(1, 1, |V U^T|) U^T,   t = xbar - R mbar
 /// and takes the displacements and velocities over into the new frame, so that places and motion in the world stay what
 /// they are and displacements are small.
-void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements);
+/// `share` [1] weighs the elements' masses; none: all alike. A body whose weights are all zero stays in its pose.
+void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements, const std::vector<Real>* share = nullptr);
 
 }  // namespace thixo

@@ -17,7 +17,7 @@ std::vector<Index> elements_in_order(const Particles& particles, std::int32_t bo
     std::vector<Vec3> place;
     std::vector<std::int64_t> id;
     for (Index k = 0; k < particles.size(); ++k) {
-        if (particles.body[k] != body || particles.kind[k] != Kind::solid) continue;
+        if (particles.body[k] != body) continue;
         members.push_back(k);
         place.push_back(particles.position[k]);
         id.push_back(particles.id[k]);
@@ -29,6 +29,9 @@ std::vector<Index> elements_in_order(const Particles& particles, std::int32_t bo
 
 void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& smoothing, const Particles& particles,
               Solids& s) {
+    const scene::Body& source = scene.bodies[static_cast<std::size_t>(number)];
+    const auto material = std::ranges::find(scene.materials, source.material, &scene::Material::name);
+    if (material == scene.materials.end() || !material->elastic.solid()) return;
     const std::vector<Index> order = elements_in_order(particles, number, smoothing.support);
     if (order.empty()) return;
     Elements& e = s.elements;

@@ -11,6 +11,7 @@
 #include "sim/solid/contact.h"
 #include "sim/solid/elasticity.h"
 #include "sim/solid/elements.h"
+#include "sim/solid/phases.h"
 #include "sim/walls.h"
 
 namespace thixo {
@@ -28,12 +29,6 @@ struct Grip {
     bool pulls() const { return !force.isZero(); }
 };
 
-/// The fastest rates of small motions of a body about its unstrained rest shape.
-struct FastestRates {
-    double stiffest = 0;  // omega^2 of vibrations [1/s^2]
-    double damping = 0;   // of viscosity [1/s]
-};
-
 struct Solids {
     std::vector<SolidBody> bodies;
     Elements elements;
@@ -45,6 +40,7 @@ struct Solids {
     std::vector<StressLaw> laws;      // by body
     std::vector<FastestRates> rates;  // by body, for `laws`
     std::vector<Index> element_of;    // by particle id; kNone where the particle has none
+    Phases phases;                    // of what melts, freezes or flows
     // Scratch.
     StressScratch stress;
     std::vector<Vec3> force;         // [N]
@@ -52,10 +48,31 @@ struct Solids {
     std::vector<std::uint8_t> held;  // 1 + the grip that holds an element; 0: free
     std::vector<Mat3> gradients;
     bool empty() const { return bodies.empty(); }
+    Index element(std::int64_t id) const {
+        return static_cast<std::size_t>(id) < element_of.size() ? element_of[static_cast<std::size_t>(id)] : kNone;
+    }
 };
 
 /// The law of a material at `time` [s], with the changes the scene makes to it: E, nu and the others go over linearly.
 StressLaw law_at(const scene::Scene& scene, std::size_t material, double time);
+
+/// The law of a material that melts, between its ends (6.16).
+class MeltingLaw {
+  public:
+    MeltingLaw(const scene::Scene& scene, std::size_t material, double time);
+    /// At melt fraction b [1]; at(0) is law_at. What damps the elastic vibrations goes with the solid's share.
+    StressLaw at(double b) const;
+
+  private:
+    scene::Elastic cold_;
+    scene::Melting melting_;
+    double viscosity_;
+};
+
+/// Whether the matter of this material keeps any shape at melt fraction b.
+inline bool keeps_shape(const scene::Material& m, double b) {
+    return m.elastic.solid() && (b < 1 || !m.melting.any() || m.melting.liquid.youngs_modulus > 0);
+}
 
 /// What sub-steps did, for stats.jsonl.
 struct SolidReport {

@@ -43,7 +43,8 @@ std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std:
     std::vector<Vec3> force;
     std::vector<double> stiffest(bodies.size(), 0);
     for (int k = 0; k < kIterations; ++k) {
-        for (const SolidBody& body : bodies) normalise(body, kSmall * elements.support[body.begin], field);
+        for (const SolidBody& body : bodies)
+            if (body.begin < body.end) normalise(body, kSmall * elements.support[body.begin], field);
         elements.displacement.swap(field);
         find_stress_forces(still, elements, scratch, force);
         elements.displacement.swap(field);
@@ -80,11 +81,15 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 double stable_sub_step(const Solids& solids, bool walls) {
     const double growth = std::max(1.0, 1.5 * solids.stretch2 - 0.5);
     double shortest = 1e30;
+    const Phases& phases = solids.phases;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        if (solids.bodies[b].begin == solids.bodies[b].end) continue;
         const StressLaw& law = solids.laws[b];
         const Index first = solids.bodies[b].begin;
-        double omega2 = solids.rates[b].stiffest * growth;
-        double damping = solids.rates[b].damping * std::max(1.0, solids.stretch2);
+        const FastestRates rates{std::max(solids.rates[b].stiffest, phases.rates.stiffest),
+                                 std::max(solids.rates[b].damping, phases.rates.damping)};
+        double omega2 = rates.stiffest * growth;
+        double damping = rates.damping * std::max(1.0, solids.stretch2);
         if (b < solids.contacts.rates.size()) {
             omega2 += solids.contacts.rates[b].stiffest;
             damping += solids.contacts.rates[b].damping;

@@ -169,7 +169,7 @@ void find_active(std::vector<char>& active, const WorkingSurfels& all, const std
     parallel_for(all.size(), [&](std::size_t i) {
         bool any = moved[i] >= tolerance;
         for (const Index j : around.lists.near(i)) any = any || moved[j] >= tolerance;
-        active[i] = any && !all.lost[i];
+        active[i] = any && !all.lost[i] && all.melt[i] > 0;
     });
 }
 
@@ -177,7 +177,7 @@ void find_active(std::vector<char>& active, const WorkingSurfels& all, const std
 void constrain(const WorkingSurfels& all, const LiquidShape& shape) {
     const Real least = Real(0.6) * shape.iso;
     parallel_for(all.size(), [&](std::size_t i) {
-        if (all.lost[i]) return;
+        if (all.lost[i] || !(all.melt[i] > 0)) return;
         if (shape.colour(all.position[i], all.component[i]).value >= least) return;
         if (!shape.project(all.position[i], all.component[i], shape.spacing, least)) all.lost[i] = 1;
     });
@@ -197,7 +197,7 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
     std::vector<char> active(n, 0);
     std::vector<Real> moved(n, 0), smoothness(n, 1);
     parallel_for(n, [&](std::size_t i) {
-        active[i] = !all.lost[i];
+        active[i] = !all.lost[i] && all.melt[i] > 0;
         const Real bend = per_radius * all.radius[i] * all.curvature[i];
         smoothness[i] = clamp01((Real(1.4) - bend) / Real(0.5));
     });

@@ -17,6 +17,7 @@ struct WorkingSurfels {
     const std::vector<Real>& radius;     // r_s of each [m]
     const std::vector<Real>& curvature;  // LiquidShape::curvature at each [1/m]
     std::vector<WallNote>& wall;         // beside each
+    const std::vector<Real>& melt;       // how far the matter about it has melted; 0: the surfel stays [1]
     std::vector<char>& lost;             // no particle in reach, or ended up inside the body
     std::size_t size() const { return position.size(); }
 };

@@ -167,6 +167,7 @@ Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover,
 
 /// The surface nearest to a particle, where it is near and uncovered: outwards along the field's slope, or into the
 /// wall beside it.
+/// Over solid particles only where a tear has laid them bare: the surface of a solid is its own, not the field's.
 Proposal over_particle(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
     constexpr Real kSurfaceFill = Real(0.85);  // outermost particles have about 0.7, the next layer 0.95
     Proposal p;
@@ -175,7 +176,7 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     p.radius = radius;
     const Vec3& x = particles.position[j];
     const WallPlane& wall = shape.points.particle_wall[j];
-    if (const Real distance = wall.distance(x); distance > 0 && distance < shape.spacing) {
+    if (const Real distance = wall.distance(x); particles.melt[j] > 0 && distance > 0 && distance < shape.spacing) {
         p.position = x - wall.normal * (distance + shape.wall_depth());
         p.normal = -wall.normal;
         if (cover.covers(p, radius)) return p;
@@ -193,7 +194,7 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     if (!shape.project(p.position, p.component, shape.spacing)) return p;
     p.normal = shape.depth(p.position, p.component).outward();
     fit(p, shape, radius);
-    p.good = !cover.covers(p, p.radius);
+    p.good = !cover.covers(p, particles.melt[j] > 0 ? p.radius : std::max(p.radius, shape.spacing));
     return p;
 }
 
@@ -213,6 +214,7 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
     notes.curvature.push_back(p.curvature);
     notes.radius.push_back(p.radius);
     notes.wall.push_back(p.wall);
+    notes.melt.push_back(1);
     notes.lost.push_back(0);
 }
 
@@ -249,7 +251,7 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
     std::vector<Index> kept;
     kept.reserve(surface.size());
     for (Index i = 0; i < surface.size(); ++i) {
-        if (crowded[i] && !gone[i])
+        if (crowded[i] && !gone[i] && notes.melt[i] > 0)
             cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i], [&](Index j, Real r2) {
                 if (!gone[j] && crowds(j, i, r2)) gone[i] = 1;
             });
@@ -262,6 +264,7 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
     keep(notes.curvature, kept);
     keep(notes.radius, kept);
     keep(notes.wall, kept);
+    keep(notes.melt, kept);
     notes.lost.assign(kept.size(), 0);
     return deleted;
 }
@@ -289,7 +292,8 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     for (int round = 0; round < kRounds; ++round) {
         proposals.resize(look.size());
         const auto propose = [&](std::size_t k) {
-            proposals[k] = beside_surfel(look[k], surface, cover, shape, per_radius, full);
+            proposals[k] = {};
+            if (notes.melt[look[k]] > 0) proposals[k] = beside_surfel(look[k], surface, cover, shape, per_radius, full);
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();

@@ -17,6 +17,7 @@ struct SurfelNotes {
     std::vector<Real> curvature;  // of the liquid's surface [1/m]
     std::vector<Real> radius;     // r_s [m]
     std::vector<WallNote> wall;
+    std::vector<Real> melt;  // of the matter about it; 0: it is a solid's, and resampling leaves it alone [1]
     std::vector<char> lost;  // to be deleted
 };
 

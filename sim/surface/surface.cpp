@@ -55,6 +55,7 @@ void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const
 /// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be. At a crease the
 /// disc ends a little beyond it, or it would stand out of the body: the first axis then leads to the crease and is
 /// shortened. Coats of two walls cross each other inside the walls and need no shortening.
+/// Surfels of solid matter keep theirs.
 void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets(cloud.size());
     parallel_for(cloud.size(), [&](std::size_t i) {
@@ -69,6 +70,7 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
     rim.grid.build(rim.position, support);
     std::vector<Vec3> moved = cloud.position;
     parallel_for(cloud.size(), [&](std::size_t i) {
+        if (!(notes.melt[i] > 0)) return;
         const Vec3& n = cloud.normal[i];
         SheetSample at = sheets[i];
         // Neighbours in a corner may have pushed it over the crease of two coats, deeper into the walls than need be.
@@ -111,6 +113,48 @@ void sort_by_cell_and_id(SurfaceState& surface, Real support) {
 
 }  // namespace
 
+namespace {
+
+/// b of every surfel: the normalised interpolation of the particles' (6.6.6).
+std::vector<Real> melt_of(const SurfaceState& surface, const Particles& particles,
+                          const std::vector<std::int32_t>& component, Real support) {
+    std::vector<Real> melt(surface.size(), 1);
+    if (std::ranges::all_of(particles.melt, [](Real b) { return b == 1; })) return melt;
+    PointGrid grid;
+    grid.build(particles.position, support);
+    const Poly6 w(support);
+    parallel_for(surface.size(), [&](std::size_t i) {
+        Real weight = 0, sum = 0;
+        grid.for_each_neighbour(surface.surfels.position[i], support, [&](Index j, Real r2) {
+            if (particles.material[j] != component[i]) return;
+            const Real a = particles.rest_volume[j] * w.value(r2);
+            weight += a;
+            sum += a * particles.melt[j];
+        });
+        if (weight > 0) melt[i] = std::min(sum / weight, Real(1));
+    });
+    return melt;
+}
+
+/// s = (1 - b) s_displaced + b s_deformed, n likewise (6.6.6).
+void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNotes& notes) {
+    parallel_for(cloud.size(), [&](std::size_t i) {
+        const Real b = notes.melt[i];
+        if (!(b < 1)) return;
+        if (notes.lost[i]) {  // of solid matter nothing is lost
+            notes.lost[i] = b > Real(0.5);
+            cloud.position[i] = displaced.position[i];
+            cloud.normal[i] = displaced.normal[i];
+            return;
+        }
+        cloud.position[i] = (1 - b) * displaced.position[i] + b * cloud.position[i];
+        const Vec3 n = (1 - b) * displaced.normal[i] + b * cloud.normal[i];
+        cloud.normal[i] = n.norm() > 0 ? Vec3(n.normalized()) : displaced.normal[i];
+    });
+}
+
+}  // namespace
+
 SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
                              const scene::Surface& params, Real spacing, Real support) {
     const Real full_radius = Real(params.radius) * spacing;
@@ -119,6 +163,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     notes.component = components(surface, particles);
     notes.lost.assign(surface.size(), 0);
     displace(surface, particles, notes.component, support);
+    notes.melt = melt_of(surface, particles, notes.component, support);
 
     LiquidPoints points = gather_liquid(particles, walls, support);
     set_colours(points, support);
@@ -129,7 +174,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     notes.wall.resize(surface.size());
     parallel_for(surface.size(), [&](std::size_t i) {
         notes.curvature[i] = shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
-        notes.radius[i] = fitting_radius(notes.curvature[i], full_radius);
+        notes.radius[i] = notes.melt[i] > 0 ? fitting_radius(notes.curvature[i], full_radius) : cloud.axis2[i].norm();
     });
     SurfaceReport report;
     const auto refill = [&] {
@@ -138,9 +183,12 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
         report.deleted += r.deleted;
     };
     if (first) refill();  // one surfel a surface particle, then all between them
-    const RelaxReport relaxed =
-        relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature, notes.wall, notes.lost},
-              shape, params);
+    const bool all_liquid = std::ranges::all_of(notes.melt, [](Real b) { return b == 1; });
+    const SurfelCloud displaced = all_liquid ? SurfelCloud{} : cloud;
+    const RelaxReport relaxed = relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature,
+                                       notes.wall, notes.melt, notes.lost},
+                                      shape, params);
+    if (!all_liquid) blend_with_solid(displaced, cloud, notes);
     report.iterations = relaxed.iterations;
     report.largest_move = relaxed.largest_move;
     refill();

@@ -76,6 +76,18 @@ TEST(Cantilever, BendsAsTheoryOfBeamsHasIt) {
     gate::expect({"cantilever", "deflection over theory", "1", -tip / (bending + shear), 1, 0.05, "Timoshenko"});
 }
 
+TEST(FloatingBall, LiesInTheLiquidToItsMiddle) {
+    // Level of the surface: the liquid's volume and half the ball's over the tank's ground. A quarter of the spacing.
+    Simulation s = make_simulation(gate::load("floating_ball"));
+    const gate::Series series = gate::run(s);
+    const std::vector<double> z = series.of("centre");
+    double mean = 0;
+    for (std::size_t k = 25; k < z.size(); ++k) mean += z[k] / static_cast<double>(z.size() - 25);
+    const double ball = 4 / 3.0 * std::numbers::pi * cube(0.05);
+    const double level = (series.last("mass") / 1000 + ball / 2) / square(0.24);
+    gate::expect({"floating ball of half the density", "height of its centre", "mm", 1000 * mean, 1000 * level, 2.5, "Archimedes"});
+}
+
 struct Stretched {
     double stretch, volume;  // of the middle, over those at rest [1]
 };

@@ -55,6 +55,7 @@ TEST(Periodic, APairAcrossAFaceFeelsEqualAndOppositeForcesThoseOfAnyPair) {
     Particles& p = s.particles;
     for (std::int64_t id = 0; id < 2; ++id) {
         const Index i = add_particle(p, id);
+        p.melt[i] = 1;
         p.mass[i] = Real(1e-3);
         p.rest_volume[i] = Real(1e-6);
     }

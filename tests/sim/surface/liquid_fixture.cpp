@@ -35,6 +35,7 @@ Particles liquid(const std::vector<Vec3>& places) {
     p.velocity.assign(n, Vec3(0, 0, 0));
     p.acceleration.assign(n, Vec3(0, 0, 0));
     p.rest_volume.assign(n, Real(kSpacing * kSpacing * kSpacing));
+    p.melt.assign(n, 1);
     p.mass.assign(n, Real(1000 * kSpacing * kSpacing * kSpacing));
     p.density.assign(n, 1000);
     p.pressure.assign(n, 0);

@@ -1,0 +1,133 @@
+#include "sim/mixed_surface.h"
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/point_grid.h"
+
+namespace thixo {
+namespace {
+
+template <class T>
+void keep(std::vector<T>& array, const std::vector<Index>& kept) {
+    for (std::size_t k = 0; k < kept.size(); ++k) array[k] = array[kept[k]];
+    array.resize(kept.size(), array.empty() ? T() : array[0]);
+}
+
+/// f(array of a, array of b) for all arrays of two structures of the same type.
+template <class S, class F>
+void for_each_pair(S& a, const S& b, F&& f) {
+    std::vector<const void*> other;
+    for_each_array(b, [&](const char*, const auto& array) { other.push_back(&array); });
+    std::size_t k = 0;
+    for_each_array(a, [&]<class T>(const char*, std::vector<T>& array) {
+        f(array, *static_cast<const std::vector<T>*>(other[k++]));
+    });
+}
+
+/// Surfels of solids whose temperature has changed: the normalised interpolation of the body's particles.
+void take_temperatures(const Particles& particles, Real support, const EmbeddedSurface& embedded,
+                       const std::vector<Index>& source, SurfaceState& shown) {
+    std::vector<Real> first;  // by body
+    for (std::size_t i = 0; i < source.size(); ++i) {
+        const auto body = static_cast<std::size_t>(shown.body[i]);
+        if (first.size() <= body) first.resize(body + 1, 0);
+        first[body] = embedded.temperature[source[i]];
+    }
+    const auto changed = [&](std::size_t k) {
+        const auto body = static_cast<std::size_t>(particles.body[k]);
+        return body < first.size() && static_cast<Real>(particles.temperature[k]) != first[body];
+    };
+    bool any = false;
+    for (std::size_t k = 0; k < particles.size() && !any && !source.empty(); ++k) any = changed(k);
+    if (!any) return;
+    PointGrid grid;
+    grid.build(particles.position, support);
+    const Poly6 w(support);
+    parallel_for(source.size(), [&](std::size_t i) {
+        double weight = 0, sum = 0;
+        grid.for_each_neighbour(shown.surfels.position[i], support, [&](Index k, Real r2) {
+            if (particles.body[k] != shown.body[i]) return;
+            const auto a = static_cast<double>(w.value(r2));
+            weight += a;
+            sum += a * particles.temperature[k];
+        });
+        if (weight > 0) shown.temperature[i] = static_cast<Real>(sum / weight);
+    });
+}
+
+/// Whether any matter of a body has begun to melt.
+bool melts(const Solids& solids, const SolidBody& body) {
+    const Phases& s = solids.phases;
+    if (!s.any) return false;
+    if (body.body < 0) return true;
+    for (Index i = body.begin; i < body.end; ++i)
+        if (s.bond[i] != Bond::rest || s.melt[i] > 0) return true;
+    return false;
+}
+
+/// Bodies that begin to melt: what their surfels are now goes to the animated surface.
+void take_over(const EmbeddedSurface& embedded, const Solids& solids, const SurfaceState& shown,
+               const std::vector<Index>& source, MixedSurface& state, std::vector<std::uint8_t>& fresh) {
+    state.taken.resize(solids.bodies.size(), 0);
+    fresh.assign(solids.bodies.size(), 0);
+    bool any = false;
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b)
+        if (!state.taken[b] && melts(solids, solids.bodies[b])) fresh[b] = state.taken[b] = 1, any = true;
+    if (!any) return;
+    SurfaceState& to = state.animated;
+    for (std::size_t i = 0; i < source.size(); ++i) {
+        const Index root = source[i];
+        if (!fresh[static_cast<std::size_t>(embedded.owner[root])] || embedded.beyond[root]) continue;
+        for_each_pair(to, shown, [&](auto& array, const auto& from) { array.push_back(from[i]); });
+        to.id.back() = to.next_id++;
+        const EdgeCut& cut = embedded.edge[root];
+        Vec3 &a = to.surfels.axis1.back(), &b = to.surfels.axis2.back();
+        const Real c = std::cos(cut.angle), s = std::sin(cut.angle);
+        const Vec3 along = c * a + s * b, across = c * b - s * a;
+        a = cut.along * along;
+        b = cut.across * across;
+    }
+}
+
+}  // namespace
+
+SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& solids, Particles& particles,
+                                   const Walls& walls, const scene::Surface& params, Real spacing, Real support,
+                                   MixedSurface& state, SurfaceState& shown, std::vector<Index>& source) {
+    if (state.animated.next_id < kFirstAnimated) state.animated.next_id = kFirstAnimated;
+    state.taken.resize(solids.bodies.size(), 0);
+    displace_embedded(embedded, solids, state.taken, shown, source);
+    std::vector<std::uint8_t> fresh;
+    take_over(embedded, solids, shown, source, state, fresh);
+    std::vector<Index> kept;
+    for (Index i = 0; i < source.size(); ++i)
+        if (!state.taken[static_cast<std::size_t>(embedded.owner[source[i]])]) kept.push_back(i);
+    if (kept.size() < source.size()) {
+        for_each_array(shown, [&](const char*, auto& array) { keep(array, kept); });
+        keep(source, kept);
+    }
+
+    take_temperatures(particles, support, embedded, source, shown);
+
+    Particles matter = particles;  // that has an animated surface
+    std::vector<Index> members;
+    for (Index k = 0; k < particles.size(); ++k) {
+        const Index i = solids.element(particles.id[k]);
+        const auto owner = i == kNone ? 0 : static_cast<std::size_t>(solids.elements.owner[i]);
+        if (i != kNone && !state.taken[owner]) continue;
+        members.push_back(k);
+        // Its surfels have just been put where they are now.
+        if (i != kNone && fresh[owner]) matter.surface_position[k] = matter.position[k];
+    }
+    for_each_array(matter, [&](const char*, auto& array) { keep(array, members); });
+    SurfaceReport report;
+    if (!members.empty() || state.animated.size() > 0)
+        report = update_surface(state.animated, matter, walls, params, spacing, support);
+    particles.surface_position = particles.position;
+    for_each_pair(shown, state.animated,
+                  [](auto& array, const auto& from) { array.insert(array.end(), from.begin(), from.end()); });
+    shown.next_id = state.animated.next_id;
+    return report;
+}
+
+}  // namespace thixo

@@ -129,7 +129,8 @@ void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vect
                     continue;
                 }
                 const Index i = add_particle(particles, next_id++);
-                particles.position[i] = particles.surface_position[i] = in;
+                particles.position[i] = in;
+                if (particles.has.surface) particles.surface_position[i] = in;
                 particles.velocity[i] = (flow + (age - 0.5 * last_dt) * fall).cast<Real>();
                 particles.acceleration[i] = gravity;
                 particles.mass[i] = static_cast<Real>(layout.mass);

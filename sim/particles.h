@@ -12,6 +12,12 @@ namespace thixo {
 enum class Kind : std::uint8_t { liquid, solid };
 
 struct Particles {
+    /// Groups of attributes that not every scene has; arrays of the others stay empty.
+    struct Groups {
+        bool surface = true;             // surface_position
+        bool implicit_pressure = true;   // restoring
+        bool implicit_viscosity = true;  // viscous_acceleration
+    } has;
     std::vector<std::int64_t> id;        // unique for ever, given in order of creation
     std::vector<Vec3> position;          // x [m]
     std::vector<Vec3> velocity;          // v [m/s] at t - dt/2 between steps (leapfrog)
@@ -32,7 +38,7 @@ struct Particles {
     std::size_t size() const { return id.size(); }
 };
 
-/// f(name, array) for every array, so that resize, reorder and checkpoint cannot forget one. P is Particles or const
+/// f(name, array) for every array of the groups there are, so that resize, reorder and checkpoint cannot forget one. P is Particles or const
 /// Particles.
 template <class P, class F>
 void for_each_array(P& p, F&& f) {
@@ -40,15 +46,15 @@ void for_each_array(P& p, F&& f) {
     f("position", p.position);
     f("velocity", p.velocity);
     f("acceleration", p.acceleration);
-    f("viscous_acceleration", p.viscous_acceleration);
+    if (p.has.implicit_viscosity) f("viscous_acceleration", p.viscous_acceleration);
     f("mass", p.mass);
     f("rest_volume", p.rest_volume);
     f("density", p.density);
     f("pressure", p.pressure);
-    f("restoring", p.restoring);
+    if (p.has.implicit_pressure) f("restoring", p.restoring);
     f("temperature", p.temperature);
     f("melt", p.melt);
-    f("surface_position", p.surface_position);
+    if (p.has.surface) f("surface_position", p.surface_position);
     f("material", p.material);
     f("body", p.body);
     f("kind", p.kind);

@@ -79,7 +79,7 @@ void wrap_particles(const Periodic& periodic, Particles& particles) {
         [&](std::size_t i) {
             const Vec3 x = particles.position[i], in = periodic.wrapped(x);
             particles.position[i] = in;
-            particles.surface_position[i] += in - x;
+            if (particles.has.surface) particles.surface_position[i] += in - x;
         },
         2048);
 }

@@ -132,7 +132,8 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
     for (std::size_t k = 0; k < sites.size(); ++k) {
         const std::size_t i = first + k;
         p.id[i] = s.next_id++;
-        p.position[i] = p.surface_position[i] = s.problem.periodic.wrapped(sites[k]);
+        p.position[i] = s.problem.periodic.wrapped(sites[k]);
+        if (p.has.surface) p.surface_position[i] = p.position[i];
         p.velocity[i] = (body.velocity + body.angular_velocity.cross(sites[k].cast<double>() - centre)).cast<Real>();
         p.acceleration[i] = s.problem.gravity;
         p.rest_volume[i] = volume;
@@ -187,6 +188,11 @@ Simulation make_simulation(const scene::Scene& scene) {
     choose_viscosity_solver(scene.solver, smoothing, speed, s.problem.materials);
     s.clock.frame = scene.frames.first;
     s.probes = make_probes(scene);
+    s.particles.has = {.surface = scene.surface.enabled,
+                       .implicit_pressure = scene.solver.pressure == scene::Pressure::dfsph,
+                       .implicit_viscosity = std::ranges::any_of(s.problem.materials, [](const MaterialParams& m) {
+                           return m.implicit_viscosity > 0;
+                       })};
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
     s.solids = make_solids(scene, smoothing, s.particles);
     make_phases(scene, smoothing, s.particles, s.solids);

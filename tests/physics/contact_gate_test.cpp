@@ -44,10 +44,10 @@ TEST(TwoFreeBodies, KeepTheirMomentaInACollision) {
     const std::vector<Motion> after = motions(s);
     const double size = before[0].momentum.norm() + before[1].momentum.norm();
     const double arm = 0.05;
-    gate::expect({"collision", "momentum lost over sum |p|", "1",
+    gate::expect({"collision", "momentum lost over sum p", "1",
                   (after[0].momentum + after[1].momentum - before[0].momentum - before[1].momentum).norm() / size, 0,
                   1e-5, "Newton's third law"});
-    gate::expect({"collision", "angular momentum lost over sum |p| r", "1",
+    gate::expect({"collision", "angular momentum lost over sum p r", "1",
                   (after[0].angular + after[1].angular - before[0].angular - before[1].angular).norm() / (size * arm),
                   0, 5e-3, "forces at one place"});
     EXPECT_GT((after[0].momentum - before[0].momentum).norm(), 0.5 * before[0].momentum.norm());

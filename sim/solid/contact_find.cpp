@@ -14,6 +14,7 @@ namespace {
 
 constexpr Real kSteepest = 3;             // most that the distance may change over a way in the world
 constexpr Real kInside = Real(0.1);       // how far ahead the face is looked for that a sample meets, in widths
+constexpr Real kSameFace = Real(0.99);    // cosine between its normals at that depth and at half of it
 constexpr Real kFacing = Real(0.2);       // least cosine between the surfaces' normals, one of them turned round
 constexpr Real kGripDamping = Real(0.5);  // of critical, of friction's spring
 
@@ -114,9 +115,14 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     const Real d = shape.distance(m);
     if (!(d < 2 * margin)) return std::nullopt;
     // Of the partner's faces the one is met that lies before the sample's own: about an edge the distance alone knows
-    // no face, and a plane aslant, or of the side that slides past, would be in the way of what slides.
-    const Vec3 own = normal_of(view, sample), ahead = fit.slope * own;
-    const Vec3 slope = fit.slope.transpose() * shape.gradient(m + kInside * width * ahead.normalized(), width / 64);
+    // no face, and a plane aslant, or of the side that slides past, would be in the way of what slides. Where even that
+    // face is not clear, an edge meets the sample's own face, whose plane it is then.
+    const Vec3 own = normal_of(view, sample), inwards = fit.slope * own;
+    const Vec3 ahead = kInside * width * inwards.normalized();
+    const Vec3 face = shape.gradient(m + ahead, width / 64), before = shape.gradient(m + ahead / 2, width / 64);
+    const bool clear = face.dot(before) > kSameFace;
+    const Vec3 slope =
+        clear ? Vec3(fit.slope.transpose() * face) : Vec3(-own.normalized() * inwards.norm() / own.norm());
     const Real steep = slope.norm();
     if (!(steep > Real(1e-3))) return std::nullopt;
     // A gap is of first order: where matter is pressed flat or drawn out more than this, that says nothing.

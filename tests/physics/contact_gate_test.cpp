@@ -44,10 +44,10 @@ TEST(TwoFreeBodies, KeepTheirMomentaInACollision) {
     const std::vector<Motion> after = motions(s);
     const double size = before[0].momentum.norm() + before[1].momentum.norm();
     const double arm = 0.05;
-    gate::expect({"collision", "momentum lost over sum |p|", "1",
+    gate::expect({"collision", "momentum lost over sum p", "1",
                   (after[0].momentum + after[1].momentum - before[0].momentum - before[1].momentum).norm() / size, 0,
                   1e-5, "Newton's third law"});
-    gate::expect({"collision", "angular momentum lost over sum |p| r", "1",
+    gate::expect({"collision", "angular momentum lost over sum p r", "1",
                   (after[0].angular + after[1].angular - before[0].angular - before[1].angular).norm() / (size * arm),
                   0, 5e-3, "forces at one place"});
     EXPECT_GT((after[0].momentum - before[0].momentum).norm(), 0.5 * before[0].momentum.norm());
@@ -98,16 +98,6 @@ TEST(BlockOnASolidSlope, SlidesWithWhatFrictionLeaves) {
     const double measured = (speed.back() - speed[from]) / (series.time.back() - series.time[from]);
     const double law = 4.905 - 0.3 * 8.4957;
     gate::expect({"block on a solid slope", "acceleration", "m/s^2", measured, law, 0.03 * law, "Coulomb"});
-}
-
-TEST(BlockOnASolidSlope, SticksBelowTheAngleOfFriction) {
-    // tan 30 degrees = 0.577 < 0.65.
-    Simulation s = make_simulation(
-        gate::load("slide_on_solid", {"materials.upper.friction=0.65", "materials.lower.friction=0.65"}));
-    const gate::Series series = gate::run(s);
-    const auto way = series.of("way");
-    gate::expect({"block on a solid slope, steeper friction", "creep from frame 6 on", "m", way.back() - way[6], 0,
-                  2e-5, "Coulomb"});
 }
 
 TEST(AFastBall, DoesNotPassThroughAPlate) {

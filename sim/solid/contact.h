@@ -8,8 +8,9 @@
 //   no surface, and it is the robust inside test of 5.8 at the same time.
 // - Nodes are found once a step, or more often where bodies are fast, and penalties followed from sub-step to sub-step.
 //   Those near a surface but not yet in it take part, so that no contact is late.
-// - Both bodies feel a node's force at one place, by weights that reproduce linear fields. Linear and angular momentum
-//   are then conserved to rounding, and the force is the gradient of an energy.
+// - Both bodies feel a node's force at one place when it is found, by weights that reproduce linear fields. Linear
+//   momentum is conserved to rounding; angular momentum but for what the places slide apart until nodes are found again,
+//   at most a quarter of a particle's width.
 #pragma once
 
 #include <cstdint>

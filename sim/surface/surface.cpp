@@ -111,10 +111,6 @@ void sort_by_cell_and_id(SurfaceState& surface, Real support) {
     for_each_array(surface, [&](const char*, auto& array) { permute(array, order); });
 }
 
-}  // namespace
-
-namespace {
-
 /// b of every surfel: the normalised interpolation of the particles' (6.6.6).
 std::vector<Real> melt_of(const SurfaceState& surface, const Particles& particles,
                           const std::vector<std::int32_t>& component, Real support) {

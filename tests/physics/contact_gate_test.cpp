@@ -93,9 +93,7 @@ TEST(BlockOnASolidSlope, SlidesWithWhatFrictionLeaves) {
     // Coefficients of 0.45 and 0.2: their geometric mean is 0.3.
     Simulation s = make_simulation(gate::load("slide_on_solid"));
     const gate::Series series = gate::run(s);
-    const auto speed = series.of("speed");
-    const std::size_t from = 4;  // it has settled into its own weight
-    const double measured = (speed.back() - speed[from]) / (series.time.back() - series.time[from]);
+    const double measured = series.rate("speed", 4);  // when it has settled into its own weight
     const double law = 4.905 - 0.3 * 8.4957;
     gate::expect({"block on a solid slope", "acceleration", "m/s^2", measured, law, 0.03 * law, "Coulomb"});
 }

@@ -39,6 +39,11 @@ std::vector<double> Series::of(const std::string& name) const {
     throw std::out_of_range("no probe " + name);
 }
 
+double Series::rate(const std::string& name, std::size_t from) const {
+    const std::vector<double> values = of(name);
+    return (values.back() - values.at(from)) / (time.back() - time.at(from));
+}
+
 scene::Scene load(const std::string& name, const std::vector<std::string>& set) {
     return scene::load_scene(fmt::format("{}/tests/physics/gates/{}.yaml", THIXO_SOURCE_DIR, name), set, false);
 }

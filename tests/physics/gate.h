@@ -17,6 +17,8 @@ struct Series {
     /// A probe's values by frame. Throws std::out_of_range for a name the scene has not.
     std::vector<double> of(const std::string& name) const;
     double last(const std::string& name) const { return of(name).back(); }
+    /// A probe's mean rate of change from row `from` to the last [1/s of its unit].
+    double rate(const std::string& name, std::size_t from) const;
 };
 
 /// The scene tests/physics/gates/<name>.yaml, with keys changed as by --set.

@@ -56,8 +56,7 @@ TEST(SheetField, FarPlacesAreOnTheSideOfTheNearestSurfel) {
     for (const float flat : {1.0f, 0.3f, 0.05f}) {
         const auto [wrong, asked] = wrong_sides(pressed_ball(4000, flat));
         EXPECT_GT(asked, 1800) << flat;
-        // Within the discs' supports the field is that of the blend, which may differ beside the flattest ball's rim.
-        EXPECT_LE(wrong, flat < 0.1f ? 4 : 0) << flat;
+        EXPECT_EQ(wrong, 0) << flat;
     }
 }
 

@@ -6,6 +6,7 @@
 
 #include "pipeline/base/random.h"
 #include "tests/sim/fixture.h"
+#include "tests/sim/heat_of.h"
 
 namespace thixo {
 namespace {
@@ -17,14 +18,6 @@ scene::Scene block(const Vec3d& size) {
     scene.materials[0].thermal.heat_capacity = 1000;
     scene.bodies = {fixture::body("block", fixture::shape_at({0, 0, 0}, scene::BoxShape{size, 0}))};
     return scene;
-}
-
-double heat_of(const Simulation& s) {
-    double sum = 0;
-    for (std::size_t i = 0; i < s.particles.size(); ++i)
-        sum += static_cast<double>(s.particles.mass[i]) *
-               enthalpy(s.particles.temperature[i], s.problem.heat.materials[static_cast<std::size_t>(s.particles.material[i])]);
-    return sum;
 }
 
 TEST(Heat, EnthalpyAndTemperatureAreInverse) {
@@ -61,11 +54,11 @@ TEST(Heat, OfAnInsulatedBodyIsConserved) {
     }
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         spread += 1000 * static_cast<double>(s.particles.mass[i]) * std::abs(s.particles.temperature[i] - mean);
-    const double before = heat_of(s);
+    const double before = fixture::heat_of(s);
     fixture::steps(s, 200, 1e-3);
     double least = 1e30, most = -1e30;
     for (const double t : s.particles.temperature) least = std::min(least, t), most = std::max(most, t);
-    EXPECT_LT(std::abs(heat_of(s) - before), 1e-6 * spread);
+    EXPECT_LT(std::abs(fixture::heat_of(s) - before), 1e-6 * spread);
     EXPECT_GE(least, 0);   // no new extremes
     EXPECT_LE(most, 100);
     EXPECT_GT(least, 1);  // and it did flow
@@ -81,10 +74,10 @@ TEST(Heat, ASourceGivesItsPower) {
     source.to = 0.15;
     scene.world.heat_sources = {source};
     Simulation s = make_simulation(scene);
-    const double before = heat_of(s);
+    const double before = fixture::heat_of(s);
     fixture::steps(s, 200, 1e-3);
     const double volume = static_cast<double>(s.particles.size()) * 1e-6;
-    EXPECT_NEAR(heat_of(s) - before, 5e6 * volume * 0.1, 0.015 * 5e6 * volume * 0.1);  // to a step of 1 ms at each end
+    EXPECT_NEAR(fixture::heat_of(s) - before, 5e6 * volume * 0.1, 0.015 * 5e6 * volume * 0.1);  // to a step of 1 ms at each end
 }
 
 TEST(Heat, AGaussianPulseSpreads) {

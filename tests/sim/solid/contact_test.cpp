@@ -9,26 +9,16 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/implicit_surface.h"
 #include "sim/checkpoint.h"
-#include "tests/sim/fixture.h"
+#include "tests/sim/solid/rubber.h"
 
 namespace thixo {
 namespace {
 
-scene::Scene rubber_scene() {
-    scene::Scene s = fixture::empty_space();
-    s.materials[0].elastic.youngs_modulus = 1e5;
-    s.materials[0].viscosity = 5;
-    return s;
-}
-
 /// Two bodies that fall onto each other and a floor, and rub.
 scene::Scene busy() {
-    scene::Scene s = rubber_scene();
+    scene::Scene s = fixture::rubber_scene(5);
     s.world.gravity = {0, 0, -9.81};
-    scene::Boundary floor;
-    floor.name = "floor";
-    floor.shape = fixture::shape_at({0, 0, -0.031}, scene::Plane{});
-    s.world.boundaries = {floor};
+    s.world.boundaries = {fixture::floor_at(-0.031)};
     s.bodies = {fixture::body("lower", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.1, 0.1, 0.06}, 0})),
                 fixture::body("upper", fixture::shape_at({0.02, 0, 0.066}, scene::Sphere{0.035}), {0.3, 0.2, -0.5})};
     s.bodies[1].angular_velocity = {0, 20, 5};
@@ -67,7 +57,7 @@ TEST(Contact, ResumedRunEqualsTheUninterruptedOneBitForBit) {
 /// The largest speed of any particle within a second of two bodies that are placed into each other, and how far apart
 /// their middles are then [m].
 std::pair<double, double> released(const scene::Shape& left, const scene::Shape& right) {
-    scene::Scene scene = rubber_scene();
+    scene::Scene scene = fixture::rubber_scene(5);
     scene.bodies = {fixture::body("left", left), fixture::body("right", right)};
     Simulation s = make_simulation(scene);
     double fastest = 0;
@@ -95,7 +85,7 @@ TEST(Contact, BodiesPlacedIntoEachOtherAreNotLaunched) {
 
 TEST(Contact, ABodyDoesNotPassThroughItself) {
     // A fork whose prongs, 32 mm apart, are drawn together by as much force as would cross them by 50 mm.
-    scene::Scene scene = rubber_scene();
+    scene::Scene scene = fixture::rubber_scene(5);
     scene.materials[0].elastic.youngs_modulus = 2e4;
     scene::Sweep fork;
     for (const Vec3d& at :
@@ -149,7 +139,7 @@ double deepest(const Simulation& s, Real support) {
 TEST(Contact, IsDrawnWhereStiffnessesBalance) {
     // Spheres placed into each other by 12 mm, before they have moved: on the contact surface E1 depth1 = E2 depth2.
     for (const double ratio : {1.0, 8.0}) {
-        scene::Scene scene = rubber_scene();
+        scene::Scene scene = fixture::rubber_scene(5);
         scene.surface.enabled = true;
         scene.materials.push_back(scene.materials[0]);
         scene.materials[1].name = "stiff";
@@ -178,7 +168,7 @@ TEST(Contact, IsDrawnWhereStiffnessesBalance) {
 }
 
 TEST(Contact, DrawnBodiesDoNotPenetrateInAnImpact) {
-    scene::Scene scene = rubber_scene();
+    scene::Scene scene = fixture::rubber_scene(5);
     scene.surface.enabled = true;
     scene.bodies = {fixture::body("one", fixture::shape_at({0, 0, 0}, scene::Sphere{0.05}), {1.5, 0, 0}),
                     fixture::body("two", fixture::shape_at({0.106, 0.02, 0}, scene::BoxShape{{0.1, 0.1, 0.1}, 0.02}))};

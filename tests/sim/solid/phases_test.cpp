@@ -10,6 +10,7 @@
 #include "sim/checkpoint.h"
 #include "sim/solid/coupling.h"
 #include "tests/sim/fixture.h"
+#include "tests/sim/heat_of.h"
 
 namespace thixo {
 namespace {
@@ -239,14 +240,6 @@ TEST(Melting, TheColdHalfOfARodSpringsBackWhenTheHotHalfHasFlowedOff) {
     EXPECT_GT(farthest, 0.2);  // the hot half has gone
 }
 
-double heat_of(const Simulation& s) {
-    double sum = 0;
-    for (std::size_t i = 0; i < s.particles.size(); ++i)
-        sum += static_cast<double>(s.particles.mass[i]) *
-               enthalpy(s.particles.temperature[i], s.problem.heat.materials[static_cast<std::size_t>(s.particles.material[i])]);
-    return sum;
-}
-
 TEST(Melting, HeatBetweenSolidsAndLiquidsIsConserved) {
     // 1e-6 of sum C |T - mean|: the rounding of single-precision sums.
     scene::Scene scene = busy();
@@ -261,9 +254,9 @@ TEST(Melting, HeatBetweenSolidsAndLiquidsIsConserved) {
     };
     for (std::size_t i = 0; i < s.particles.size(); ++i) mean += weight(i) * s.particles.temperature[i], mass += weight(i);
     for (std::size_t i = 0; i < s.particles.size(); ++i) spread += weight(i) * std::abs(s.particles.temperature[i] - mean / mass);
-    const double before = heat_of(s);
+    const double before = fixture::heat_of(s);
     for (int k = 0; k < 8; ++k) advance_frame(s);
-    EXPECT_LT(std::abs(heat_of(s) - before), 1e-6 * spread);
+    EXPECT_LT(std::abs(fixture::heat_of(s) - before), 1e-6 * spread);
     bool melted = false, cold = false;
     for (const Real b : s.particles.melt) melted = melted || b == 1, cold = cold || b == 0;
     EXPECT_TRUE(melted && cold);

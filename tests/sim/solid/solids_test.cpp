@@ -9,17 +9,10 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "sim/checkpoint.h"
-#include "tests/sim/fixture.h"
+#include "tests/sim/solid/rubber.h"
 
 namespace thixo {
 namespace {
-
-scene::Scene rubber_scene() {
-    scene::Scene s = fixture::empty_space();
-    s.materials[0].elastic.youngs_modulus = 1e5;
-    s.materials[0].viscosity = 0;
-    return s;
-}
 
 scene::Handle handle(const scene::Shape& region, double start = 0, double stop = 1e9) {
     scene::Handle h;
@@ -33,12 +26,9 @@ scene::Handle handle(const scene::Shape& region, double start = 0, double stop =
 
 /// A block that turns while it falls on a floor, is held by a handle for a while, dents, and has a surface.
 scene::Scene busy() {
-    scene::Scene s = rubber_scene();
+    scene::Scene s = fixture::rubber_scene();
     s.world.gravity = {0, 0, -9.81};
-    scene::Boundary floor;
-    floor.name = "floor";
-    floor.shape = fixture::shape_at({0, 0, -0.045}, scene::Plane{});
-    s.world.boundaries = {floor};
+    s.world.boundaries = {fixture::floor_at(-0.045)};
     s.materials[0].elastic.creep = 20;
     s.materials[0].elastic.yield_strain = 0.02;
     s.materials.push_back(s.materials[0]);
@@ -58,7 +48,7 @@ scene::Scene busy() {
 TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
     // A thousand sub-steps. Velocities are rounded to 6e-8 of themselves at each of them and at every turn of the
     // frame, at random: 1e-6 of sum m|v|, and of its arm.
-    scene::Scene scene = rubber_scene();
+    scene::Scene scene = fixture::rubber_scene();
     scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.08, 0.05, 0.06}, 0}),
                                   {1, -0.5, 0.3})};
     scene.bodies[0].angular_velocity = {5, 20, 10};
@@ -110,7 +100,7 @@ TEST(Solids, StateIsTheSameAtAnyThreadCount) {
 }
 
 TEST(Solids, ABodyHasTheVolumeAndMassOfItsShape) {
-    scene::Scene scene = rubber_scene();
+    scene::Scene scene = fixture::rubber_scene();
     scene.bodies = {fixture::body("block", fixture::shape_at({0, 0, 0}, scene::Sphere{0.053}))};
     const Simulation s = make_simulation(scene);
     double mass = 0;
@@ -119,7 +109,7 @@ TEST(Solids, ABodyHasTheVolumeAndMassOfItsShape) {
 }
 
 TEST(Solids, AHandleHoldsMovesAndLetsGo) {
-    scene::Scene scene = rubber_scene();
+    scene::Scene scene = fixture::rubber_scene();
     scene.bodies = {fixture::body("block", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))};
     scene.handles = {handle(fixture::shape_at({0, 0, 0}, scene::BoxShape{{1, 1, 1}, 0}), 0, 0.2)};
     scene.handles[0].motion = {{.time = 0}, {.time = 0.1, .position = {0.1, 0, 0}, .rotate = {0, 0, 90}}};
@@ -143,7 +133,7 @@ TEST(Solids, ElasticMatterSpringsBackAndPlasticMatterKeepsItsDent) {
     // Drawn out by a fifth, held, let go, with damping enough to settle. Elastic: back within a hundredth of the
     // stretch.
     for (const double creep : {0.0, 30.0}) {
-        scene::Scene scene = rubber_scene();
+        scene::Scene scene = fixture::rubber_scene();
         scene.materials[0].viscosity = 100;
         scene.materials[0].elastic.creep = creep;
         scene.materials[0].elastic.yield_strain = 0.05;
@@ -172,7 +162,7 @@ TEST(Solids, ElasticMatterSpringsBackAndPlasticMatterKeepsItsDent) {
 }
 
 TEST(Solids, ASurfaceFollowsARigidMotionExactly) {
-    scene::Scene scene = rubber_scene();
+    scene::Scene scene = fixture::rubber_scene();
     scene.surface.enabled = true;
     scene.bodies = {fixture::body("block", fixture::shape_at({0.2, 0, 0}, scene::Sphere{0.04}))};
     scene.bodies[0].surfels = 500;
@@ -191,7 +181,7 @@ TEST(Solids, ASurfaceFollowsARigidMotionExactly) {
 }
 
 TEST(Solids, ASurfaceSplitsWhereItIsStretchedAndIsRestoredOnRelease) {
-    scene::Scene scene = rubber_scene();
+    scene::Scene scene = fixture::rubber_scene();
     scene.surface.enabled = true;
     scene.bodies = {fixture::body("block", fixture::shape_at({0.2, 0, 0}, scene::BoxShape{{0.04, 0.04, 0.1}, 0}))};
     scene.bodies[0].surfels = 800;

@@ -15,7 +15,7 @@ struct MaterialParams {
     Real stiffness;    // k_gas [Pa]
     Real gamma;        // exponent of the equation of state [1]
     Real sound_speed;  // c = sqrt(dP/drho) at rho0 [m/s]
-    Real attraction;   // k_cohesion of the force of sim/tension [Pa m^6/kg^2]
+    Real tension;      // gamma of the liquid's surface [N/m]
     Real implicit_viscosity;  // mu of the implicit solve; one of the two is 0 [Pa s]
 };
 
@@ -25,7 +25,7 @@ struct MaterialParams {
 Real stiffness_for(Real speed, Real density, Real gamma);
 
 /// Resolves the scene's materials. Where the pressure solver is implicit there is no sound: stiffness and sound speed are
-/// zero. `expected_speed` U [m/s] is used where a material names no stiffness. Attraction and the way viscosity is solved are
+/// zero. `expected_speed` U [m/s] is used where a material names no stiffness. Tension and the way viscosity is solved are
 /// make_simulation's.
 std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed,
                                               scene::Pressure solver = scene::Pressure::eos);

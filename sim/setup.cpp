@@ -167,6 +167,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     Simulation s{.problem = {.scene = scene,
                              .scene_path = {},
                              .smoothing = smoothing,
+                             .tension = TensionScale(smoothing, scene.solver.pressure),
                              .materials = resolve_materials(scene.materials, static_cast<Real>(speed), scene.solver.pressure),
                              .heat = make_heat(scene),
                              .gravity = scene.world.gravity.cast<Real>(),
@@ -178,8 +179,7 @@ Simulation make_simulation(const scene::Scene& scene) {
         MaterialParams& m = s.problem.materials[k];
         const scene::Material& source = scene.materials[k];
         const bool melts = source.melting.any();
-        m.attraction = attraction_for(
-            static_cast<Real>(melts ? source.melting.liquid.surface_tension : source.surface_tension), m.density, smoothing);
+        m.tension = static_cast<Real>(melts ? source.melting.liquid.surface_tension : source.surface_tension);
         // The viscosity of a solid damps its vibrations (sim/solid); liquids have none of it.
         const bool flows = !source.elastic.solid() ||
                            std::ranges::any_of(scene.emitters, [&](const auto& e) { return e.material == source.name; });

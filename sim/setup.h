@@ -13,7 +13,7 @@ Simulation make_simulation(const scene::Scene& scene);
 /// The speed the flow is expected to reach [m/s], for the automatic stiffness: solver.expected_speed, or else the
 /// largest of
 ///   sqrt(v^2 + 2 g H)     v the fastest body, emitter or moving wall, H from the highest matter to the lowest wall
-///   sqrt(56/3 gamma/(rho0 h))      so that the pressure of attraction compresses by at most 1 %
+///   sqrt(56/3 gamma/(rho0 h))      so that the surface's pull on its outermost layer compresses it by at most 1 %
 ///   0.1 m/s
 double expected_speed(const scene::Scene& scene);
 

@@ -34,6 +34,7 @@ struct Problem {
     scene::Scene scene;
     std::string scene_path;  // as the user wrote it, for messages; may be empty
     Smoothing smoothing;
+    TensionScale tension;
     std::vector<MaterialParams> materials;
     HeatParams heat;
     Vec3 gravity{0, 0, 0};                // [m/s^2]

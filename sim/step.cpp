@@ -98,7 +98,8 @@ void find_forces(Simulation& s) {
     }
     const ForceParams params{s.problem.gravity, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
     compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, params, s.sweep);
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials, s.sweep, s.tension);
+    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials, s.sweep,
+                s.tension);
 }
 
 /// The viscous force acts for as long as the leapfrog's next kick.

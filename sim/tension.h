@@ -1,4 +1,4 @@
-// Surface tension and wetting: cohesion between particles, adhesion to walls.
+// Surface tension and wetting: stress in the surface of liquids, adhesion to walls.
 #pragma once
 
 #include <vector>
@@ -12,51 +12,43 @@
 
 namespace thixo {
 
-/// Room of one evaluation: sqrt(k) m of particles and ghosts.
+/// What turns the sums of `add_tension` over a packing cut at a layer into the tension of its surface.
+struct TensionScale {
+    TensionScale(const Smoothing& smoothing, scene::Pressure solver);
+    Real stress;   // 1 over the tension of the stress |g| 1 - g g/|g|, times what the packing of settled drops asks for
+                   // [1]
+    Real deficit;  // 1 over the energy of (1 - c)^2/2 an area [1/m]
+    Real adhesion;  // 1 over the integral of w_spiky over the wall, integrated over the packing, an area [1/m]
+};
+
+/// Room of one evaluation, of particles and ghosts.
 struct TensionScratch {
-    std::vector<Real> charge;
+    std::vector<Real> own, filled;  // V0, V [m^3]
+    std::vector<Quad> direct;       // S_xx, S_yy, S_zz [Pa], V [m^3]
+    std::vector<Quad> shear;        // S_yz, S_xz, S_xy [Pa], -
 };
 
-/// w(r) = 630/(pi h^3) integral_{r/h}^1 s^3 (1 - s)^3 ds, which integrates to one over its ball. Its slope, in shape the
-/// cohesion of Akinci, Akinci & Teschner 2013 without a core, is greatest at h/2, where the next neighbours are, and
-/// vanishes at the centre: what holds particles apart there, the pressure, is left alone. (With the spiky kernel of
-/// the pressure, as dissertation 4.15 has it, cohesion and the pressure that answers it cancel pair by pair: particles
-/// fall into each other, and no tension is left.)
-struct CohesionKernel {
-    explicit CohesionKernel(Real support)
-        : h_inv(1 / support), scale(Real(630 / kPi) * cube(h_inv)), slope(scale * square(h_inv)) {}
-    Real value(Real r) const {
-        const Real s = r * h_inv, s4 = square(square(s));
-        if (!(s < 1)) return 0;
-        return scale * (Real(1.0 / 140) - s4 * (Real(0.25) - s * (Real(0.6) - s * (Real(0.5) - s / 7))));
-    }
-    Real h_inv, scale;
-    Real slope;  // - dw/dr / r = slope s^2 (1 - s)^3
-};
-
-/// Surface tension of a packing cut at a layer, over k rho0^2 [m]: half the work of parting it, of pairs of energy
-/// -k m_i m_j w. (A continuum has 0.0597 h.)
-Real packed_tension(const Smoothing& smoothing);
-/// The k that gives a packing its surface tension [Pa m^6/kg^2].
-Real attraction_for(Real surface_tension, Real density, const Smoothing& smoothing);
-/// The work of parting a packing over that of taking it off a wall, whose attraction is k rho0^2 V w_spiky integrated over
-/// its volume; the first layer stands half a layer off it [1].
-Real packed_adhesion(const Smoothing& smoothing);
-
-/// Adds the accelerations f_i/m_i of cohesion and adhesion, minus the gradient of the energy
-///   E = - 1/2 sum_i sum_j q_i q_j w(r_ij) - sum_i q_i sqrt(k_i) rho0_i sum_walls b a integral over the wall of w_spiky
-///   q_i = sqrt(k_i) m_i,   b = (1 + cos theta)/2
-/// The pair force is the cohesion of dissertation 4.15, k V_i V_j (rho_i^2 + rho_j^2)/2 grad w, with m_i for V_i rho_i,
-/// so that it is the gradient of an energy whatever the densities are: both momenta and the energy are conserved. Between two materials the strength is the geometric mean (Berthelot), which leaves an
-/// interface the tension (sqrt gamma_1 - sqrt gamma_2)^2. A wall attracts as the liquid itself would, b times as
-/// strong: its work of adhesion is 2 gamma b, which by Young and Dupre, W = gamma (1 + cos theta), is the contact angle
-/// theta; a = packed_adhesion.
-/// What melts has the charge of its liquid share, sqrt(b k) m, so that solids take no part.
-/// What it cannot: the attraction has an inner pressure of 8 gamma/h, dozens of times the capillary pressure of a drop of
-/// some spacings, under which the packing is stiff like a soft solid. Drops hold together and carry the right pressure, but
-/// do not swing freely.
-/// In: sweep.place. Adds to particles.acceleration [m/s^2]. Nothing where no material has cohesion.
+/// Adds the accelerations f_i/m_i of surface tension, and of adhesion to walls. A continuum with the stress
+///   S = gamma delta (1 - n n)        delta = |grad c|, n = grad c/|grad c|
+/// in its surface pulls with the force gamma kappa delta n of its curvature (continuum surface stress: Lafaurie et al.
+/// 1994, for SPH Hu & Adams 2006). The colour c is the sum of the liquid's volumes; in the two gradients volumes are
+/// those that would fill it, so that a surface whose particles have drawn together pulls no more than another:
+///   c_i = sum_j V0_j w_ij,   V_i = V0_i/max(c_i, 1/2),   g_i = sum_j V_j grad w_ij
+///   S_i = a gamma_i (|g_i| 1 - g_i g_i/|g_i|) + b gamma_i (1 - c_i)+ 1
+///   f_i = V_i sum_j V_j (S_i + S_j) grad w_ij
+/// The second term, in the energy a third of the first, pulls on whatever lacks neighbours: single drops hold on to the
+/// others. a and b are such that the surface of a packing has the tension gamma of the scene (TensionScale); what
+/// settles in drops is within a fifth of it. Pair forces of a liquid's inside vanish but for its disorder. (The
+/// cohesion of dissertation 4.15, and any pairwise attraction of its range, needs an inner pressure of dozens of times
+/// that of a drop; under it particles are as stiff as a soft solid, and drops do not swing.) Linear momentum is
+/// conserved; pairs have a torque, which vanishes with the spacing. Two liquids that touch have no tension between
+/// them. Walls have no colour: a liquid by itself wets none. A wall attracts it with the energy, per area, of 2 gamma
+/// beta, beta = (1 + cos theta)/2, which by Young and Dupre is the contact angle theta:
+///   E = - sum_i V0_i 2 gamma_i e sum_walls beta integral over the wall of w_spiky
+/// What melts takes part with its liquid share of volume, solids not at all.
+/// In: sweep.place. Adds to particles.acceleration [m/s^2]. Nothing where no material has tension.
 void add_tension(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-                 const std::vector<MaterialParams>& materials, const Sweep& sweep, TensionScratch& scratch);
+                 const TensionScale& scale, const std::vector<MaterialParams>& materials, const Sweep& sweep,
+                 TensionScratch& scratch);
 
 }  // namespace thixo

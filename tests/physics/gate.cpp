@@ -68,15 +68,39 @@ Series run(Simulation& s) {
 
 void expect(const Outcome& o) {
     const bool good = std::abs(o.measured - o.reference) <= o.tolerance;
-    fmt::print("[ gate     ] {}: {} = {:.6g} {}, reference {:.6g}, tolerance {:.3g} ({}){}\n", o.law, o.quantity, o.measured, o.unit,
-               o.reference, o.tolerance, o.source, good ? "" : " MISSED");
-    record(fmt::format("{}\t{}\t{}\t{:.4g}\t{:.4g}\t{:.3g}\t{}", o.law, o.quantity, o.unit, o.measured, o.reference, o.tolerance, o.source));
+    fmt::print("[ gate     ] {}: {} = {:.6g} {}, reference {:.6g}, tolerance {:.3g} ({}){}\n", o.law, o.quantity,
+               o.measured, o.unit, o.reference, o.tolerance, o.source, good ? "" : " MISSED");
+    record(fmt::format("{}\t{}\t{}\t{:.4g}\t{:.4g}\t{:.3g}\t{}", o.law, o.quantity, o.unit, o.measured, o.reference,
+                       o.tolerance, o.source));
     EXPECT_TRUE(good) << o.law << ": " << o.quantity;
 }
 
 void report(const std::string& law, const std::string& quantity, const std::string& unit, double measured) {
     fmt::print("[ gate     ] {}: {} = {:.6g} {}\n", law, quantity, measured, unit);
     record(fmt::format("{}\t{}\t{}\t{:.4g}\t\t\t", law, quantity, unit, measured));
+}
+
+void report_budgets(const std::string& law, const Particles& p) {
+    double mass = 0, kinetic = 0, inertia = 0;
+    Vec3d momentum(0, 0, 0), moment(0, 0, 0), angular(0, 0, 0);
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        const double m = static_cast<double>(p.mass[i]);
+        mass += m;
+        momentum += m * p.velocity[i].cast<double>();
+        moment += m * p.position[i].cast<double>();
+        kinetic += 0.5 * m * static_cast<double>(p.velocity[i].squaredNorm());
+    }
+    const Vec3d centre = moment / mass;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        const Vec3d arm = p.position[i].cast<double>() - centre;
+        const double m = static_cast<double>(p.mass[i]);
+        angular += m * arm.cross(p.velocity[i].cast<double>());
+        inertia += m * arm.squaredNorm();
+    }
+    const double of_speed = std::sqrt(2 * kinetic * mass), of_spin = std::sqrt(2 * kinetic * inertia);
+    report(law, "momentum at the end over that of its rms speed", "1", momentum.norm() / of_speed);
+    report(law, "angular momentum at the end over that of its rms speed", "1", angular.norm() / of_spin);
+    report(law, "kinetic energy at the end", "J", kinetic);
 }
 
 }  // namespace thixo::gate

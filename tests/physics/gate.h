@@ -34,10 +34,15 @@ struct Outcome {
     std::string source;                     // of the reference
 };
 
-/// Prints measured value, reference and tolerance, writes them to gates/ beside the test programs' folder, and fails the
-/// test where |measured - reference| > tolerance. A reference of 0 with a tolerance is an upper bound of the magnitude.
+/// Prints measured value, reference and tolerance, writes them to gates/ beside the test programs' folder, and fails
+/// the test where |measured - reference| > tolerance. A reference of 0 with a tolerance is an upper bound of the
+/// magnitude.
 void expect(const Outcome& outcome);
 /// The same without a verdict: budgets and figures that are reported only.
 void report(const std::string& law, const std::string& quantity, const std::string& unit, double measured);
+/// Momentum, angular momentum about the centre of mass and kinetic energy of all particles as they stand: the momenta
+/// beside those of a body of the same mass, rms radius and rms speed (1 for a body in flight or spin, 0 for what stays
+/// in place).
+void report_budgets(const std::string& law, const Particles& particles);
 
 }  // namespace thixo::gate

@@ -12,7 +12,8 @@ namespace {
 constexpr double kDiffusivity = 100.0 / (1000 * 1000);  // of the scenes' materials [m^2/s]
 
 TEST(Heat, ASlabCoolsAsFourierSays) {
-    // Carslaw & Jaeger: 4/pi sum (-1)^n/(2n+1) exp(-(2n+1)^2 pi^2 Fo) at the centre, and 8/pi^2 sum exp(...)/(2n+1)^2 on the mean.
+    // Carslaw & Jaeger: 4/pi sum (-1)^n/(2n+1) exp(-(2n+1)^2 pi^2 Fo) at the centre, and 8/pi^2 sum exp(...)/(2n+1)^2
+    // on the mean.
     Simulation s = make_simulation(gate::load("heat_slab"));
     const gate::Series series = gate::run(s);
     double centre = 0, mean = 0;
@@ -22,8 +23,8 @@ TEST(Heat, ASlabCoolsAsFourierSays) {
         centre += 4 / kPi * (n % 2 ? -1 : 1) / odd * decay;
         mean += 8 / (kPi * kPi) / (odd * odd) * decay;
     }
-    gate::expect({"heat conduction", "centre of a slab at Fo = 0.1", "degC", series.last("centre"), centre, 0.01 * centre,
-                  "Carslaw & Jaeger"});
+    gate::expect({"heat conduction", "centre of a slab at Fo = 0.1", "degC", series.last("centre"), centre,
+                  0.01 * centre, "Carslaw & Jaeger"});
     gate::expect({"heat conduction", "mean of a slab at Fo = 0.1", "degC", series.last("mean"), mean, 0.01 * mean,
                   "Carslaw & Jaeger"});
 }
@@ -37,8 +38,10 @@ TEST(Heat, AMeltingFrontFollowsStefan) {
     // Heat taken up by latent heat tells where the front is: each particle melted fills its share of the length.
     double melted = 0;
     for (std::size_t i = 0; i < s.particles.size(); ++i)
-        melted += std::clamp(s.particles.temperature[i] / 0.02, 0.0, 1.0) * static_cast<double>(s.particles.rest_volume[i]);
-    const double section = static_cast<double>(s.particles.size()) * static_cast<double>(s.particles.rest_volume[0]) / 0.2;
+        melted +=
+            std::clamp(s.particles.temperature[i] / 0.02, 0.0, 1.0) * static_cast<double>(s.particles.rest_volume[i]);
+    const double section =
+        static_cast<double>(s.particles.size()) * static_cast<double>(s.particles.rest_volume[0]) / 0.2;
     gate::expect({"heat conduction", "melting front at Ste = 1 after 20 s", "m", melted / section, front, 0.03 * front,
                   "Stefan; Alexiades & Solomon 1993"});
 }

@@ -60,7 +60,8 @@ TEST_F(RestingWater, PressureIsLinearInDepth) {
         p.push_back(sum[k] / count[k]);
     }
     const Line line = regression(z, p);
-    gate::expect({"water at rest, eos", "slope of pressure over depth", "rho g", -line.slope / 9810, 1, 0.05, "hydrostatics"});
+    gate::expect(
+        {"water at rest, eos", "slope of pressure over depth", "rho g", -line.slope / 9810, 1, 0.05, "hydrostatics"});
     EXPECT_LT(line.correlation, -0.99);
 }
 
@@ -74,8 +75,8 @@ TEST_F(RestingWater, KeepsItsVolume) {
         moment += static_cast<double>(p.mass[i] * p.position[i].z());
     }
     const double depth = mass / (1000 * 0.05 * 0.05);
-    gate::expect({"water at rest, eos", "twice the mean height over volume/area", "1", 2 * moment / mass / depth, 1, 0.03,
-                  "incompressibility"});
+    gate::expect({"water at rest, eos", "twice the mean height over volume/area", "1", 2 * moment / mass / depth, 1,
+                  0.03, "incompressibility"});
 }
 
 TEST_F(RestingWater, IsAtRest) {

@@ -33,6 +33,7 @@ TEST(TankAtRest, IsHydrostaticAndStill) {
                   "incompressibility"});
     gate::expect({"tank at rest", "rms speed, 2 to 12 s", "m/s", std::sqrt(2 * mean("energy")), 0, 2e-3, "rest"});
     gate::expect({"tank at rest", "iterations a step", "1", iterations, 0, 20, "aim"});
+    gate::report_budgets("tank at rest", s.particles);
 }
 
 /// The series' value at a time, linear between frames.
@@ -112,6 +113,7 @@ TEST(DamFront, IsThatOfAnIdealFluid) {
     const double lost =
         9.81 * s.particles.size() * cube(0.04) * 1000 * (series.of("height").front() - series.last("height"));
     gate::report("dam front", "kinetic energy over potential energy lost at 1 s", "1", series.last("energy") / lost);
+    gate::report_budgets("dam front", s.particles);
 }
 
 TEST(PotentialFlow, OfACollapsingColumnKeepsAreaAndEnergy) {

@@ -54,9 +54,10 @@ TEST(OscillatingPlate, SwingsInItsPeriodAndKeepsItsEnergy) {
     const double period = (zeros.back() - zeros.front()) / static_cast<double>(zeros.size() - 1);
     const double theory = 2 * std::numbers::pi / omega;
     gate::expect({"oscillating plate", "period over theory", "1", period / theory, 1, 0.1, "Euler & Bernoulli"});
-    const double first = amplitude(series, z, 0, period), last = amplitude(series, z, zeros.back() - period, zeros.back());
-    gate::expect({"oscillating plate", "energy lost a period", "1", (1 - square(last / first)) * period / (zeros.back() - period),
-                  0, 0.005, "5 % in ten periods"});
+    const double first = amplitude(series, z, 0, period),
+                 last = amplitude(series, z, zeros.back() - period, zeros.back());
+    gate::expect({"oscillating plate", "energy lost a period", "1",
+                  (1 - square(last / first)) * period / (zeros.back() - period), 0, 0.005, "5 % in ten periods"});
 }
 
 }  // namespace

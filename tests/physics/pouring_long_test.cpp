@@ -6,9 +6,7 @@
 namespace thixo {
 namespace {
 
-TEST(Pouring, NothingLeaksOfFiftyThousandParticles) {
-    fixture::expect_no_leak(0.00257, 45000);
-}
+TEST(Pouring, NothingLeaksOfFiftyThousandParticles) { fixture::expect_no_leak(0.00257, 45000); }
 
 }  // namespace
 }  // namespace thixo

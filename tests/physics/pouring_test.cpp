@@ -6,9 +6,7 @@
 namespace thixo {
 namespace {
 
-TEST(Pouring, NothingLeaksOutOfFunnelAndGlass) {
-    fixture::expect_no_leak(0.006, 3000);
-}
+TEST(Pouring, NothingLeaksOutOfFunnelAndGlass) { fixture::expect_no_leak(0.006, 3000); }
 
 }  // namespace
 }  // namespace thixo

@@ -85,7 +85,8 @@ TEST(FloatingBall, LiesInTheLiquidToItsMiddle) {
     for (std::size_t k = 25; k < z.size(); ++k) mean += z[k] / static_cast<double>(z.size() - 25);
     const double ball = 4 / 3.0 * std::numbers::pi * cube(0.05);
     const double level = (series.last("mass") / 1000 + ball / 2) / square(0.24);
-    gate::expect({"floating ball of half the density", "height of its centre", "mm", 1000 * mean, 1000 * level, 2.5, "Archimedes"});
+    gate::expect({"floating ball of half the density", "height of its centre", "mm", 1000 * mean, 1000 * level, 2.5,
+                  "Archimedes"});
 }
 
 struct Stretched {

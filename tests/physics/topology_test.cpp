@@ -54,7 +54,8 @@ TEST(Topology, ADrawnOutDropPartsAndTwoThatMeetBecomeOne) {
     const Count first = count(s);
     EXPECT_EQ(first.upper, 1);
     EXPECT_EQ(first.lower, 2);
-    // The lower drops are 0.102 m apart and come nearer at 0.32 m/s: surfaces that reached for each other would meet early.
+    // The lower drops are 0.102 m apart and come nearer at 0.32 m/s: surfaces that reached for each other would meet
+    // early.
     while (s.clock.time < 0.29) advance_frame(s);
     EXPECT_EQ(count(s).lower, 2) << "merged before they touched, at " << s.clock.time;
     while (s.clock.frame < s.problem.scene.frames.last) advance_frame(s);

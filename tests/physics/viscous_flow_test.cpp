@@ -93,6 +93,7 @@ TEST(ViscousFlow, PoiseuilleStartsUpAndStays) {
         });
         expect(fmt::format("Poiseuille, nu t/d^2 = {}, largest error over U_max", tau), error, 0, 0.02);
     }
+    gate::report_budgets("Poiseuille", s.particles);
 }
 
 TEST(ViscousFlow, CouetteStartsUpAndStays) {
@@ -105,11 +106,13 @@ TEST(ViscousFlow, CouetteStartsUpAndStays) {
         const double error = profile_error(s, c, c.plate, [&](double z) {
             double u = z / c.height;
             for (int n = 1; n < 30; ++n)
-                u += 2 / (n * kPi) * (n % 2 ? -1 : 1) * std::exp(-square(n * kPi) * tau) * std::sin(n * kPi * z / c.height);
+                u += 2 / (n * kPi) * (n % 2 ? -1 : 1) * std::exp(-square(n * kPi) * tau) *
+                     std::sin(n * kPi * z / c.height);
             return c.plate * u;
         });
         expect(fmt::format("Couette, nu t/H^2 = {}, largest error over U", tau), error, 0, 0.02);
     }
+    gate::report_budgets("Couette", s.particles);
 }
 
 TEST(ViscousFlow, TwoLiquidsInShearShareTheStress) {
@@ -133,7 +136,8 @@ TEST(ViscousFlow, TwoLiquidsInShearShareTheStress) {
 }
 
 TEST(ViscousFlow, TaylorGreenVortexDecays) {
-    // The packing is dragged along and distorted: 5 % of the decay. Re 10 in a box of 1 m, U 1 m/s: v ~ exp(-8 pi^2 t/Re).
+    // The packing is dragged along and distorted: 5 % of the decay. Re 10 in a box of 1 m, U 1 m/s: v ~ exp(-8 pi^2
+    // t/Re).
     scene::Scene scene = fixture::empty_space();
     const double d = scene.solver.spacing = 1.0 / 32, half = 0.5, depth = 5 * d;
     scene.world.periodic = {
@@ -163,6 +167,7 @@ TEST(ViscousFlow, TaylorGreenVortexDecays) {
     advance_to(s, 0.2, 1e-3);
     const double rate = -std::log(amplitude() / before) / 0.2, expected = 8 * square(kPi) / 10;
     expect("Taylor-Green, decay rate [1/s]", rate, expected, 0.05 * expected);
+    gate::report_budgets("Taylor-Green", s.particles);
 }
 
 TEST(ViscousFlow, ASheetOfShearDiffuses) {
@@ -251,6 +256,7 @@ TEST(ViscousFlow, ASlabSpreadsOverTheFloorItSticksTo) {
         front += d / 2;
         expect(fmt::format("slab, front after {:.2f} s [m]", time), front, wide * w, 0.1 * wide * w);
     }
+    gate::report_budgets("viscous slab", s.particles);
 }
 
 }  // namespace

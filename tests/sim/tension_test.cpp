@@ -9,6 +9,14 @@
 namespace thixo {
 namespace {
 
+// The accelerations of tension alone.
+void pull(Simulation& s) {
+    evaluate(s);
+    for (Vec3& a : s.particles.acceleration) a.setZero();
+    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials,
+                s.sweep, s.tension);
+}
+
 // Two liquids side by side in a shaken ball.
 Simulation shaken_ball() {
     scene::Scene scene = fixture::empty_space();
@@ -23,57 +31,46 @@ Simulation shaken_ball() {
             s.particles.position[i][a] +=
                 static_cast<Real>(0.003 * random_unit(3, i, 0, static_cast<std::uint64_t>(a)));
     }
-    evaluate(s);
-    for (Vec3& a : s.particles.acceleration) a.setZero();
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials, s.sweep, s.tension);
+    pull(s);
     return s;
 }
 
-TEST(Tension, KernelIntegratesToOneAndItsSlopeIsItsDerivative) {
-    const CohesionKernel kernel(Real(0.02));
-    double sum = 0;
-    constexpr int kSteps = 2000;
-    for (int k = 0; k < kSteps; ++k) {
-        const double r = 0.02 * (k + 0.5) / kSteps;
-        sum += static_cast<double>(kernel.value(static_cast<Real>(r))) * 4 * kPi * r * r * 0.02 / kSteps;
-    }
-    EXPECT_NEAR(sum, 1, 1e-4);  // float values, midpoint sums
-    const double scale = static_cast<double>(kernel.value(0)) / 0.02;
-    for (const double q : {0.1, 0.3, 0.5, 0.8}) {
-        const double r = 0.02 * q, step = 0.02 * 0.01;
-        const double difference = static_cast<double>(kernel.value(static_cast<Real>(r + step)) -
-                                                      kernel.value(static_cast<Real>(r - step))) /
-                                  (2 * step);
-        EXPECT_NEAR(-static_cast<double>(kernel.slope) * r * q * q * cube(1 - q), difference, 2e-3 * scale);
-    }
-}
-
-TEST(Tension, IsTheGradientOfItsEnergy) {
-    // Every pair of energy -q_i q_j w(r), by its slope, summed plainly.
+TEST(Tension, IsTheStressOfItsSurface) {
+    // The formulas of the header, every pair summed plainly.
     const Simulation s = shaken_ball();
-    const CohesionKernel kernel(s.problem.smoothing.support);
     const Particles& p = s.particles;
-    const auto charge = [&](std::size_t i) {
-        const auto& m = s.problem.materials[static_cast<std::size_t>(p.material[i])];
-        return std::sqrt(static_cast<double>(m.attraction)) * static_cast<double>(p.mass[i]);
-    };
-    double largest = 0, worst = 0;
-    for (std::size_t i = 0; i < p.size(); i += 7) {
-        Vec3d force(0, 0, 0);
-        for (std::size_t j = 0; j < p.size(); ++j) {
-            if (j == i) continue;
-            const Vec3d r = (p.position[i] - p.position[j]).cast<double>();
-            const double q = r.norm() * static_cast<double>(kernel.h_inv);
-            if (q < 1) force -= charge(i) * charge(j) * static_cast<double>(kernel.slope) * q * q * cube(1 - q) * r;
-        }
-        const Vec3d a = force / static_cast<double>(p.mass[i]);
-        largest = std::max(largest, a.norm());
-        worst = std::max(worst, (a - p.acceleration[i].cast<double>()).norm());
+    const std::size_t n = p.size();
+    const Poly6& w = s.problem.smoothing.density;
+    const TensionScale& scale = s.problem.tension;
+    const auto between = [&](std::size_t i, std::size_t j) { return Vec3(p.position[i] - p.position[j]); };
+    std::vector<Real> colour(n), volume(n);
+    std::vector<Mat3> stress(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t j = 0; j < n; ++j) colour[i] += p.rest_volume[j] * w.value(between(i, j).squaredNorm());
+        volume[i] = p.rest_volume[i] / std::max(colour[i], Real(0.5));
     }
-    EXPECT_LT(worst, 1e-5 * largest);  // sums of some 30 terms in float
+    for (std::size_t i = 0; i < n; ++i) {
+        Vec3 g(0, 0, 0);
+        for (std::size_t j = 0; j < n; ++j)
+            g += volume[j] * w.gradient_factor(between(i, j).squaredNorm()) * between(i, j);
+        const Mat3 surface = g.norm() * Mat3::Identity() - g * g.transpose() / g.norm();
+        stress[i] =
+            s.problem.materials[static_cast<std::size_t>(p.material[i])].tension *
+            (scale.stress * surface + Real(0.3) * scale.deficit * std::max(1 - colour[i], Real(0)) * Mat3::Identity());
+    }
+    Real largest = 0, worst = 0;
+    for (std::size_t i = 0; i < n; i += 7) {
+        Vec3 a(0, 0, 0);
+        for (std::size_t j = 0; j < n; ++j)
+            a += volume[i] * volume[j] / p.mass[i] * w.gradient_factor(between(i, j).squaredNorm()) *
+                 ((stress[i] + stress[j]) * between(i, j));
+        largest = std::max(largest, a.norm());
+        worst = std::max(worst, (a - p.acceleration[i]).norm());
+    }
+    EXPECT_LT(worst, 1e-4 * largest);  // sums of some 30 terms in float, three of them in a row
 }
 
-TEST(Tension, KeepsLinearAndAngularMomentum) {
+TEST(Tension, KeepsMomentumAndNearlyAngularMomentum) {
     const Simulation s = shaken_ball();
     Vec3d force(0, 0, 0), torque(0, 0, 0);
     double scale = 0;
@@ -83,25 +80,27 @@ TEST(Tension, KeepsLinearAndAngularMomentum) {
         torque += s.particles.position[i].cast<double>().cross(f);
         scale += f.norm();
     }
-    // Every pair's force is equal and opposite to rounding, 6e-8 of each.
+    // Every pair's force is equal and opposite to rounding, 6e-8 of each, but need not lie along the pair: at four
+    // spacings of radius a hundredth of the torque of all forces on one side is left.
     EXPECT_LT(force.norm(), 1e-6 * scale);
-    EXPECT_LT(torque.norm(), 1e-6 * 0.05 * scale);
+    EXPECT_LT(torque.norm(), 0.01 * 0.05 * scale);
 }
 
-TEST(Tension, PartingAPackingCostsTwiceTheSurfaceTensionOfTheScene) {
-    const Smoothing smoothing(Real(0.01), 2);
-    const CohesionKernel kernel(smoothing.support);
-    const Real d = smoothing.spacing, k = attraction_for(Real(0.07), 1000, smoothing);
-    double work = 0;  // of one column of sites: layers below against layers from 0 on
-    for (int below = 1; below <= 4; ++below)
-        for (int above = 0; above <= 4; ++above)
-            for (int j = -6; j <= 6; ++j)
-                for (int i = -6; i <= 6; ++i)
-                    work += static_cast<double>(k) * square(1000 * cube(static_cast<double>(d))) *
-                            static_cast<double>(kernel.value(
-                                (packing_site(i, j, above, d) - packing_site(0, 0, -below, d)).norm()));
-    const double area = cube(static_cast<double>(d)) / static_cast<double>(packing_layer(d));
-    EXPECT_NEAR(work / area / 2, 0.07, 1e-5);
+TEST(Tension, LeavesALiquidsInsideAlone) {
+    // The force on a particle that is surrounded by a packing is nothing beside that on one of its surface.
+    scene::Scene scene = fixture::empty_space();
+    scene.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0}, scene::Sphere{0.06}))};
+    scene.materials[0].surface_tension = 0.07;
+    Simulation s = make_simulation(scene);
+    pull(s);
+    Real inside = 0, outside = 0;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        const bool deep = s.particles.position[i].norm() < 0.06 - 3 * s.problem.smoothing.support / 2;
+        Real& most = deep ? inside : outside;
+        most = std::max(most, s.particles.acceleration[i].norm());
+    }
+    EXPECT_GT(outside, 0);
+    EXPECT_LT(inside, 1e-3 * outside);
 }
 
 TEST(Tension, AWallPullsAsItsContactAngleSays) {
@@ -121,10 +120,7 @@ TEST(Tension, AWallPullsAsItsContactAngleSays) {
         Simulation s = make_simulation(scene);
         const std::vector<Vec3> packed = s.particles.position;
         const auto normal_force = [&] {
-            evaluate(s);
-            for (Vec3& a : s.particles.acceleration) a.setZero();
-            add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials, s.sweep,
-                        s.tension);
+            pull(s);
             double sum = 0;
             for (std::size_t i = 0; i < s.particles.size(); ++i)
                 sum += static_cast<double>(s.particles.mass[i] * s.particles.acceleration[i].z());

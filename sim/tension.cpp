@@ -11,11 +11,18 @@
 namespace thixo {
 namespace {
 
-// The deficit's part of the tension [1], as small as still holds single particles.
-constexpr Real kDeficitPart = Real(0.3);
-// The surface of a drop that has settled is no cut packing; how much closer or looser it lies is the solver's. Of drops
-// of 7 to 11 spacings, by the pressure in them (gate drop).
-constexpr Real kSettledImplicit = Real(0.68), kSettledEos = Real(1.3);
+/// Parts of the two terms in the tension of a cut packing [1].
+struct Parts {
+    Real stress, deficit;
+};
+
+/// The surface of a drop that has settled is no cut packing; how much closer or looser it lies is the solver's: parts
+/// by the pressure in drops of 7 to 11 spacings (gate drop). The deficit's is as small as still holds single particles:
+/// more of it draws jets of a few spacings into beads.
+Parts settled(scene::Pressure solver) {
+    return solver == scene::Pressure::dfsph ? Parts{Real(0.68), Real(0.3)} : Parts{Real(1.3), Real(0.1)};
+}
+
 constexpr Real kLeastColour = Real(0.5);
 
 /// S = |g| 1 - g g/|g|.
@@ -151,9 +158,8 @@ Vec3 pull_of_walls(const Walls& walls, const Vec3& x, WallCursor& cursor) {
 }  // namespace
 
 TensionScale::TensionScale(const Smoothing& smoothing, scene::Pressure solver)
-    : stress((solver == scene::Pressure::dfsph ? kSettledImplicit : kSettledEos) /
-             tension_of_stress(CutPacking(smoothing))),
-      deficit(1 / energy_of_deficit(CutPacking(smoothing))),
+    : stress(settled(solver).stress / tension_of_stress(CutPacking(smoothing))),
+      deficit(settled(solver).deficit / energy_of_deficit(CutPacking(smoothing))),
       adhesion(1 / reach_into_wall(smoothing)) {}
 
 void add_tension(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
@@ -186,8 +192,8 @@ void add_tension(Particles& particles, const NeighbourLists& neighbours, const W
         particles.size(),
         [&](std::size_t i) {
             const Vec3 g = colour_sums(i, neighbours[i], sweep, kernel, scratch.filled).gradient;
-            const Mat3 s = tension(i) * (scale.stress * surface_stress(g) +
-                                         kDeficitPart * scale.deficit * scratch.direct[i].x * Mat3::Identity());
+            const Mat3 s = tension(i) *
+                           (scale.stress * surface_stress(g) + scale.deficit * scratch.direct[i].x * Mat3::Identity());
             scratch.direct[i] = {s(0, 0), s(1, 1), s(2, 2), scratch.filled[i]};
             scratch.shear[i] = {s(1, 2), s(0, 2), s(0, 1), 0};
         },

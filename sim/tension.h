@@ -12,12 +12,12 @@
 
 namespace thixo {
 
-/// What turns the sums of `add_tension` over a packing cut at a layer into the tension of its surface.
+/// What makes the sums of `add_tension` the tension of the scene, from a packing cut at a layer and from what settles
+/// in drops.
 struct TensionScale {
     TensionScale(const Smoothing& smoothing, scene::Pressure solver);
-    Real stress;   // 1 over the tension of the stress |g| 1 - g g/|g|, times what the packing of settled drops asks for
-                   // [1]
-    Real deficit;  // 1 over the energy of (1 - c)^2/2 an area [1/m]
+    Real stress;    // a: over the tension of the stress |g| 1 - g g/|g| [1]
+    Real deficit;   // b: over the energy of (1 - c)^2/2 an area [1/m]
     Real adhesion;  // 1 over the integral of w_spiky over the wall, integrated over the packing, an area [1/m]
 };
 
@@ -36,7 +36,7 @@ struct TensionScratch {
 ///   c_i = sum_j V0_j w_ij,   V_i = V0_i/max(c_i, 1/2),   g_i = sum_j V_j grad w_ij
 ///   S_i = a gamma_i (|g_i| 1 - g_i g_i/|g_i|) + b gamma_i (1 - c_i)+ 1
 ///   f_i = V_i sum_j V_j (S_i + S_j) grad w_ij
-/// The second term, in the energy a third of the first, pulls on whatever lacks neighbours: single drops hold on to the
+/// The second term, a smaller part of the energy, pulls on whatever lacks neighbours: single drops hold on to the
 /// others. a and b are such that the surface of a packing has the tension gamma of the scene (TensionScale); what
 /// settles in drops is within a fifth of it. Pair forces of a liquid's inside vanish but for its disorder. (The
 /// cohesion of dissertation 4.15, and any pairwise attraction of its range, needs an inner pressure of dozens of times

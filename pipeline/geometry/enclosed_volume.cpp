@@ -79,13 +79,15 @@ struct CellPart {
 /// Where a cell sees two sides, of a sheet or across a gap, they are not averaged. The side of the nearest surfel leads;
 /// where the other lies behind it, inside is what is inside of both, where it lies before it, what is inside of either.
 CellPart part_of_cell(const ImplicitSurface& surface, const Vec3& centre, Real edge) {
-    const auto all = surface.evaluate_gradient(centre);
-    if (all && all->agreement > kOneSide) return {inner_part(*all, edge), true};
+    const auto all = surface.evaluate(centre);
+    // One side is no ridge: F has a slope of one.
+    if (all && all->agreement > kOneSide) return {inner_part((all->value + all->planes) / (2 * edge)), true};
     const auto n = surface.nearest_normal(centre);
     if (!n) return {kUnknown, true};
     const auto near = surface.evaluate_gradient(centre, {.reference = *n, .least_cosine = -kOpposite});
     const auto far = surface.evaluate_gradient(centre, {.reference = -*n, .least_cosine = kOpposite});
-    if (!near || !far) return {near ? inner_part(*near, edge) : all ? inner_part(*all, edge) : kUnknown, false};
+    if (!near) return {kUnknown, false};
+    if (!far) return {inner_part(*near, edge), false};
     const float a = inner_part(*near, edge), b = inner_part(*far, edge);
     const bool behind = (far->average - near->average).dot(near->normal) < 0;
     return {behind ? std::max(0.0f, a + b - 1) : std::min(1.0f, a + b), false};

@@ -49,7 +49,7 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
     for (std::size_t i = 0; i < cloud.size(); ++i) notes.give[i] = sheets[i].coat ? Real(0) : sheets[i].give;
     FreeRim rim;
     for (Index i = 0; i < cloud.size(); ++i)
-        if (sheets[i].defined && !sheets[i].coat && sheets[i].to_crease < 2 * support) {
+        if (sheets[i].defined && !sheets[i].coat && sheets[i].phi < kDeepest && sheets[i].to_crease < 2 * support) {
             rim.position.push_back(cloud.position[i]);
             rim.normal.push_back(cloud.normal[i]);
         }
@@ -123,8 +123,10 @@ void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNo
     parallel_for(cloud.size(), [&](std::size_t i) {
         const Real b = notes.melt[i];
         if (!(b < 1)) return;
-        if (notes.lost[i]) {  // of solid matter nothing is lost
-            notes.lost[i] = b > Real(0.5);
+        if (notes.lost[i]) {
+            // Solid matter keeps its surface, but for what is buried as it melts: where it has folded or two faces were
+            // pressed together, nothing is left to see, and what stays would cut the coats of walls short.
+            notes.lost[i] = b > (static_cast<Fate>(notes.lost[i]) == Fate::buried ? Real(0) : Real(0.5));
             cloud.position[i] = displaced.position[i];
             cloud.normal[i] = displaced.normal[i];
             return;

@@ -74,8 +74,8 @@ TEST(EnclosedVolume, OfAThinSheet) {
                     add(Vec3d(std::cos(angle), std::sin(angle), 0) + thickness / 2 * n, n);
                 }
             const double r = thickness / 2, expected = kPi * (thickness + kPi * r * r) + kSphere * cube(r);
-            // The rim of the thinnest is a single row of surfels: 4 % are a third of a spacing at its edge.
-            EXPECT_NEAR(volume(s), expected, 0.04 * expected) << thickness / spacing << " spacings, turned " << turn;
+            // The rim of the thinnest is a single row of surfels: 5 % are four tenths of a spacing at its edge.
+            EXPECT_NEAR(volume(s), expected, 0.05 * expected) << thickness / spacing << " spacings, turned " << turn;
         }
 }
 

@@ -109,7 +109,11 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
         beside += away * pair.first.normal;
         pair.first = plane_from(beside);
     }
+    // Where walls meet in an edge that juts out, as at the spout of a funnel, the plane of one goes on through the room
+    // before the other: nothing ends there.
+    const bool in_room = wall_distance(walls, beside) > 0;
     for_each_plane([&](const WallPlane& plane) {
+        if (in_room && plane.distance(beside) < 0) return;
         if (plane.normal.dot(pair.first.normal) < kAcross && plane.distance(x) < pair.second.distance(x))
             pair.second = plane;
     });

@@ -126,6 +126,12 @@ const WallPair& LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int
     return note.walls;
 }
 
+/// Where the free surface runs along a wall both fit the normal: the sheet is the one that ends the body. Taken for the
+/// wall's coat, the free surface would stop half a spacing before it.
+bool LiquidShape::field_ends_first(Real field, const Vec3& field_slope, Real below_wall, const WallPlane& wall) const {
+    return field < below_wall - Real(0.1) * spacing && field_slope.dot(wall.normal) > kAcross * field_slope.norm();
+}
+
 SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, const Vec3& x, const Vec3& n) const {
     constexpr Real kLeastSlope = Real(0.05);
     SheetSample sample;
@@ -148,7 +154,7 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, co
     Real below_wall = std::numeric_limits<Real>::max();
     if (c.near_wall) {
         below_wall = beside.first.distance(x) + wall_depth();
-        sample.coat = on_coat(beside.first, x, n);
+        sample.coat = on_coat(beside.first, x, n) && !field_ends_first(field, field_slope, below_wall, beside.first);
     }
     const Real depth = sample.coat ? below_wall : field;
     const Vec3 slope = sample.coat ? beside.first.normal : field_slope;

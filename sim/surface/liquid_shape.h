@@ -132,6 +132,7 @@ struct LiquidShape {
         return component >= 0 && k < points.part.size() ? &points.part[k] : nullptr;
     }
     WallPlane plane_from(const Vec3& beside) const;
+    bool field_ends_first(Real field, const Vec3& field_slope, Real below_wall, const WallPlane& wall) const;
 };
 
 }  // namespace thixo

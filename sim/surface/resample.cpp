@@ -69,6 +69,14 @@ struct Cover {
         });
         return found;
     }
+    /// Whether a surfel of another side lies within a radius of it.
+    bool meets(const Proposal& p) const {
+        bool found = false;
+        grid.for_each_neighbour(p.position, p.radius, [&](Index j, Real) {
+            found = found || (component[j] == p.component && normal[j].dot(p.normal) <= kSameSide);
+        });
+        return found;
+    }
 };
 
 void fit(Proposal& p, const LiquidShape& shape, Real full) {
@@ -76,8 +84,32 @@ void fit(Proposal& p, const LiquidShape& shape, Real full) {
     p.radius = fitting_radius(p.curvature, full);
 }
 
+/// The sheet through the surfels around a proposal, ended where it meets another one. False where the liquid's surface is
+/// not there.
+bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidShape& shape, Real full) {
+    const Vec3 n = average.unit_normal();
+    Vec3 place = p.position - average.value() * n;
+    SheetSample at = shape.sheet(place, n, p.component, p.wall);
+    for (int crease = 0; crease < 3 && at.defined; ++crease) {  // in a corner there are several
+        const Real excess = at.to_crease - at.stand_off * p.radius;
+        if (excess > Real(-0.01) * shape.spacing) break;
+        if (at.to_crease < -Real(0.7) * shape.spacing) return false;
+        place += excess * at.towards_crease;
+        p.apart = kApartAtCrease[crease + 1];
+        at = shape.sheet(place, n, p.component, p.wall);
+    }
+    if (!at.defined || at.guide.norm() >= Real(0.3) * shape.spacing || at.outward.dot(n) <= Real(0.7) ||
+        at.to_crease <= -Real(0.1) * shape.spacing)
+        return false;
+    p.position = at.coat ? Vec3(place + at.guide) : place;
+    p.normal = at.coat ? at.outward : n;
+    fit(p, shape, full);
+    return true;
+}
+
 /// Puts a proposal on the surface: that of its neighbours where three or more blend there; where fewer do, or where it
-/// bends too sharply for their mean to lie on it, the liquid's.
+/// bends too sharply for their mean to lie on it, the liquid's. So also where the mean does not lie on it and no other sheet
+/// is near that it would have met: a sheet that leaves its wall at a small angle goes on there.
 /// Its radius is that of the surfel it comes from; it gets its own.
 void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_radius, Real full) {
     p.good = false;
@@ -91,25 +123,9 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
         ++count;
     });
     if (count >= 3 && average.defined() && p.radius == full) {
-        const Vec3 n = average.unit_normal();
-        Vec3 place = p.position - average.value() * n;
-        SheetSample at = shape.sheet(place, n, p.component, p.wall);
-        for (int crease = 0; crease < 3 && at.defined; ++crease) {  // in a corner there are several
-            const Real excess = at.to_crease - at.stand_off * p.radius;
-            if (excess > Real(-0.01) * shape.spacing) break;
-            if (at.to_crease < -Real(0.7) * shape.spacing) return;
-            place += excess * at.towards_crease;
-            p.apart = kApartAtCrease[crease + 1];
-            at = shape.sheet(place, n, p.component, p.wall);
-        }
-        if (at.defined && at.guide.norm() < Real(0.3) * shape.spacing && at.outward.dot(n) > Real(0.7) &&
-            at.to_crease > -Real(0.1) * shape.spacing) {
-            p.position = at.coat ? Vec3(place + at.guide) : place;
-            p.normal = at.coat ? at.outward : n;
-            fit(p, shape, full);
-            p.good = true;
-        }
-        return;
+        p.good = settle_on_average(p, average, shape, full);
+        if (p.good || cover.meets(p)) return;
+        p.apart = kApart;
     }
     if (!shape.project(p.position, p.component, shape.spacing)) return;
     const DepthSample at = shape.depth(p.position, p.component);

@@ -12,7 +12,7 @@ namespace thixo {
 namespace {
 
 constexpr float kUnknown = -1;
-constexpr std::size_t kMostCells = std::size_t(1) << 30;
+constexpr std::size_t kMostCells = std::size_t(1) << 28;
 
 /// Cells of the box of a cloud, with a free rim of one support around it.
 struct Lattice {
@@ -113,36 +113,62 @@ float part_in_room(const ImplicitSurface& surface, const Room& room, const Vec3&
     return room && part > 0 ? std::min(part, inner_part(-room(centre) / edge)) : part;
 }
 
-/// Cells of unknown part are settled region by region: outside where a region meets the border, otherwise as the
-/// majority of its rim.
-void flood_unknown(const Lattice& lattice, std::vector<float>& part) {
-    std::vector<std::size_t> region, stack;
-    std::vector<char> seen(part.size(), 0);
-    for (std::size_t start = 0; start < part.size(); ++start) {
-        if (part[start] != kUnknown || seen[start]) continue;
-        region.clear();
-        stack.assign(1, start);
-        seen[start] = 1;
-        bool border = false;
-        std::int64_t votes = 0;  // > 0: the rim is inside
-        while (!stack.empty()) {
-            const std::size_t c = stack.back();
-            stack.pop_back();
-            region.push_back(c);
-            int faces = 0;
-            lattice.for_each_face_neighbour(c, [&](std::size_t other) {
-                ++faces;
-                if (part[other] != kUnknown) {
-                    votes += part[other] > 0.5f ? 1 : -1;
-                } else if (!seen[other]) {
-                    seen[other] = 1;
-                    stack.push_back(other);
+/// The cells that a surfel's support may reach, ascending.
+std::vector<std::size_t> cells_near(const Lattice& lattice, std::span<const Vec3> positions, Real support) {
+    std::vector<char> near(lattice.size(), 0);
+    std::vector<std::size_t> cells;
+    const auto along = [&](Real x, std::size_t n) {
+        return std::min(n - 1, static_cast<std::size_t>(std::max(Real(0), x / lattice.edge)));
+    };
+    for (const Vec3& p : positions) {
+        const Vec3 lower = p - lattice.origin - Vec3::Constant(support), upper = lower + Vec3::Constant(2 * support);
+        for (std::size_t z = along(lower.z(), lattice.nz); z <= along(upper.z(), lattice.nz); ++z)
+            for (std::size_t y = along(lower.y(), lattice.ny); y <= along(upper.y(), lattice.ny); ++y)
+                for (std::size_t x = along(lower.x(), lattice.nx); x <= along(upper.x(), lattice.nx); ++x) {
+                    const std::size_t c = (z * lattice.ny + y) * lattice.nx + x;
+                    if (!near[c]) cells.push_back(c);
+                    near[c] = 1;
                 }
-            });
-            border = border || faces < 6;
-        }
-        const float side = !border && votes > 0 ? 1.0f : 0.0f;
-        for (const std::size_t c : region) part[c] = side;
+    }
+    std::sort(cells.begin(), cells.end());
+    return cells;
+}
+
+/// Settles the region of cells of unknown part about one: outside where it meets the border, otherwise as the majority of
+/// its rim.
+void settle_region(const Lattice& lattice, std::size_t start, std::vector<float>& part, std::vector<char>& seen) {
+    std::vector<std::size_t> region, stack(1, start);
+    seen[start] = 1;
+    bool border = false;
+    std::int64_t votes = 0;  // > 0: the rim is inside
+    while (!stack.empty()) {
+        const std::size_t c = stack.back();
+        stack.pop_back();
+        region.push_back(c);
+        int faces = 0;
+        lattice.for_each_face_neighbour(c, [&](std::size_t other) {
+            ++faces;
+            if (part[other] != kUnknown) {
+                votes += part[other] > 0.5f ? 1 : -1;
+            } else if (!seen[other]) {
+                seen[other] = 1;
+                stack.push_back(other);
+            }
+        });
+        border = border || faces < 6;
+    }
+    if (border || votes <= 0) return;  // unknown counts as outside
+    for (const std::size_t c : region) part[c] = 1;
+}
+
+/// Only regions beside a cell that is inside can be inside.
+void flood_unknown(const Lattice& lattice, const std::vector<std::size_t>& cells, std::vector<float>& part) {
+    std::vector<char> seen(part.size(), 0);
+    for (const std::size_t c : cells) {
+        if (!(part[c] > 0.5f)) continue;
+        lattice.for_each_face_neighbour(c, [&](std::size_t other) {
+            if (part[other] == kUnknown && !seen[other]) settle_region(lattice, other, part, seen);
+        });
     }
 }
 
@@ -151,12 +177,13 @@ double volume_of_one(std::span<const Vec3> positions, std::span<const Vec3> norm
     const Lattice lattice = lattice_around(positions, support);
     ImplicitSurface surface;
     surface.build(positions, normals, support);
-    std::vector<float> part(lattice.size());
-    parallel_for(part.size(), [&](std::size_t c) {
-        part[c] = part_in_room(surface, room, lattice.centre(c), lattice.edge);
-    });
-    flood_unknown(lattice, part);
-    return parallel_sum(part.size(), [&](std::size_t c) { return static_cast<double>(part[c]); }) *
+    const std::vector<std::size_t> cells = cells_near(lattice, positions, support);
+    std::vector<float> part(lattice.size(), kUnknown);
+    parallel_for(
+        cells.size(),
+        [&](std::size_t k) { part[cells[k]] = part_in_room(surface, room, lattice.centre(cells[k]), lattice.edge); }, 256);
+    flood_unknown(lattice, cells, part);
+    return parallel_sum(part.size(), [&](std::size_t c) { return std::max(0.0, static_cast<double>(part[c])); }) *
            cube(static_cast<double>(lattice.edge));
 }
 

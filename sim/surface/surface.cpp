@@ -180,7 +180,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     refill();
 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
-    hold_volume(surface, particles, notes.component, notes.give, walls, full_radius, spacing);
+    hold_volume(surface, particles, notes, full_radius, spacing);
     interpolate_attributes(surface, particles, notes.component, support);
     sort_by_cell_and_id(surface, Real(params.support) * full_radius);
     particles.surface_position = particles.position;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/surface/resample.h"
 #include "sim/surface/surface.h"
 
 namespace thixo {
@@ -21,10 +22,9 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 
 /// Brings `surface.lift` nearer to what makes each component enclose the volume of its particles:
 ///   lift <- lift + 0.7 (V_particles - V)/sum A_i g_i where that is at most 0.08 spacings; -0.35 to 0.3 spacings
-/// A_i is the area of a surfel, g_i the share of the lift that it has (`give`): all of it where matter has come apart, in
+/// A_i is the area of a surfel, g_i the share of the lift that it has (SurfelNotes::give): all of it where matter has come apart, in
 /// splashes and thin sheets, whose iso-surface encloses up to a third too much, a fifth elsewhere, where it encloses a few per
 /// cent too little when it bends. As a step is small nobody sees the surface swell and shrink.
-void hold_volume(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
-                 const std::vector<Real>& give, const Walls& walls, Real radius, Real spacing);
+void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing);
 
 }  // namespace thixo

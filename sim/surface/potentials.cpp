@@ -16,6 +16,7 @@ constexpr Real kAgree = Real(0.70710678);  // cosine of 45 degrees
 constexpr Real kFlatMean =
     Real(0.2461);  // distance of the particles' mean from a flat surface, in supports: 1/10 / int_0^1 (1 - u^2)^4 du
 constexpr Real kRepulsion = Real(0.1);
+constexpr Real kMostLag = Real(0.1);  // behind the iso-surface, in spacings
 /// S_i and S_sub of every surfel, and what sums over S_i read, packed.
 struct Surroundings {
     SurfelLists lists;
@@ -143,12 +144,14 @@ Real mean_smooth(const Surroundings& around, Index i, Real support) {
 
 /// The step of one surfel; returns how far a point of its disc moves by it.
 Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, const scene::Surface& k, Real damping,
-          Real radius) {
+          Real radius, Real most_lag) {
     const Real k_guide = Real(k.guide), k_attract = Real(k.attract) * smoothness,
                k_smooth = Real(k.smooth) * smoothness;
-    // Walls are smooth and exactly known: the liquid's coat follows them at once.
+    // Walls are smooth and exactly known: the liquid's coat follows them at once. So does what lags far behind the
+    // iso-surface, or it would come after it in the updates to follow, when nothing moves.
+    const Real off = n.dot(pull.guide), lag = off - std::clamp(off, -most_lag, most_lag);
     const Real normal_force =
-        pull.coat ? n.dot(pull.guide) : n.dot(k_guide * pull.guide) + k_attract * pull.attract + k_smooth * smooth;
+        pull.coat ? off : k_guide * off + (1 - k_guide) * lag + k_attract * pull.attract + k_smooth * smooth;
     Vec3 tangent_force = kRepulsion * (pull.repel - n * n.dot(pull.repel));
     const Real length = tangent_force.norm();
     if (length > Real(0.25) * radius) tangent_force *= Real(0.25) * radius / length;
@@ -228,7 +231,7 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             const Real smooth =
                 smooths ? pulls[i].smooth - mean_smooth(around, i, per_radius * all.radius[i]) : Real(0);
             moved[i] =
-                step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping, all.radius[i]);
+                step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping, all.radius[i], kMostLag * shape.spacing);
         };
         parallel_for(n, move, kGrain);
         report.largest_move = parallel_reduce(

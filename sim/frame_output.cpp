@@ -164,12 +164,17 @@ FrameTotals totals(const Simulation& s) {
         t.momentum[a] = sum.momentum[static_cast<Eigen::Index>(a)];
         t.angular_momentum[a] = sum.angular[static_cast<Eigen::Index>(a)];
     }
-    if (s.embedded.size() > 0) {  // sheets reach past their edges; the matter knows its volume
-        t.surface_volume =
-            parallel_sum(p.size(), [&](std::size_t i) { return static_cast<double>(p.mass[i] / p.density[i]); });
+    const Real radius = static_cast<Real>(s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
+    if (s.embedded.size() > 0) {  // sheets reach past their edges; the matter of what has not begun to melt knows its volume
+        const std::vector<std::uint8_t>& taken = s.mixed_surface.taken;
+        const double whole = parallel_sum(p.size(), [&](std::size_t i) {
+            const Index e = s.solids.element(p.id[i]);
+            if (e == kNone) return 0.0;
+            const auto owner = static_cast<std::size_t>(s.solids.elements.owner[e]);
+            return owner >= taken.size() || !taken[owner] ? static_cast<double>(p.mass[i] / p.density[i]) : 0.0;
+        });
+        t.surface_volume = whole + surface_volume(s.mixed_surface.animated, p, s.walls, radius);
     } else if (s.surface.size() > 0) {
-        const scene::Surface& params = s.problem.scene.surface;
-        const Real radius = static_cast<Real>(params.radius) * s.problem.smoothing.spacing;
         t.surface_volume = surface_volume(s.surface, p, s.walls, radius);
     }
     return t;

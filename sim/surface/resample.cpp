@@ -214,7 +214,34 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     return p;
 }
 
-void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
+/// m0 of a new surfel: that of its neighbours, continued by a first-order least squares fit, so that what is painted on
+/// the material stays there as its surface spreads; its place where it has too few of them.
+Vec3 rest_of(const Proposal& p, const SurfaceState& surface, const Cover& cover, Real support) {
+    const Poly6 w(support);
+    Real weight = 0;
+    int count = 0;
+    Vec3 mean(0, 0, 0), mean_rest(0, 0, 0);
+    Mat3 spread = Mat3::Zero(), covariance = Mat3::Zero();
+    cover.grid.for_each_neighbour(p.position, support, [&](Index j, Real r2) {
+        if (cover.component[j] != p.component || cover.normal[j].dot(p.normal) < kSameSide) return;
+        const Real a = w.value(r2);
+        const Vec3 x = (cover.position[j] - p.position) / support, m = surface.rest[j] - p.position;
+        ++count;
+        weight += a;
+        mean += a * x;
+        mean_rest += a * m;
+        covariance += (a * m) * x.transpose();
+        spread += (a * x) * x.transpose();
+    });
+    if (count < 3) return p.position;
+    mean /= weight;
+    mean_rest /= weight;
+    covariance = covariance / weight - mean_rest * mean.transpose();
+    spread = spread / weight - mean * mean.transpose() + Real(2e-3) * Mat3::Identity();  // neighbours lie in a plane
+    return p.position + mean_rest - covariance * spread.inverse() * mean;
+}
+
+void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p, const Vec3& rest) {
     Vec3 a, b;
     orthonormal_basis(p.normal, a, b);
     surface.surfels.position.push_back(p.position);
@@ -223,7 +250,7 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
     surface.surfels.axis2.push_back(p.radius * b);
     surface.id.push_back(surface.next_id++);
     surface.body.push_back(p.body);
-    surface.rest.push_back(p.position);
+    surface.rest.push_back(rest);
     surface.velocity.push_back(Vec3(0, 0, 0));
     surface.temperature.push_back(0);
     notes.component.push_back(p.component);
@@ -235,11 +262,12 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
 }
 
 /// Accepts the good proposals one after the other, each unless one accepted before is near; returns how many.
-std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<Proposal>& proposals, Cover& cover) {
+std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<Proposal>& proposals, Cover& cover,
+                   Real full) {
     const std::size_t before = surface.size();
     for (const Proposal& p : proposals) {
         if (!p.good || cover.covers(p, p.apart * p.radius)) continue;
-        append(surface, notes, p);
+        append(surface, notes, p, rest_of(p, surface, cover, Real(1.5) * full));
         cover.follow();
     }
     return surface.size() - before;
@@ -300,7 +328,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
         proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
     };
     parallel_for(particles.size(), seed, kGrain);
-    accept(surface, notes, proposals, cover);
+    accept(surface, notes, proposals, cover, full);
     // Only surfels with a new neighbour can have got or lost a gap; in the first round that may be any.
     std::vector<Index> look(surface.size());
     std::iota(look.begin(), look.end(), Index(0));
@@ -313,7 +341,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();
-        if (accept(surface, notes, proposals, cover) == 0) break;
+        if (accept(surface, notes, proposals, cover, full) == 0) break;
         look.clear();
         listed.resize(surface.size(), 0);
         for (std::size_t i = first_new; i < surface.size(); ++i)

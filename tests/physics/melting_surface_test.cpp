@@ -67,7 +67,7 @@ Vec3 matter_at(const Vec3& x, const Simulation& s, const std::vector<Vec3>& firs
     return (mean_first - covariance * spread.inverse() * mean).cast<Real>();
 }
 
-/// Distance of what is painted on the surfels from the matter it was painted on, at three quarters of them less than this [m].
+/// Distance of what is painted on the surfels from the matter it was painted on, the median [m].
 double texture_error(const Simulation& s, const std::vector<Vec3>& first) {
     PointGrid grid;
     grid.build(s.particles.position, Real(1.25) * s.problem.smoothing.support);
@@ -76,7 +76,7 @@ double texture_error(const Simulation& s, const std::vector<Vec3>& first) {
         errors.push_back(static_cast<double>(
             (s.surface.rest[i] - matter_at(s.surface.surfels.position[i], s, first, grid)).norm()));
     std::ranges::sort(errors);
-    return errors[errors.size() * 3 / 4];
+    return errors[errors.size() / 2];
 }
 
 struct Drawn {
@@ -105,7 +105,7 @@ Drawn melt(const std::string& scene) {
     double liquid = 0;
     for (const Real b : s.particles.melt) liquid += b >= 1;
     gate::report(scene, "melted", "%", 100 * liquid / static_cast<double>(s.particles.size()));
-    gate::report(scene, "texture error of three surfels in four", "m", texture_error(s, first));
+    gate::report(scene, "median distance of the texture from its matter", "m", texture_error(s, first));
     gate::report(scene, "largest error of the surface's volume", "%", 100 * drawn.volume_error);
     gate::report(scene, "rays from within that leave by a hole", "per million", 1e6 * drawn.holes);
     return drawn;

@@ -123,7 +123,7 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 }
 
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing) {
-    const Real lowest = Real(-0.35) * spacing, highest = Real(0.3) * spacing, step = Real(0.08) * spacing;
+    const Real lowest = Real(-0.6) * spacing, highest = Real(0.3) * spacing, step = Real(0.08) * spacing;
     const std::vector<std::int32_t>& component = notes.component;
     // Walls as they were looked up when the surfel was last near one.
     const UpToWalls s = up_to_the_walls(surface.surfels, [&](std::size_t i) {

@@ -165,7 +165,8 @@ FrameTotals totals(const Simulation& s) {
         t.angular_momentum[a] = sum.angular[static_cast<Eigen::Index>(a)];
     }
     const Real radius = static_cast<Real>(s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
-    if (s.embedded.size() > 0) {  // sheets reach past their edges; the matter of what has not begun to melt knows its volume
+    if (s.embedded.size() > 0) {
+        // Sheets reach past their edges; the matter of what has not begun to melt knows its volume.
         const std::vector<std::uint8_t>& taken = s.mixed_surface.taken;
         const double whole = parallel_sum(p.size(), [&](std::size_t i) {
             const Index e = s.solids.element(p.id[i]);

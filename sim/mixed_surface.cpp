@@ -9,7 +9,8 @@
 namespace thixo {
 namespace {
 
-constexpr Real kPastEdge = Real(0.1), kShortest = Real(0.35);  // that a disc goes past an edge of its body, and keeps, in radii
+// That a disc goes past an edge of its body, and keeps at least, in radii.
+constexpr Real kPastEdge = Real(0.1), kShortest = Real(0.35);
 
 template <class T>
 void keep(std::vector<T>& array, const std::vector<Index>& kept) {

@@ -12,7 +12,7 @@ namespace thixo {
 namespace {
 
 constexpr float kUnknown = -1;
-constexpr std::size_t kMostCells = std::size_t(1) << 28;
+constexpr std::size_t kMostCells = std::size_t(1) << 30;
 
 /// Cells of the box of a cloud, with a free rim of one support around it.
 struct Lattice {
@@ -76,8 +76,9 @@ struct CellPart {
     bool one_side = true;
 };
 
-/// Where a cell sees two sides, of a sheet or across a gap, they are not averaged. The side of the nearest surfel leads;
-/// where the other lies behind it, inside is what is inside of both, where it lies before it, what is inside of either.
+/// Where a cell sees two sides, of a sheet or across a gap, they are not averaged. The side of the nearest surfel
+/// leads; where the other lies behind it, inside is what is inside of both, where it lies before it, what is inside of
+/// either.
 CellPart part_of_cell(const ImplicitSurface& surface, const Vec3& centre, Real edge) {
     const auto all = surface.evaluate(centre);
     // One side is no ridge: F has a slope of one.
@@ -134,8 +135,8 @@ std::vector<std::size_t> cells_near(const Lattice& lattice, std::span<const Vec3
     return cells;
 }
 
-/// Settles the region of cells of unknown part about one: outside where it meets the border, otherwise as the majority of
-/// its rim.
+/// Settles the region of cells of unknown part about one: outside where it meets the border, otherwise as the majority
+/// of its rim.
 void settle_region(const Lattice& lattice, std::size_t start, std::vector<float>& part, std::vector<char>& seen) {
     std::vector<std::size_t> region, stack(1, start);
     seen[start] = 1;
@@ -181,7 +182,8 @@ double volume_of_one(std::span<const Vec3> positions, std::span<const Vec3> norm
     std::vector<float> part(lattice.size(), kUnknown);
     parallel_for(
         cells.size(),
-        [&](std::size_t k) { part[cells[k]] = part_in_room(surface, room, lattice.centre(cells[k]), lattice.edge); }, 256);
+        [&](std::size_t k) { part[cells[k]] = part_in_room(surface, room, lattice.centre(cells[k]), lattice.edge); },
+        256);
     flood_unknown(lattice, cells, part);
     return parallel_sum(part.size(), [&](std::size_t c) { return std::max(0.0, static_cast<double>(part[c])); }) *
            cube(static_cast<double>(lattice.edge));

@@ -61,7 +61,12 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
 
 DepthSample LiquidShape::depth_of(const ColourSample& c, const Vec3& x, Real iso_value) const {
     const Real per_phi = support * Real(256.0 / 315.0);
-    DepthSample sample{(c.value - iso_value + c.lift * c.gradient.norm()) * per_phi, c.gradient * per_phi, c.centre, c.value, false, c.value > 0};
+    DepthSample sample{(c.value - iso_value + c.lift * c.gradient.norm()) * per_phi,
+                       c.gradient * per_phi,
+                       c.centre,
+                       c.value,
+                       false,
+                       c.value > 0};
     if (!c.near_wall) return sample;
     const WallPlane wall = wall_plane(x, c);
     const Real below_wall = wall.distance(x) + wall_depth();

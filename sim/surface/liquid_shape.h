@@ -79,8 +79,8 @@ struct LiquidShape {
 
     ColourSample colour(const Vec3& x, std::int32_t component) const;
 
-    /// depth(x) = min((phi(x) - I + lift |grad phi|) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of phi
-    /// across the surface of a half space: zero `lift` outside of the iso-surface, to first order in it.
+    /// depth(x) = min((phi(x) - I + lift |grad phi|) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of
+    /// phi across the surface of a half space: zero `lift` outside of the iso-surface, to first order in it.
     DepthSample depth(const Vec3& x, std::int32_t component) const { return depth(x, component, iso); }
     DepthSample depth(const Vec3& x, std::int32_t component, Real iso_value) const {
         return depth_of(colour(x, component), x, iso_value);

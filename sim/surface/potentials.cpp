@@ -230,8 +230,8 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             const bool smooths = !pulls[i].coat && smoothness[i] > 0;
             const Real smooth =
                 smooths ? pulls[i].smooth - mean_smooth(around, i, per_radius * all.radius[i]) : Real(0);
-            moved[i] =
-                step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping, all.radius[i], kMostLag * shape.spacing);
+            moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping,
+                            all.radius[i], kMostLag * shape.spacing);
         };
         parallel_for(n, move, kGrain);
         report.largest_move = parallel_reduce(

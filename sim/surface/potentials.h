@@ -12,7 +12,8 @@ namespace thixo {
 /// phi beyond which a surfel that lines no wall is inside the body.
 inline constexpr Real kDeepest = Real(0.8);
 
-/// What becomes of a surfel: lost where no particle is in reach or its side of the body is gone, buried inside the body.
+/// What becomes of a surfel: lost where no particle is in reach or its side of the body is gone, buried inside the
+/// body.
 enum class Fate : char { stays = 0, lost, buried };
 
 /// Surfels while they are worked on: what of SurfaceState the potentials need, and notes of the update.

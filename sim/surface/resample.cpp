@@ -84,8 +84,8 @@ void fit(Proposal& p, const LiquidShape& shape, Real full) {
     p.radius = fitting_radius(p.curvature, full);
 }
 
-/// The sheet through the surfels around a proposal, ended where it meets another one. False where the liquid's surface is
-/// not there.
+/// The sheet through the surfels around a proposal, ended where it meets another one. False where the liquid's surface
+/// is not there.
 bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidShape& shape, Real full) {
     const Vec3 n = average.unit_normal();
     Vec3 place = p.position - average.value() * n;
@@ -108,9 +108,9 @@ bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidSh
 }
 
 /// Puts a proposal on the surface: that of its neighbours where three or more blend there; where fewer do, or where it
-/// bends too sharply for their mean to lie on it, the liquid's. So also where the mean does not lie on it and no other sheet
-/// is near that it would have met: a sheet that leaves its wall at a small angle goes on there.
-/// Its radius is that of the surfel it comes from; it gets its own.
+/// bends too sharply for their mean to lie on it, the liquid's. So also where the mean does not lie on it and no other
+/// sheet is near that it would have met: a sheet that leaves its wall at a small angle goes on there. Its radius is
+/// that of the surfel it comes from; it gets its own.
 void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_radius, Real full) {
     p.good = false;
     const Real surfel_support = per_radius * p.radius;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/enclosed_volume.h"
 #include "pipeline/geometry/point_grid.h"
@@ -46,7 +47,8 @@ UpToWalls up_to_the_walls(const SurfelCloud& cloud, F&& wall_of) {
     return s;
 }
 
-/// Distance from the walls that the surface lines, as planes: asking the walls themselves would cost more than all else.
+/// Distance from the walls that the surface lines, as planes: asking the walls themselves would cost more than all
+/// else.
 class LinedWalls {
   public:
     LinedWalls(const UpToWalls& s, Real reach) : s_(s) {
@@ -122,7 +124,8 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
     return std::accumulate(volume.begin(), volume.end(), 0.0);
 }
 
-void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing) {
+void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius,
+                 Real spacing) {
     const Real lowest = Real(-0.6) * spacing, highest = Real(0.3) * spacing, step = Real(0.08) * spacing;
     const std::vector<std::int32_t>& component = notes.component;
     // Walls as they were looked up when the surfel was last near one.
@@ -131,7 +134,12 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         const bool near = (surface.surfels.position[i] - note.asked).squaredNorm() < square(Real(0.5) * spacing);
         return near ? note.walls.first : WallPlane{};
     });
-    const std::vector<double> volume = volume_by_component(s, surface.surfels, component, radius);
+    std::vector<double> volume;
+    try {
+        volume = volume_by_component(s, surface.surfels, component, radius);
+    } catch (const ResourceError&) {
+        return;  // too widely spread to be measured: the lift stays as it is
+    }
     surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
     for (std::size_t c = 0; c < volume.size(); ++c) {
         const auto in_c = static_cast<std::int32_t>(c);

@@ -89,7 +89,8 @@ Drawn melt(const std::string& scene) {
     double matter = 0;
     for (const Real v : s.particles.rest_volume) matter += static_cast<double>(v);
     std::vector<Vec3> first(s.particles.size());
-    for (std::size_t i = 0; i < s.particles.size(); ++i) first[static_cast<std::size_t>(s.particles.id[i])] = s.particles.position[i];
+    for (std::size_t i = 0; i < s.particles.size(); ++i)
+        first[static_cast<std::size_t>(s.particles.id[i])] = s.particles.position[i];
     Drawn drawn;
     int frames = 0;
     while (s.clock.frame < s.problem.scene.frames.last) {

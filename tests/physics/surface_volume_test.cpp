@@ -26,7 +26,8 @@ double moved(const SurfelCloud& old, const Simulation& s, Real support) {
         if (wall_distance(s.walls, x) < 0) continue;
         SurfelAverage average;
         grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
-            if (now.normal[j].dot(old.normal[i]) > Real(0.7)) average.add(w.value(r2), now.position[j] - x, now.normal[j]);
+            if (now.normal[j].dot(old.normal[i]) > Real(0.7))
+                average.add(w.value(r2), now.position[j] - x, now.normal[j]);
         });
         if (average.defined()) way.push_back(static_cast<double>(std::abs(average.value())));
     }
@@ -68,7 +69,8 @@ TEST(SurfaceVolume, IsTheParticlesThroughAPour) {
         for (const Real lift : s.surface.lift) largest = std::max(largest, static_cast<double>(std::abs(lift)));
     }
     gate::report("surface in a pour", "largest error of the enclosed volume", "%", 100 * most);
-    gate::report("surface in a pour", "largest shift for it, in spacings", "1", largest / s.problem.scene.solver.spacing);
+    gate::report("surface in a pour", "largest shift for it, in spacings", "1",
+                 largest / s.problem.scene.solver.spacing);
 }
 
 }  // namespace

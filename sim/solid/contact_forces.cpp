@@ -30,6 +30,7 @@ Motion motion_of_node(const ContactNodes& n, const Elements& e, const std::vecto
 
 struct Press {
     Real brake, outwards;  // [1/s], [m]
+    Real dt, last;         // the sub-step to come, the one that led here [s]
 };
 
 /// The force of node k; friction's spring and the excess go on.
@@ -42,7 +43,11 @@ Vec3 force_of_node(const Motion& m, const Mat3& turn, const Press& press, Real w
     const Real speed = normal.dot(m.velocity);
     Real push = n.depth[k] > 0 ? std::max(n.stiffness[k] * n.depth[k] - n.damping[k] * speed, Real(0)) : Real(0);
     if (gap < -kBraked * width && speed < 0) push -= press.brake * n.brake[k] * speed;
-    const Real most = n.friction[k] * push;
+    if (push > 0) {
+        n.pressed[k] = std::min(n.pressed[k] + press.dt, n.memory[k]);
+        n.press[k] += (push - n.press[k]) * press.dt / n.pressed[k];
+    }
+    const Real most = push > 0 ? n.friction[k] * n.press[k] : Real(0);
     if (!(most > 0)) {
         n.slip[k].setZero();
         n.last[k] = m.way;
@@ -50,11 +55,13 @@ Vec3 force_of_node(const Motion& m, const Mat3& turn, const Press& press, Real w
     }
     Vec3 slip = turn * n.slip[k] + (m.way - n.last[k]);
     slip -= normal * normal.dot(slip);
-    Vec3 rub = -n.stiffness[k] * slip - n.drag[k] * (m.velocity - speed * normal);
+    const Vec3 sliding = m.velocity - speed * normal;
+    Vec3 rub = -n.stiffness[k] * slip - n.drag[k] * sliding;
     const Real size = rub.norm();
     if (size > most) {
         rub *= most / size;
-        slip = -rub / n.stiffness[k];
+        slip = (n.drag[k] * (slip - press.last * sliding) - press.last * rub) /
+               (n.drag[k] + press.last * n.stiffness[k]);
     }
     n.slip[k] = turn.transpose() * slip;
     n.last[k] = m.way;
@@ -89,7 +96,8 @@ void press_contacts(double dt, Solids& solids) {
         [&](std::size_t k) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
             const Real width = std::cbrt(e.volume[solids.bodies[partner].begin]);
-            const Press press{static_cast<Real>(0.5 / kick), kOutwards * width * static_cast<Real>(dt)};
+            const Press press{static_cast<Real>(0.5 / kick), kOutwards * width * static_cast<Real>(dt),
+                              static_cast<Real>(dt), static_cast<Real>(solids.last_dt)};
             n.force[k] = force_of_node(motion_of_node(n, e, poses, k), poses[partner].turn, press, width, n, k);
         },
         64);

@@ -2,13 +2,13 @@
 
 #include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/geometry/enclosed_volume.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/tessellate.h"
 #include "sim/scene_shapes.h"
 #include "sim/step.h"
+#include "sim/surface/volume.h"
 
 namespace thixo {
 namespace {
@@ -134,15 +134,6 @@ struct Sums {
     }
 };
 
-/// The surface of a liquid, which reaches a little into the walls so that no film of air is seen there, without that.
-std::vector<Vec3> up_to_the_walls(std::vector<Vec3> x, const Walls& walls) {
-    parallel_for(x.size(), [&](std::size_t i) {
-        const WallContact wall = wall_contact(walls, x[i]);
-        if (wall.distance < 0) x[i] -= wall.distance * wall.normal;
-    });
-    return x;
-}
-
 FrameTotals totals(const Simulation& s) {
     const Particles& p = s.particles;
     const Vec3d gravity = s.problem.scene.world.gravity;
@@ -173,15 +164,19 @@ FrameTotals totals(const Simulation& s) {
         t.momentum[a] = sum.momentum[static_cast<Eigen::Index>(a)];
         t.angular_momentum[a] = sum.angular[static_cast<Eigen::Index>(a)];
     }
-    if (s.embedded.size() > 0) {  // sheets reach past their edges; the matter knows its volume
-        t.surface_volume =
-            parallel_sum(p.size(), [&](std::size_t i) { return static_cast<double>(p.mass[i] / p.density[i]); });
+    const Real radius = static_cast<Real>(s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
+    if (s.embedded.size() > 0) {
+        // Sheets reach past their edges; the matter of what has not begun to melt knows its volume.
+        const std::vector<std::uint8_t>& taken = s.mixed_surface.taken;
+        const double whole = parallel_sum(p.size(), [&](std::size_t i) {
+            const Index e = s.solids.element(p.id[i]);
+            if (e == kNone) return 0.0;
+            const auto owner = static_cast<std::size_t>(s.solids.elements.owner[e]);
+            return owner >= taken.size() || !taken[owner] ? static_cast<double>(p.mass[i] / p.density[i]) : 0.0;
+        });
+        t.surface_volume = whole + surface_volume(s.mixed_surface.animated, p, s.walls, radius);
     } else if (s.surface.size() > 0) {
-        const scene::Surface& params = s.problem.scene.surface;
-        const Real support = static_cast<Real>(params.support * params.radius) * s.problem.smoothing.spacing;
-        t.surface_volume =
-            enclosed_volume(up_to_the_walls(s.surface.surfels.position, s.walls), s.surface.surfels.normal, support,
-                            s.surface.body);
+        t.surface_volume = surface_volume(s.surface, p, s.walls, radius);
     }
     return t;
 }

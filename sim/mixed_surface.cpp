@@ -1,11 +1,16 @@
 #include "sim/mixed_surface.h"
 
+#include <algorithm>
+
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/point_grid.h"
 
 namespace thixo {
 namespace {
+
+// That a disc goes past an edge of its body, and keeps at least, in radii.
+constexpr Real kPastEdge = Real(0.1), kShortest = Real(0.35);
 
 template <class T>
 void keep(std::vector<T>& array, const std::vector<Index>& kept) {
@@ -84,8 +89,10 @@ void take_over(const EmbeddedSurface& embedded, const Solids& solids, const Surf
         Vec3 &a = to.surfels.axis1.back(), &b = to.surfels.axis2.back();
         const Real c = std::cos(cut.angle), s = std::sin(cut.angle);
         const Vec3 along = c * a + s * b, across = c * b - s * a;
-        a = cut.along * along;
-        b = cut.across * across;
+        // Ellipses side by side must overlap at the edge, not only touch it.
+        const auto past = [](Real reach) { return std::clamp(kPastEdge + Real(1.2) * reach, kShortest, Real(1)); };
+        a = past(cut.along) * along;
+        b = past(cut.across) * across;
     }
 }
 

@@ -193,6 +193,9 @@ void move_solids(Simulation& s, double dt, bool alone) {
     const SolidReport report =
         advance_solids(s.problem.scene, s.problem.gravity, s.clock.time, dt, s.walls, s.solids);
     s.stats.solid_sub_steps += report.sub_steps;
+    s.stats.solid_newton += report.newton;
+    s.stats.solid_iterations += report.iterations;
+    s.stats.solid_unconverged += report.unconverged;
     s.stats.contact_seconds += report.contact_seconds;
     write_particles(s.solids, s.particles);
     check_solids_health(s, report);

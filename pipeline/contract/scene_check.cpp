@@ -242,6 +242,41 @@ void check_elastic(const Scene& scene, const Checker& check) {
     }
 }
 
+/// The compliance of normal strains must be positive definite, or the material would give energy away.
+bool stable(const Orthotropic& o) {
+    const Vec3d &e = o.youngs_modulus, &nu = o.poisson_ratio;
+    Mat3d s;
+    s << 1 / e[0], -nu[0] / e[0], -nu[2] / e[2], -nu[0] / e[0], 1 / e[1], -nu[1] / e[1], -nu[2] / e[2], -nu[1] / e[1],
+        1 / e[2];
+    const Vec3d root = e.cwiseSqrt();
+    const Mat3d scaled = root.asDiagonal() * s * root.asDiagonal();
+    return Eigen::SelfAdjointEigenSolver<Mat3d>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0] > 1e-6;
+}
+
+void check_orthotropic(const Scene& scene, const Checker& check) {
+    for (const Material& m : scene.materials) {
+        const Orthotropic& o = m.elastic.orthotropic;
+        if (!o.any()) continue;
+        const std::string path = fmt::format("materials.{}.orthotropic", m.name);
+        const bool positive = o.youngs_modulus.minCoeff() > 0 && o.shear_modulus.minCoeff() > 0;
+        check.require(positive, path, "an orthotropic material needs three moduli above 0 of each kind",
+                      "youngs_modulus: [E1, E2, E3], shear_modulus: [G12, G23, G31]");
+        check.require(!positive || stable(o), path + ".poisson_ratio",
+                      "no material has these ratios with these moduli: it would give energy away when it is strained",
+                      "nu_ab^2 < E_a/E_b for every pair, and not all three near that");
+        check.require(m.elastic.solid(), path, "only a solid can be orthotropic",
+                      "give the material a \"youngs_modulus\" above 0");
+        check.require(!m.melting.any(), path, "an orthotropic material that melts is not supported yet");
+        check.require(m.elastic.changes.empty(), path, "changes of an orthotropic material are not supported yet");
+    }
+    for (const Material& m : scene.materials)
+        for (std::size_t k = 0; k < m.elastic.changes.size(); ++k)
+            for (const Material& other : scene.materials)
+                check.require(other.name != m.elastic.changes[k].material || !other.elastic.orthotropic.any(),
+                              fmt::format("materials.{}.changes.{}.material", m.name, k),
+                              "a change to an orthotropic material is not supported yet");
+}
+
 void check_handles(const Scene& scene, const Checker& check) {
     for (const Handle& h : scene.handles) {
         const std::string path = "handles." + h.name;
@@ -280,6 +315,9 @@ void check_solids(const Scene& scene, const Checker& check) {
     check.require(!flows || scene.solver.pressure == Pressure::eos, "solver.pressure",
                   "solids together with liquids, and what melts, are not supported by \"dfsph\" yet",
                   "write pressure: eos");
+    check.require(!flows || scene.solver.solids == SolidSteps::leapfrog, "solver.solids",
+                  "implicit solids together with liquids, emitters and what melts are not supported yet",
+                  "write solids: leapfrog");
     check.require(scene.world.periodic.empty(), "world.periodic", "solids in a periodic domain are not supported yet");
 }
 
@@ -339,6 +377,7 @@ void check_scene(const Scene& scene, ReadContext& context) {
     check_heat(scene, check);
     check_periodic(scene, check);
     check_elastic(scene, check);
+    check_orthotropic(scene, check);
     check_handles(scene, check);
     check_solids(scene, check);
     check_look(scene.look, context);

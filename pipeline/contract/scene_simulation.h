@@ -165,6 +165,12 @@ struct Words<Viscosity> {
     static constexpr std::array<std::string_view, 3> list{"automatic", "explicit", "implicit"};
 };
 
+enum class SolidSteps { leapfrog, implicit_euler };
+template <>
+struct Words<SolidSteps> {
+    static constexpr std::array<std::string_view, 2> list{"leapfrog", "implicit"};
+};
+
 struct TimeStep {            // fixed = 0: adaptive
     double fixed = 0;        // s
     double maximum = 0.005;  // s
@@ -188,6 +194,8 @@ struct Solver {
     double artificial_viscosity = 0.15;  // Monaghan's alpha, 1
     Viscosity viscosity = Viscosity::automatic;
     double viscosity_tolerance = 1e-3;  // 1
+    SolidSteps solids = SolidSteps::leapfrog;
+    double solids_tolerance = 1e-3;  // 1
     TimeStep time_step;
     std::uint64_t seed = 1;
     int checkpoint_every = 10;  // frames
@@ -212,6 +220,11 @@ void visit(V& v, Solver& s) {
           "explicit force would set the step");
     v.key("viscosity_tolerance", s.viscosity_tolerance, "1", inside(0, 1),
           "part of the momentum that the implicit viscosity's solve may leave as residual");
+    v.key("solids", s.solids, "", any(),
+          "steps of solids; leapfrog: explicit, as short as stiffness asks for; implicit: Euler backwards, of the length "
+          "of time_step, for stiff bodies; damps what vibrates faster than the step");
+    v.key("solids_tolerance", s.solids_tolerance, "1", inside(0, 1),
+          "part of the forces that a step of implicit solids may leave unbalanced");
     v.block("time_step", s.time_step, "time steps");
     v.key("seed", s.seed, "", at_least(0), "seed of all random numbers");
     v.key("checkpoint_every", s.checkpoint_every, "frames", between(1, 999999), "frames between two checkpoints");

@@ -25,6 +25,24 @@ void visit(V& v, MaterialChange& c) {
                 "material whose elastic values, viscosity and friction are taken over; density and look stay");
 }
 
+/// Three planes of symmetry, as wood or fibres have them. Axes 1, 2, 3 are x, y, z of the body's shape, turned.
+struct Orthotropic {
+    Vec3d youngs_modulus{0, 0, 0};         // E1, E2, E3 [Pa]; 0: isotropic
+    Vec3d shear_modulus{0, 0, 0};          // G12, G23, G31 [Pa]
+    Vec3d poisson_ratio{0.3, 0.3, 0.3};    // nu12, nu23, nu31 [1]
+    Vec3d rotate{0, 0, 0};                 // deg
+    bool any() const { return !youngs_modulus.isZero(); }
+};
+template <class V>
+void visit(V& v, Orthotropic& o) {
+    v.key("youngs_modulus", o.youngs_modulus, "Pa", between(0, 1e13), "E1, E2, E3 along the three axes; zeros: isotropic");
+    v.key("shear_modulus", o.shear_modulus, "Pa", between(0, 1e13), "G12, G23, G31");
+    v.key("poisson_ratio", o.poisson_ratio, "1", between(-10, 10),
+          "nu12, nu23, nu31: how much axis b narrows when a is stretched, for ab = 12, 23, 31");
+    v.key("rotate", o.rotate, "deg", between(-1e6, 1e6),
+          "turns the axes 1, 2, 3 from x, y, z of the body's own shape, about x, then y, then z");
+}
+
 struct Elastic {
     double youngs_modulus = 0;          // E [Pa]; 0: a liquid
     double poisson_ratio = 0.3;         // nu [1]
@@ -36,6 +54,7 @@ struct Elastic {
     double friction = 0.3;              // Coulomb's mu [1]
     double contact_damping = 0.5;       // of critical [1]
     double contact_stiffness = 0;       // Pa/m; 0: (lambda + 2 mu)/spacing
+    Orthotropic orthotropic;
     std::vector<MaterialChange> changes;
     bool solid() const { return youngs_modulus > 0; }
 };
@@ -65,6 +84,8 @@ void visit(V& v, Elastic& e) {
     v.key("contact_stiffness", e.contact_stiffness, "Pa/m", between(0, 1e18),
           "pressure per depth with which a solid's surface resists what enters it; 0: as stiff as the layer of matter "
           "that a particle is. Higher needs shorter steps");
+    v.block("orthotropic", e.orthotropic,
+            "a solid that is not equally stiff in all directions; contact and zero_energy go by \"youngs_modulus\" still");
     v.list("changes", e.changes, "changes of a solid's material while the scene runs");
 }
 

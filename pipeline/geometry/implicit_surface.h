@@ -77,6 +77,7 @@ class ImplicitSurface {
         Real planes =
             0;  // mean signed distance sum w_i n_i.(x - s_i) / sum w_i from the surfels' planes [m] (Shen et al. 2004)
         Vec3 gradient{0, 0, 0};  // grad F [1]; zero where only the value was asked for
+        Real agreement = 1;      // |sum w_i n_i| / sum w_i: 1 where all normals are one, little inside a thin sheet
     };
 
     /// Copies the surfels. `support` h_s > 0 [m]; `groups` (body or sheet of each surfel) may be empty.
@@ -90,6 +91,9 @@ class ImplicitSurface {
     std::optional<Sample> evaluate(const Vec3& x, const SurfelSelection& selection = {}) const;
     /// The same with grad F = n - (grad a)^T n + (grad n)^T (x - a).
     std::optional<Sample> evaluate_gradient(const Vec3& x, const SurfelSelection& selection = {}) const;
+
+    /// Normal of the surfel nearest to x; empty where none is within the support.
+    std::optional<Vec3> nearest_normal(const Vec3& x) const;
 
     /// x <- x - F(x) n(x), until the step is small.
     SurfaceProjection project_simple(const Vec3& x, const SurfelSelection& selection = {},

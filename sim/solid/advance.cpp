@@ -3,6 +3,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
+#include "pipeline/geometry/shapes.h"
 #include "sim/solid/grips.h"
 #include "sim/solid/rigid_fit.h"
 #include "sim/solid/solids.h"
@@ -13,16 +14,26 @@
 namespace thixo {
 namespace {
 
+bool implicit(const scene::Scene& scene) { return scene.solver.solids == scene::SolidSteps::implicit_euler; }
+
 void update_laws(const scene::Scene& scene, double time, Solids& solids) {
     std::vector<StressLaw> laws;
-    for (const SolidBody& body : solids.bodies)
+    std::vector<Stiffness6> anisotropic;
+    for (const SolidBody& body : solids.bodies) {
         laws.push_back(law_at(scene, static_cast<std::size_t>(body.material), time));
-    if (laws == solids.laws) return;
+        const scene::Orthotropic& o = scene.materials[static_cast<std::size_t>(body.material)].elastic.orthotropic;
+        if (!o.any() || body.body < 0) continue;
+        const Quatd own = rotation_from_degrees(scene.bodies[static_cast<std::size_t>(body.body)].shape.rotate);
+        laws.back().anisotropy = static_cast<Index>(anisotropic.size());
+        anisotropic.push_back(orthotropic_stiffness(o, (own * rotation_from_degrees(o.rotate)).toRotationMatrix()));
+    }
+    if (laws == solids.laws) return;  // what is orthotropic stays as it is
     solids.laws = std::move(laws);
+    solids.elements.anisotropic = std::move(anisotropic);
     std::vector<Index> own;  // rates are the bodies'
     solids.elements.law.swap(own);
     set_zero_energy(solids.laws, solids.elements);
-    solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
+    if (!implicit(scene)) solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
     solids.elements.law.swap(own);
     if (solids.phases.any) set_zero_energy(stencil_laws(solids), solids.elements);
 }
@@ -54,23 +65,8 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
         256);
 }
 
-/// By what is bound to the rest shape alone.
-void fit_solids(Solids& solids) {
-    const Phases& s = solids.phases;
-    if (!s.any) return fit_rest_shapes(solids.bodies, solids.elements);
-    std::vector<Real> share(s.bond.size());
-    for (std::size_t i = 0; i < share.size(); ++i) share[i] = s.bond[i] == Bond::rest ? 1 - s.melt[i] : Real(0);
-    fit_rest_shapes(solids.bodies, solids.elements, &share);
-}
-
-}  // namespace
-
-SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls,
-                           Solids& solids) {
-    SolidReport report;
-    update_laws(scene, time, solids);
-    take_hold(time, gravity, solids);
-    const double end = time + dt;
+/// Sub-steps of leapfrog to `end`.
+void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidReport& report) {
     double now = time;
     while (now < end) {
         if (now == time || now >= solids.contacts.next) {
@@ -96,6 +92,70 @@ SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, doubl
         ++report.sub_steps;
         report.smallest_dt = std::min(report.smallest_dt, step);
     }
+}
+
+/// What a step that fails gives back.
+struct Kept {
+    std::vector<SolidBody> bodies;
+    std::vector<Quad> displacement, velocity;
+    std::vector<Vec3> external;
+    ContactNodes nodes;
+};
+
+/// Implicit steps to `end`, as long as contact is foreseen, or half as long where Newton's method does not find its end.
+void step_implicitly_to(double end, double time, double tolerance, Walls& walls, Solids& solids, SolidReport& report) {
+    constexpr int kMostHalvings = 6;
+    double now = time;
+    while (now < end) {
+        {
+            ScopedTimer timer(report.contact_seconds);
+            find_contacts(now, end - now, solids);
+        }
+        const Elements& e = solids.elements;
+        const Kept kept{solids.bodies, e.displacement, e.velocity, solids.external, solids.contacts.nodes};
+        double step = std::min(end, solids.contacts.next) - now;
+        for (int halvings = 0;; ++halvings, step /= 2) {
+            const ImplicitReport done = step_implicitly(now, step, tolerance, walls, solids);
+            report.newton += done.newton;
+            report.iterations += done.iterations;
+            if (done.converged || halvings == kMostHalvings) {
+                report.unconverged += done.converged ? 0 : 1;
+                break;
+            }
+            solids.bodies = kept.bodies;
+            solids.elements.displacement = kept.displacement;
+            solids.elements.velocity = kept.velocity;
+            solids.external = kept.external;
+            solids.contacts.nodes = kept.nodes;
+        }
+        now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
+        solids.last_dt = step;
+        ++report.sub_steps;
+        report.smallest_dt = std::min(report.smallest_dt, step);
+    }
+}
+
+/// By what is bound to the rest shape alone.
+void fit_solids(Solids& solids) {
+    const Phases& s = solids.phases;
+    if (!s.any) return fit_rest_shapes(solids.bodies, solids.elements);
+    std::vector<Real> share(s.bond.size());
+    for (std::size_t i = 0; i < share.size(); ++i) share[i] = s.bond[i] == Bond::rest ? 1 - s.melt[i] : Real(0);
+    fit_rest_shapes(solids.bodies, solids.elements, &share);
+}
+
+}  // namespace
+
+SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls,
+                           Solids& solids) {
+    SolidReport report;
+    update_laws(scene, time, solids);
+    take_hold(time, gravity, solids);
+    const double end = time + dt;
+    if (implicit(scene))
+        step_implicitly_to(end, time, scene.solver.solids_tolerance, walls, solids, report);
+    else
+        leapfrog_to(end, time, walls, solids, report);
     move_walls(walls, end);
     if (solids.phases.any || std::ranges::any_of(solids.laws, [](const StressLaw& law) { return law.creep > 0; })) {
         find_gradients(solids.elements, solids.gradients);
@@ -128,10 +188,11 @@ void write_particles(Solids& solids, Particles& particles) {
         const Real volume = (Mat3::Identity() + h).determinant();
         particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume, Real(1e-3));
         const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
-        const Symmetric stress = solids.laws.empty()
-                                     ? Symmetric{}
-                                     : stress_of(solids.phases.any ? solids.phases.whole[i] : solids.laws[owner], {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz,
-                                                                      s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
+        const Symmetric elastic{s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx};
+        const Symmetric stress =
+            solids.laws.empty()
+                ? Symmetric{}
+                : stress_of(solids.phases.any ? solids.phases.whole[i] : solids.laws[owner], e, elastic);
         particles.pressure[k] = -(stress.xx + stress.yy + stress.zz) / 3;
     });
 }

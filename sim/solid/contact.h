@@ -8,6 +8,10 @@
 //   no surface, and it is the robust inside test of 5.8 at the same time.
 // - Nodes are found once a step, or more often where bodies are fast, and penalties followed from sub-step to sub-step.
 //   Those near a surface but not yet in it take part, so that no contact is late.
+// - Friction follows the normal force of a while and not that of the instant. An elastic body that slides by Coulomb's
+//   law to the letter flutters at high coefficients (Adams 1995): it jumps down a slope on which it would rest. That
+//   friction answers a change of pressure gradually is what Prakash & Clifton 1993 measured, and what ends the flutter
+//   (Ranjith & Rice 2001). In the mean it is Coulomb's.
 // - Both bodies feel a node's force at one place when it is found, by weights that reproduce linear fields. Linear
 //   momentum is conserved to rounding; angular momentum but for what the places slide apart until nodes are found again,
 //   at most a quarter of a particle's width.
@@ -52,6 +56,8 @@ struct ContactNodes {
     std::vector<std::int32_t> partner;  // index of the SolidBody
     std::vector<Real> excess;           // the part of the depth, < 0, that came from nowhere and is not answered [m]
     std::vector<Real> depth;            // answered by the last sub-step [m]
+    std::vector<Real> press;            // mean normal force of late, as friction knows it [N]
+    std::vector<Real> pressed;          // for so long, but no longer than `memory` [s]
     std::vector<Vec3> slip;             // what friction's spring is stretched by, in the partner's frame [m]
 
     // Since the nodes were found; frames do not move meanwhile.
@@ -62,6 +68,7 @@ struct ContactNodes {
     std::vector<Real> stiffness;      // [N/m]
     std::vector<Real> damping, drag;  // along the normal, across [kg/s]
     std::vector<Real> friction;       // [1]
+    std::vector<Real> memory;         // of friction [s]
     std::vector<Real> area;           // [m^2]
     std::vector<Real> brake;          // mass that a speed can be taken from at once, by weights alone [kg]
     ElementWeights weights;
@@ -81,6 +88,8 @@ void for_each_array(C& c, F&& f) requires requires {
     f("contact.excess", c.excess);
     f("contact.depth", c.depth);
     f("contact.slip", c.slip);
+    f("contact.press", c.press);
+    f("contact.pressed", c.pressed);
 }
 
 /// What contact adds to the rates of a body's fastest motions: bounds by the sums of rows.
@@ -119,8 +128,12 @@ void find_contacts(double time, double dt, Solids& solids);
 
 /// Adds the nodes' forces to solids.force, for the sub-step dt [s] to come:
 ///   f_n = max(k (excess - gap) - c v_n, 0),  k = k_1 k_2/(k_1 + k_2) area/2        as each surface has its own nodes
-/// with k_i the bodies' contact_pressure, and friction by a spring that slips: f_t = -k slip - c_t v_t, |f_t| <= mu
-/// f_n. So bodies stick, without creeping. What is deeper than a quarter of a particle's width and goes on inwards is
+/// with k_i the bodies' contact_pressure, and friction by a spring and damper that slip (Kelvin and Voigt's, returned to
+/// the cone within the sub-step: only what is there is given back),
+///   f_t = -k slip - c_t d(slip)/dt,  |f_t| <= mu p,   dp/dt = (f_n - p)/min(a, a_m)
+/// p the mean of f_n over the last a seconds of contact, at most a_m = kMemory radians of the contact's spring (4 ms in
+/// rubber of 1 MPa and particles of 10 mm). So bodies stick, without creeping. What is deeper than a quarter of a
+/// particle's width and goes on inwards is
 /// braked as hard as the sub-step bears: soft bodies give way to fast ones slower than those come. That takes energy
 /// alone. Depth that no approach explains (bodies placed into each other, a fold of the distance) is left unanswered,
 /// but for kUnexplained widths, and pushed out at no more than kOutwards widths a second: no body is ever launched by

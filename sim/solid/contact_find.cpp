@@ -17,6 +17,7 @@ constexpr Real kInside = Real(0.1);       // how far ahead the face is looked fo
 constexpr Real kSameFace = Real(0.99);    // cosine between its normals at that depth and at half of it
 constexpr Real kFacing = Real(0.2);       // least cosine between the surfaces' normals, one of them turned round
 constexpr Real kGripDamping = Real(0.5);  // of critical, of friction's spring
+constexpr Real kMemory = 8;               // of friction, in times that the contact's spring takes for a radian
 
 std::size_t at(std::int32_t body) { return static_cast<std::size_t>(body); }
 
@@ -230,6 +231,7 @@ void make_grid(std::int32_t number, Solids& solids) {
 
 struct PairLaw {
     Real pressure, damping, grip, friction;  // [Pa/m], per area [kg/(m^2 s)], the same, [1]
+    Real memory;                             // [s]
 };
 PairLaw pair_law(const Solids& solids, std::int32_t a, std::int32_t b) {
     const auto layer = [&](std::int32_t body) {  // 1/k and 1/(mass per area)
@@ -243,10 +245,12 @@ PairLaw pair_law(const Solids& solids, std::int32_t a, std::int32_t b) {
     const StressLaw &la = solids.laws[at(a)], &lb = solids.laws[at(b)];
     PairLaw law{};
     law.pressure = 1 / (soft_a + soft_b);
-    const Real critical = 2 * std::sqrt(law.pressure / (light_a + light_b));
+    const Real rate = std::sqrt(law.pressure * (light_a + light_b));
+    const Real critical = 2 * law.pressure / rate;
     law.damping = critical * (la.contact_damping + lb.contact_damping) / 2;
     law.grip = critical * kGripDamping;
     law.friction = std::sqrt(la.friction * lb.friction);
+    law.memory = kMemory / rate;
     return law;
 }
 
@@ -281,6 +285,8 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
         n.excess.push_back(f.sample == kNone ? Real(0) : std::min(excess, f.gap + most));
         n.depth.push_back(depth);
         n.slip.push_back(known ? old.slip[before] : Vec3(0, 0, 0));
+        n.press.push_back(known ? old.press[before] : Real(0));
+        n.pressed.push_back(known ? old.pressed[before] : Real(0));
         n.owner.push_back(f.owner);
         n.normal.push_back(f.normal);
         n.gap.push_back(f.gap);
@@ -289,6 +295,7 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
         n.damping.push_back(law.damping * f.area);
         n.drag.push_back(f.slides ? law.grip * f.area : Real(0));
         n.friction.push_back(f.slides ? law.friction : Real(0));
+        n.memory.push_back(law.memory);
         n.area.push_back(f.area);
         n.middle.push_back(n.weights.element.size() + f.middle);
         append(n.weights.element, f.element);

@@ -1,3 +1,4 @@
+#include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/surface_sampling.h"
 #include "sim/scene_shapes.h"
@@ -46,6 +47,32 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
     }
 }
 
+/// Two bodies that start in one another are pushed apart slowly (press_contacts), which is seldom what is wanted.
+void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const Contacts& c) {
+    constexpr Real kTold = Real(0.1);  // in particle widths
+    const auto source = [&](std::size_t b) -> const scene::Body& {
+        return scene.bodies[static_cast<std::size_t>(solids.bodies[b].body)];
+    };
+    const std::size_t count = solids.bodies.size();
+    for (std::size_t a = 0; a < count; ++a)
+        for (std::size_t b = a + 1; b < count; ++b) {
+            const auto deepest = [&](std::size_t of, std::size_t in) {
+                const auto box = c.shape[in].bounds();
+                Real depth = 0;
+                for (Index s = c.samples.first[of]; s < c.samples.first[of + 1]; ++s) {
+                    const Vec3 x = c.samples.rest[s] + c.origin[of];
+                    if (box && ((x.array() < box->lower.array()).any() || (x.array() > box->upper.array()).any())) continue;
+                    depth = std::max(depth, -c.shape[in].distance(x));
+                }
+                return depth;
+            };
+            const Real depth = std::max(deepest(a, b), deepest(b, a));
+            if (!(depth > kTold * std::cbrt(solids.elements.volume[solids.bodies[a].begin]))) continue;
+            log_warning("{}: body '{}' starts {:.3g} m deep in body '{}'; they are pushed apart slowly: move one of them",
+                        source(b).shape.where, source(b).name, depth, source(a).name);
+        }
+}
+
 }  // namespace
 
 Contacts make_contacts(const scene::Scene& scene, const Solids& solids) {
@@ -61,6 +88,7 @@ Contacts make_contacts(const scene::Scene& scene, const Solids& solids) {
         if (solids.bodies.size() > 1) sample_body(static_cast<std::int32_t>(b), solids, scene.solver.seed, c);
         c.samples.first.push_back(static_cast<Index>(c.samples.size()));
     }
+    warn_of_overlaps(scene, solids, c);
     return c;
 }
 

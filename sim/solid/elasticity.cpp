@@ -1,78 +1,19 @@
 #include "sim/solid/elasticity.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "pipeline/base/parallel.h"
+#include "sim/solid/stencil.h"
 
 namespace thixo {
 namespace {
 
 constexpr std::size_t kElements = 128;  // of one chunk
 
-Lanes load(const Real* from) {
-    Lanes a;
-    std::memcpy(&a, from, sizeof a);
-    return a;
-}
-
-/// sum_j w_ij (a_j - a_i) r_ij^T and sum_j w_ij (a_j - a_i) of a vector field.
-struct Differences {
-    Mat3 outer;
-    Vec3 sum;
-};
-Differences differences(const Elements& e, std::size_t i, const Quad* field) {
-    const Quad m = e.rest[i], a = field[i];
-    Lanes s[3][3]{}, t[3]{};
-    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; k += kLanes) {
-        const Index* j = e.neighbour.data() + k;
-        Lanes x, y, z, ax, ay, az, unused;
-        gather(e.rest.data(), j, x, y, z, unused);
-        gather(field, j, ax, ay, az, unused);
-        const Lanes w = load(e.weight.data() + k);
-        x -= m.x;
-        y -= m.y;
-        z -= m.z;
-        const Lanes d[3] = {w * (ax - a.x), w * (ay - a.y), w * (az - a.z)};
-        for (int c = 0; c < 3; ++c) {
-            s[c][0] += d[c] * x;
-            s[c][1] += d[c] * y;
-            s[c][2] += d[c] * z;
-            t[c] += d[c];
-        }
-    }
-    Differences out;
-    for (int c = 0; c < 3; ++c) {
-        for (int d = 0; d < 3; ++d) out.outer(c, d) = sum_of(s[c][d]);
-        out.sum[c] = sum_of(t[c]);
-    }
-    return out;
-}
-
-/// |J| - 1 of J = 1 + H, without the difference.
-Real dilatation(const Mat3& h) {
-    const Real minors = h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0) + h(1, 1) * h(2, 2) - h(1, 2) * h(2, 1) +
-                        h(0, 0) * h(2, 2) - h(0, 2) * h(2, 0);
-    return h.trace() + minors + h.determinant();
-}
-Mat3 cofactors(const Mat3& j) {
-    Mat3 c;
-    c.col(0) = j.col(1).cross(j.col(2));
-    c.col(1) = j.col(2).cross(j.col(0));
-    c.col(2) = j.col(0).cross(j.col(1));
-    return c;
-}
-
 /// Largest absolute row sum of J^T J.
 Real squared_stretch(const Mat3& j) {
     const Mat3 c = j.transpose() * j;
     return c.cwiseAbs().rowwise().sum().maxCoeff();
-}
-
-/// (P H + H^T P + H^T H)/2
-Mat3 green(const Mat3& p, const Mat3& h) {
-    const Mat3 linear = p * h;
-    return Real(0.5) * (linear + linear.transpose() + h.transpose() * h);
 }
 
 /// Writes the stencil of element i; returns its squared stretch.
@@ -81,59 +22,12 @@ Real write_stencil(const StressLaw& law, const Elements& e, const Mat3& projecti
     const Mat3 inverse = matrix(moment.inverse);
     const Differences u = differences(e, i, e.displacement.data());
     const Mat3 h = u.outer * inverse, j = projection + h;
-    const Symmetric p = e.plastic[i];
-    Symmetric strain = symmetric(green(projection, h));
-    strain = {strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz,
-              strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};
-    Mat3 stress = matrix(stress_of(law, strain));
-    if (law.viscosity > 0) {
-        const Mat3 rate = differences(e, i, e.velocity.data()).outer * inverse;
-        const Mat3 turned = j.transpose() * rate;
-        stress += law.viscosity * (turned + turned.transpose());
-    }
+    const Mat3 stress = matrix(whole_stress(law, e, i, h));
     Mat3 piola = j * stress;
     if (law.volume_stiffness > 0 && moment.full) piola += law.volume_stiffness * dilatation(h) * cofactors(j);
     const Mat3 force = -e.volume[i] * piola * inverse;
-    const Real c = e.rest[i].w;
-    const Mat3 t = force + c * h;
-    out.own[i] = c * u.sum - t * moment.first;
-    const Quad shift = e.displacement[i];
-    out.stencil[i] = {{{t(0, 0), t(0, 1), t(0, 2), shift.x},
-                       {t(1, 0), t(1, 1), t(1, 2), shift.y},
-                       {t(2, 0), t(2, 1), t(2, 2), shift.z}},
-                      e.rest[i]};
+    write_forces(e, i, force, h, u.sum, e.displacement[i], out);
     return squared_stretch(j);
-}
-
-/// Of all stencils that i is a neighbour in.
-Vec3 force_of_neighbours(const Elements& e, const StencilForce* stencil, std::size_t i) {
-    const StencilForce& own = stencil[i];
-    const Quad* first = stencil->row;
-    Lanes fx{}, fy{}, fz{};
-    alignas(32) Index at[kLanes];
-    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; k += kLanes) {
-        for (std::size_t l = 0; l < kLanes; ++l) at[l] = 4 * e.neighbour[k + l];
-        Lanes x, y, z, c, tx, ty, tz, u;
-        gather(first + 3, at, x, y, z, c);
-        const Lanes w = load(e.weight_back.data() + k);
-        x -= own.place.x;
-        y -= own.place.y;
-        z -= own.place.z;
-        gather(first, at, tx, ty, tz, u);
-        fx += w * (c * (u - own.row[0].w) - (tx * x + ty * y + tz * z));
-        gather(first + 1, at, tx, ty, tz, u);
-        fy += w * (c * (u - own.row[1].w) - (tx * x + ty * y + tz * z));
-        gather(first + 2, at, tx, ty, tz, u);
-        fz += w * (c * (u - own.row[2].w) - (tx * x + ty * y + tz * z));
-    }
-    return {sum_of(fx), sum_of(fy), sum_of(fz)};
-}
-
-Mat3 projection_of(const Elements& e, std::size_t i) {
-    if (e.moment[i].full) return Mat3::Identity();
-    const auto at =
-        std::lower_bound(e.flat.begin(), e.flat.end(), i, [](const auto& a, std::size_t b) { return a.first < b; });
-    return matrix(at->second);
 }
 
 }  // namespace
@@ -198,18 +92,40 @@ void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::
     });
 }
 
+/// (P H + H^T P + H^T H)/2
 Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradient) {
-    return symmetric(green(projection_of(elements, i), gradient));
+    const Mat3 linear = projection_of(elements, i) * gradient;
+    return symmetric(Mat3(Real(0.5) * (linear + linear.transpose() + gradient.transpose() * gradient)));
+}
+
+Symmetric whole_stress(const StressLaw& law, const Elements& e, std::size_t i, const Mat3& h) {
+    const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
+    Symmetric stress = stress_of(
+        law, e, {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
+    if (!(law.viscosity > 0)) return stress;
+    const Mat3 rate = differences(e, i, e.velocity.data()).outer * matrix(e.moment[i].inverse);
+    const Mat3 turned = (projection_of(e, i) + h).transpose() * rate;
+    return symmetric(Mat3(matrix(stress) + law.viscosity * (turned + turned.transpose())));
 }
 
 Symmetric stress_of(const StressLaw& law, const Symmetric& e) {
-    const Real pressure = law.lambda * (e.xx + e.yy + e.zz), shear = 2 * law.mu;
+    const Real pressure = law.lambda * (e.xx + e.yy + e.zz), shear = 2 * (law.mu + law.rate_modulus);
     return {pressure + shear * e.xx,
             pressure + shear * e.yy,
             pressure + shear * e.zz,
             shear * e.xy,
             shear * e.yz,
             shear * e.zx};
+}
+
+Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& e) {
+    if (law.anisotropy == kNone) return stress_of(law, e);
+    Eigen::Matrix<Real, 6, 1> strain;
+    strain << e.xx, e.yy, e.zz, 2 * e.xy, 2 * e.yz, 2 * e.zx;
+    const Eigen::Matrix<Real, 6, 1> s = elements.anisotropic[law.anisotropy] * strain;
+    const Real shear = 2 * law.rate_modulus;
+    return {s[0] + shear * e.xx, s[1] + shear * e.yy, s[2] + shear * e.zz,
+            s[3] + shear * e.xy, s[4] + shear * e.yz, s[5] + shear * e.zx};
 }
 
 }  // namespace thixo

@@ -19,6 +19,8 @@ struct StressLaw {
     Real friction = 0;          // [1]
     Real contact_damping = 0;   // of critical [1]
     Real contact_stiffness = 0; // [Pa/m]; 0: of a layer of the matter
+    Real rate_modulus = 0;      // that viscosity adds to mu in a tangent [Pa]
+    Index anisotropy = kNone;   // of Elements::anisotropic; kNone: lambda and mu tell all
     bool operator==(const StressLaw&) const = default;
     Real wave_modulus() const { return lambda + 2 * mu; }  // rho c^2 of pressure waves [Pa]
 };
@@ -67,7 +69,10 @@ void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::
 
 /// Green strain of element i, of the whole displacement [1].
 Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradient);
-/// Second Piola-Kirchhoff stress of an elastic strain [Pa].
+/// Second Piola-Kirchhoff stress of an elastic strain [Pa]: isotropic, and of any law.
 Symmetric stress_of(const StressLaw& law, const Symmetric& strain);
+Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& strain);
+/// That of element i with gradient H: of its elastic strain, and of viscosity [Pa].
+Symmetric whole_stress(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& gradient);
 
 }  // namespace thixo

@@ -26,6 +26,9 @@ inline Real norm(const Symmetric& s) {
     return std::sqrt(square(s.xx) + square(s.yy) + square(s.zz) + 2 * (square(s.xy) + square(s.yz) + square(s.zx)));
 }
 
+/// C of sigma = C eps, symmetric, in Voigt's order xx yy zz xy yz zx with engineering shear, 2 eps_xy.
+using Stiffness6 = Eigen::Matrix<Real, 6, 6>;
+
 /// A solid body. Its material frame is the first rest shape about its centre of mass; the rest shape of now, rotated
 /// and moved to fit the deformed one (dissertation 5.4.3), is that frame in the pose x = R m + t. So the material frame
 /// holds all that is bound to the matter, and nothing in it is ever turned.
@@ -56,6 +59,7 @@ struct Elements {
     std::vector<Real> support;       // h [m]
     std::vector<Real> depth;         // of the particle below the body's surface, at rest [m]
     std::vector<RestMoment> moment;
+    std::vector<Stiffness6> anisotropic;  // C of laws that have one, in the material frame [Pa]; rewritten with the laws
     std::vector<std::pair<Index, Symmetric>> flat;  // elements without rank 3, ascending, and their projection P = A A+
     // Neighbours: all j with |r_ij| below h_i or h_j. Each list is filled up with i itself, of weight 0, to a multiple
     // of kLanes.

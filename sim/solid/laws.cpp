@@ -90,4 +90,31 @@ StressLaw MeltingLaw::at(double b) const {
     return law_of(e, (1 - b) * viscosity_);
 }
 
+Stiffness6 orthotropic_stiffness(const scene::Orthotropic& o, const Mat3d& axes) {
+    using Matrix6 = Eigen::Matrix<double, 6, 6>;
+    const Vec3d &e = o.youngs_modulus, &nu = o.poisson_ratio;
+    Matrix6 compliance = Matrix6::Zero();
+    for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3;
+        compliance(a, a) = 1 / e[a];
+        compliance(a, b) = compliance(b, a) = -nu[a] / e[a];
+        compliance(3 + a, 3 + a) = 1 / o.shear_modulus[a];
+    }
+    const Matrix6 own = compliance.inverse();
+    const auto tensor = [](const auto& v, double shear) {
+        Mat3d m;
+        m << v[0], shear * v[3], shear * v[5], shear * v[3], v[1], shear * v[4], shear * v[5], shear * v[4], v[2];
+        return m;
+    };
+    Matrix6 c;
+    for (int k = 0; k < 6; ++k) {
+        const Mat3d strain = axes.transpose() * tensor(Eigen::Matrix<double, 6, 1>::Unit(k), 0.5) * axes;
+        Eigen::Matrix<double, 6, 1> in;
+        in << strain(0, 0), strain(1, 1), strain(2, 2), 2 * strain(0, 1), 2 * strain(1, 2), 2 * strain(2, 0);
+        const Mat3d stress = axes * tensor(Eigen::Matrix<double, 6, 1>(own * in), 1) * axes.transpose();
+        c.col(k) << stress(0, 0), stress(1, 1), stress(2, 2), stress(0, 1), stress(1, 2), stress(2, 0);
+    }
+    return c.cast<Real>();
+}
+
 }  // namespace thixo

@@ -11,6 +11,7 @@
 #include "sim/solid/contact.h"
 #include "sim/solid/elasticity.h"
 #include "sim/solid/elements.h"
+#include "sim/solid/implicit.h"
 #include "sim/solid/phases.h"
 #include "sim/walls.h"
 
@@ -47,6 +48,7 @@ struct Solids {
     std::vector<Vec3> external;      // acceleration that is held over the sub-steps, material frame [m/s^2]
     std::vector<std::uint8_t> held;  // 1 + the grip that holds an element; 0: free
     std::vector<Mat3> gradients;
+    ImplicitScratch implicit;
     bool empty() const { return bodies.empty(); }
     Index element(std::int64_t id) const {
         return static_cast<std::size_t>(id) < element_of.size() ? element_of[static_cast<std::size_t>(id)] : kNone;
@@ -77,12 +79,18 @@ inline bool keeps_shape(const scene::Material& m, double b) {
 /// What sub-steps did, for stats.jsonl.
 struct SolidReport {
     int sub_steps = 0;
+    int newton = 0, iterations = 0, unconverged = 0;  // of implicit steps
     double smallest_dt = 1e30;  // [s]
     double contact_seconds = 0;
 };
 
-/// From t to t + dt [s]: sub-steps of leapfrog within what explicit integration bears, with walls, grips and the
-/// particles' other accelerations (here gravity [m/s^2]) acting; then plastic flow, and the rest shapes follow the
+/// C of an orthotropic material whose axes 1, 2, 3 are the columns of `axes` [Pa]: the inverse of its compliance,
+///   eps_aa = sigma_aa/E_a - nu_ba sigma_bb/E_b - nu_ca sigma_cc/E_c,  2 eps_ab = sigma_ab/G_ab,  nu_ab/E_a = nu_ba/E_b
+Stiffness6 orthotropic_stiffness(const scene::Orthotropic& o, const Mat3d& axes);
+
+/// From t to t + dt [s]: sub-steps of leapfrog within what explicit integration bears, or implicit ones (solver.solids)
+/// as long as contact is foreseen, with walls, grips and the particles' other accelerations (here gravity [m/s^2])
+/// acting; then plastic flow, and the rest shapes follow the
 /// bodies. Walls are left at t + dt.
 SolidReport advance_solids(const scene::Scene& scene, const Vec3& gravity, double time, double dt, Walls& walls,
                            Solids& solids);

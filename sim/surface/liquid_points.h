@@ -24,6 +24,7 @@ struct WallPlane {
 struct FieldPoints {
     std::vector<Vec3> position;  // [m]
     std::vector<Real> weight;    // V0 phi_j [m^3], see set_colours; then PointGrid::kPadding zeros
+    std::vector<Real> loose;     // how far apart matter has come, 0 to 1, see set_colours; then kPadding zeros
     std::vector<Index> particle;
     PointGrid grid;
     std::size_t size() const { return position.size(); }
@@ -36,6 +37,7 @@ struct FieldPoints {
 struct LiquidPart {
     FieldPoints own, images;
     std::vector<std::array<Index, 3>> mirrors;  // of an image: its walls in `planes`, then kNone
+    Real lift = 0;                              // of the surface over the iso-surface where matter is loose [m]
 };
 
 struct LiquidPoints {
@@ -63,6 +65,10 @@ LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real 
 /// its value in the outermost layer of a flat surface. A lone particle, a thread, a sheet then have a surface that
 /// encloses about their volume, where phi_j = 1 leaves what is thinner than a support without any (the normalisation of
 /// CSPM, 2.24, applied to the colour). Fills particle_fill and particle_slope.
+/// Also tells where matter has come apart so that its iso-surface encloses more than its volume: in sheets and jets
+/// that stretch, for SPH has no tension. `loose` is 1 - s'_j over a quarter, s'_j = s_j + 0.34 h |grad s_j|, which is 1
+/// inside of a liquid and in its outermost layer; it falls to 0 from s_j = 0.5 to 0.3, for threads and single drops
+/// have their volume.
 void set_colours(LiquidPoints& points, Real support);
 
 }  // namespace thixo

@@ -11,7 +11,7 @@ constexpr Real kAcross = Real(0.7);  // cosine between normals that belong to on
 
 /// Sums over field points of a v and of a q d, with a = weight q^2, v = a q, q = 1 - r^2/h^2, d the offsets.
 struct FieldSums {
-    Lanes value{}, gx{}, gy{}, gz{}, cx{}, cy{}, cz{};
+    Lanes value{}, loose{}, gx{}, gy{}, gz{}, cx{}, cy{}, cz{};
 };
 
 }  // namespace
@@ -22,10 +22,11 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
     if (!of) return sample;
     const Poly6 w(support);
     FieldSums s;
-    const Real* weight = of->own.weight.data();
+    const Real *weight = of->own.weight.data(), *loose = of->own.loose.data();
     for_each_near_run(of->own.grid, x, support, [&](Index slot, Lanes dx, Lanes dy, Lanes dz, Lanes r2) {
         const Lanes q = positive(1 - r2 * w.h2_inv), slope = load_lanes(weight + slot) * q * q, value = slope * q;
         s.value += value;
+        s.loose += value * load_lanes(loose + slot);
         s.gx += slope * dx;
         s.gy += slope * dy;
         s.gz += slope * dz;
@@ -34,6 +35,7 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
         s.cz += value * dz;
     });
     sample.value = w.scale * sum_of(s.value);
+    Real apart = w.scale * sum_of(s.loose);
     sample.gradient = 6 * w.scale * w.h2_inv * Vec3(sum_of(s.gx), sum_of(s.gy), sum_of(s.gz));
     sample.centre = w.scale * Vec3(sum_of(s.cx), sum_of(s.cy), sum_of(s.cz));
     of->images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
@@ -44,17 +46,27 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
         const Real volume = of->images.weight[j], value = volume * w.value(r2);
         const Vec3 offset = of->images.position[j] - x;
         sample.value += value;
+        apart += value * of->images.loose[j];
         sample.gradient -= volume * w.gradient_factor(r2) * offset;
         sample.centre += value * offset;
     });
-    if (sample.value > 0) sample.centre /= sample.value;
+    if (sample.value > 0) {
+        sample.centre /= sample.value;
+        sample.give = kLeastGive + (1 - kLeastGive) * apart / sample.value;
+        sample.lift = of->lift * sample.give;
+    }
     if (sample.near_wall) sample.out.normalize();
     return sample;
 }
 
 DepthSample LiquidShape::depth_of(const ColourSample& c, const Vec3& x, Real iso_value) const {
     const Real per_phi = support * Real(256.0 / 315.0);
-    DepthSample sample{(c.value - iso_value) * per_phi, c.gradient * per_phi, c.centre, c.value, false, c.value > 0};
+    DepthSample sample{(c.value - iso_value + c.lift * c.gradient.norm()) * per_phi,
+                       c.gradient * per_phi,
+                       c.centre,
+                       c.value,
+                       false,
+                       c.value > 0};
     if (!c.near_wall) return sample;
     const WallPlane wall = wall_plane(x, c);
     const Real below_wall = wall.distance(x) + wall_depth();
@@ -102,7 +114,11 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
         beside += away * pair.first.normal;
         pair.first = plane_from(beside);
     }
+    // Where walls meet in an edge that juts out, as at the spout of a funnel, the plane of one goes on through the room
+    // before the other: nothing ends there.
+    const bool in_room = wall_distance(walls, beside) > 0;
     for_each_plane([&](const WallPlane& plane) {
+        if (in_room && plane.distance(beside) < 0) return;
         if (plane.normal.dot(pair.first.normal) < kAcross && plane.distance(x) < pair.second.distance(x))
             pair.second = plane;
     });
@@ -115,14 +131,21 @@ const WallPair& LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int
     return note.walls;
 }
 
+/// Where the free surface runs along a wall both fit the normal: the sheet is the one that ends the body. Taken for the
+/// wall's coat, the free surface would stop half a spacing before it.
+bool LiquidShape::field_ends_first(Real field, const Vec3& field_slope, Real below_wall, const WallPlane& wall) const {
+    return field < below_wall - Real(0.1) * spacing && field_slope.dot(wall.normal) > kAcross * field_slope.norm();
+}
+
 SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, const Vec3& x, const Vec3& n) const {
     constexpr Real kLeastSlope = Real(0.05);
     SheetSample sample;
     sample.phi = c.value;
     sample.centre = c.centre;
+    sample.give = c.give;
     sample.to_crease = std::numeric_limits<Real>::max();
     const Real per_phi = support * Real(256.0 / 315.0);
-    const Real field = (c.value - iso) * per_phi;
+    const Real field = (c.value - iso + c.lift * c.gradient.norm()) * per_phi;
     const Vec3 field_slope = c.gradient * per_phi;
     // The crease with what ends the sheet where `depth` falls to zero: the nearest of those asked about.
     const auto end_at = [&](Real depth, const Vec3& slope, Real stand_off) {
@@ -136,7 +159,7 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, co
     Real below_wall = std::numeric_limits<Real>::max();
     if (c.near_wall) {
         below_wall = beside.first.distance(x) + wall_depth();
-        sample.coat = on_coat(beside.first, x, n);
+        sample.coat = on_coat(beside.first, x, n) && !field_ends_first(field, field_slope, below_wall, beside.first);
     }
     const Real depth = sample.coat ? below_wall : field;
     const Vec3 slope = sample.coat ? beside.first.normal : field_slope;

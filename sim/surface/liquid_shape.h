@@ -10,6 +10,8 @@ struct ColourSample {
     Real value = 0;          // phi [1]
     Vec3 gradient{0, 0, 0};  // grad phi [1/m]
     Vec3 centre{0, 0, 0};    // weighted mean of the points, relative to x [m]; zero where phi = 0
+    Real give = 0;           // share of the part's lift that the surface has here [1]
+    Real lift = 0;           // of the surface over the iso-surface [m]
     bool near_wall = false;  // an image is in reach
     Vec3 out{0, 0, 0};       // unit, from the walls of the images in reach into the room
 };
@@ -36,6 +38,7 @@ struct SheetSample {
     bool defined = false;  // false: no particle in reach, or no slope to follow
     bool coat = false;
     Real phi = 0;           // of the colour field
+    Real give = 0;
     Vec3 centre{0, 0, 0};   // of the colour field, relative to x [m]
     Vec3 guide{0, 0, 0};    // to the sheet, one Newton step of at most half a spacing [m]
     Vec3 outward{0, 0, 0};  // unit normal of the sheet
@@ -56,6 +59,9 @@ struct WallNote {
     Vec3 normal{0, 0, 0};                                           // of the surfel then
 };
 
+/// Share of the lift that matter has which has not come apart.
+inline constexpr Real kLeastGive = Real(0.2);
+
 struct LiquidShape {
     const LiquidPoints& points;
     const Walls& walls;
@@ -73,8 +79,8 @@ struct LiquidShape {
 
     ColourSample colour(const Vec3& x, std::int32_t component) const;
 
-    /// depth(x) = min((phi(x) - I) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of phi across the
-    /// surface of a half space.
+    /// depth(x) = min((phi(x) - I + lift |grad phi|) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of
+    /// phi across the surface of a half space: zero `lift` outside of the iso-surface, to first order in it.
     DepthSample depth(const Vec3& x, std::int32_t component) const { return depth(x, component, iso); }
     DepthSample depth(const Vec3& x, std::int32_t component, Real iso_value) const {
         return depth_of(colour(x, component), x, iso_value);
@@ -126,6 +132,7 @@ struct LiquidShape {
         return component >= 0 && k < points.part.size() ? &points.part[k] : nullptr;
     }
     WallPlane plane_from(const Vec3& beside) const;
+    bool field_ends_first(Real field, const Vec3& field_slope, Real below_wall, const WallPlane& wall) const;
 };
 
 }  // namespace thixo

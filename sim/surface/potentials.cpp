@@ -16,8 +16,7 @@ constexpr Real kAgree = Real(0.70710678);  // cosine of 45 degrees
 constexpr Real kFlatMean =
     Real(0.2461);  // distance of the particles' mean from a flat surface, in supports: 1/10 / int_0^1 (1 - u^2)^4 du
 constexpr Real kRepulsion = Real(0.1);
-constexpr Real kDeepest = Real(0.8);  // phi beyond which a surfel is inside the body and lost
-
+constexpr Real kMostLag = Real(0.1);  // behind the iso-surface, in spacings
 /// S_i and S_sub of every surfel, and what sums over S_i read, packed.
 struct Surroundings {
     SurfelLists lists;
@@ -39,13 +38,13 @@ struct Pull {
     bool coat = false;      // lines a wall
 };
 
-/// Guiding and attracting: the particles' forces. False where the surfel is lost.
-bool pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape,
+/// Guiding and attracting: the particles' forces.
+Fate pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape,
                        WallNote& wall, Real radius) {
     const SheetSample at = shape.sheet(s, n, component, wall);
-    if (!at.defined || at.outward.dot(n) < 0) return false;       // the side it belonged to is gone
-    if (!at.coat && at.phi > kDeepest) return false;              // inside the body
-    if (at.to_crease < -Real(0.7) * shape.spacing) return false;  // far beyond the edge of its sheet
+    if (!at.coat && at.phi > kDeepest) return Fate::buried;
+    if (!at.defined || at.outward.dot(n) < 0) return Fate::lost;        // the side it belonged to is gone
+    if (at.to_crease < -Real(0.7) * shape.spacing) return Fate::lost;  // far beyond the edge of its sheet
     pull.guide = at.guide;
     pull.n_guide = at.outward;
     pull.coat = at.coat;
@@ -58,7 +57,7 @@ bool pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t co
         pull.room = std::max(excess, Real(0));
     }
     if (!at.coat && at.to_crease > shape.support) pull.attract = n.dot(at.centre) + kFlatMean * shape.support;
-    return true;
+    return Fate::stays;
 }
 
 void pack(Surroundings& around, const WorkingSurfels& all) {
@@ -145,12 +144,14 @@ Real mean_smooth(const Surroundings& around, Index i, Real support) {
 
 /// The step of one surfel; returns how far a point of its disc moves by it.
 Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, const scene::Surface& k, Real damping,
-          Real radius) {
+          Real radius, Real most_lag) {
     const Real k_guide = Real(k.guide), k_attract = Real(k.attract) * smoothness,
                k_smooth = Real(k.smooth) * smoothness;
-    // Walls are smooth and exactly known: the liquid's coat follows them at once.
+    // Walls are smooth and exactly known: the liquid's coat follows them at once. So does what lags far behind the
+    // iso-surface, or it would come after it in the updates to follow, when nothing moves.
+    const Real off = n.dot(pull.guide), lag = off - std::clamp(off, -most_lag, most_lag);
     const Real normal_force =
-        pull.coat ? n.dot(pull.guide) : n.dot(k_guide * pull.guide) + k_attract * pull.attract + k_smooth * smooth;
+        pull.coat ? off : k_guide * off + (1 - k_guide) * lag + k_attract * pull.attract + k_smooth * smooth;
     Vec3 tangent_force = kRepulsion * (pull.repel - n * n.dot(pull.repel));
     const Real length = tangent_force.norm();
     if (length > Real(0.25) * radius) tangent_force *= Real(0.25) * radius / length;
@@ -179,7 +180,8 @@ void constrain(const WorkingSurfels& all, const LiquidShape& shape) {
     parallel_for(all.size(), [&](std::size_t i) {
         if (all.lost[i] || !(all.melt[i] > 0)) return;
         if (shape.colour(all.position[i], all.component[i]).value >= least) return;
-        if (!shape.project(all.position[i], all.component[i], shape.spacing, least)) all.lost[i] = 1;
+        if (!shape.project(all.position[i], all.component[i], shape.spacing, least))
+            all.lost[i] = static_cast<char>(Fate::lost);
     });
 }
 
@@ -209,11 +211,9 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             if (!active[k]) return;
             const auto i = static_cast<Index>(k);
             pulls[i] = Pull{};
-            if (!pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape, all.wall[i],
-                                   all.radius[i])) {
-                all.lost[i] = 1;
-                return;
-            }
+            all.lost[i] = static_cast<char>(pull_of_particles(pulls[i], all.position[i], all.normal[i],
+                                                              all.component[i], shape, all.wall[i], all.radius[i]));
+            if (all.lost[i]) return;
             if (!pulls[i].coat && smoothness[i] > 0)
                 pull_of_average(pulls[i], i, all, around, per_radius * all.radius[i]);
             pulls[i].repel = repulsion(all, i, around.lists.nearest(i), per_radius);
@@ -230,8 +230,8 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             const bool smooths = !pulls[i].coat && smoothness[i] > 0;
             const Real smooth =
                 smooths ? pulls[i].smooth - mean_smooth(around, i, per_radius * all.radius[i]) : Real(0);
-            moved[i] =
-                step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping, all.radius[i]);
+            moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping,
+                            all.radius[i], kMostLag * shape.spacing);
         };
         parallel_for(n, move, kGrain);
         report.largest_move = parallel_reduce(

@@ -9,6 +9,13 @@
 
 namespace thixo {
 
+/// phi beyond which a surfel that lines no wall is inside the body.
+inline constexpr Real kDeepest = Real(0.8);
+
+/// What becomes of a surfel: lost where no particle is in reach or its side of the body is gone, buried inside the
+/// body.
+enum class Fate : char { stays = 0, lost, buried };
+
 /// Surfels while they are worked on: what of SurfaceState the potentials need, and notes of the update.
 struct WorkingSurfels {
     std::vector<Vec3>& position;
@@ -18,7 +25,7 @@ struct WorkingSurfels {
     const std::vector<Real>& curvature;  // LiquidShape::curvature at each [1/m]
     std::vector<WallNote>& wall;         // beside each
     const std::vector<Real>& melt;       // how far the matter about it has melted; 0: the surfel stays [1]
-    std::vector<char>& lost;             // no particle in reach, or ended up inside the body
+    std::vector<char>& lost;             // Fate of each
     std::size_t size() const { return position.size(); }
 };
 

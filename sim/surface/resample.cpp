@@ -69,6 +69,14 @@ struct Cover {
         });
         return found;
     }
+    /// Whether a surfel of another side lies within a radius of it.
+    bool meets(const Proposal& p) const {
+        bool found = false;
+        grid.for_each_neighbour(p.position, p.radius, [&](Index j, Real) {
+            found = found || (component[j] == p.component && normal[j].dot(p.normal) <= kSameSide);
+        });
+        return found;
+    }
 };
 
 void fit(Proposal& p, const LiquidShape& shape, Real full) {
@@ -76,9 +84,33 @@ void fit(Proposal& p, const LiquidShape& shape, Real full) {
     p.radius = fitting_radius(p.curvature, full);
 }
 
+/// The sheet through the surfels around a proposal, ended where it meets another one. False where the liquid's surface
+/// is not there.
+bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidShape& shape, Real full) {
+    const Vec3 n = average.unit_normal();
+    Vec3 place = p.position - average.value() * n;
+    SheetSample at = shape.sheet(place, n, p.component, p.wall);
+    for (int crease = 0; crease < 3 && at.defined; ++crease) {  // in a corner there are several
+        const Real excess = at.to_crease - at.stand_off * p.radius;
+        if (excess > Real(-0.01) * shape.spacing) break;
+        if (at.to_crease < -Real(0.7) * shape.spacing) return false;
+        place += excess * at.towards_crease;
+        p.apart = kApartAtCrease[crease + 1];
+        at = shape.sheet(place, n, p.component, p.wall);
+    }
+    if (!at.defined || at.guide.norm() >= Real(0.3) * shape.spacing || at.outward.dot(n) <= Real(0.7) ||
+        at.to_crease <= -Real(0.1) * shape.spacing)
+        return false;
+    p.position = at.coat ? Vec3(place + at.guide) : place;
+    p.normal = at.coat ? at.outward : n;
+    fit(p, shape, full);
+    return true;
+}
+
 /// Puts a proposal on the surface: that of its neighbours where three or more blend there; where fewer do, or where it
-/// bends too sharply for their mean to lie on it, the liquid's.
-/// Its radius is that of the surfel it comes from; it gets its own.
+/// bends too sharply for their mean to lie on it, the liquid's. So also where the mean does not lie on it and no other
+/// sheet is near that it would have met: a sheet that leaves its wall at a small angle goes on there. Its radius is
+/// that of the surfel it comes from; it gets its own.
 void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_radius, Real full) {
     p.good = false;
     const Real surfel_support = per_radius * p.radius;
@@ -91,25 +123,9 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
         ++count;
     });
     if (count >= 3 && average.defined() && p.radius == full) {
-        const Vec3 n = average.unit_normal();
-        Vec3 place = p.position - average.value() * n;
-        SheetSample at = shape.sheet(place, n, p.component, p.wall);
-        for (int crease = 0; crease < 3 && at.defined; ++crease) {  // in a corner there are several
-            const Real excess = at.to_crease - at.stand_off * p.radius;
-            if (excess > Real(-0.01) * shape.spacing) break;
-            if (at.to_crease < -Real(0.7) * shape.spacing) return;
-            place += excess * at.towards_crease;
-            p.apart = kApartAtCrease[crease + 1];
-            at = shape.sheet(place, n, p.component, p.wall);
-        }
-        if (at.defined && at.guide.norm() < Real(0.3) * shape.spacing && at.outward.dot(n) > Real(0.7) &&
-            at.to_crease > -Real(0.1) * shape.spacing) {
-            p.position = at.coat ? Vec3(place + at.guide) : place;
-            p.normal = at.coat ? at.outward : n;
-            fit(p, shape, full);
-            p.good = true;
-        }
-        return;
+        p.good = settle_on_average(p, average, shape, full);
+        if (p.good || cover.meets(p)) return;
+        p.apart = kApart;
     }
     if (!shape.project(p.position, p.component, shape.spacing)) return;
     const DepthSample at = shape.depth(p.position, p.component);
@@ -198,7 +214,34 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     return p;
 }
 
-void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
+/// m0 of a new surfel: that of its neighbours, continued by a first-order least squares fit, so that what is painted on
+/// the material stays there as its surface spreads; its place where it has too few of them.
+Vec3 rest_of(const Proposal& p, const SurfaceState& surface, const Cover& cover, Real support) {
+    const Poly6 w(support);
+    Real weight = 0;
+    int count = 0;
+    Vec3 mean(0, 0, 0), mean_rest(0, 0, 0);
+    Mat3 spread = Mat3::Zero(), covariance = Mat3::Zero();
+    cover.grid.for_each_neighbour(p.position, support, [&](Index j, Real r2) {
+        if (cover.component[j] != p.component || cover.normal[j].dot(p.normal) < kSameSide) return;
+        const Real a = w.value(r2);
+        const Vec3 x = (cover.position[j] - p.position) / support, m = surface.rest[j] - p.position;
+        ++count;
+        weight += a;
+        mean += a * x;
+        mean_rest += a * m;
+        covariance += (a * m) * x.transpose();
+        spread += (a * x) * x.transpose();
+    });
+    if (count < 3) return p.position;
+    mean /= weight;
+    mean_rest /= weight;
+    covariance = covariance / weight - mean_rest * mean.transpose();
+    spread = spread / weight - mean * mean.transpose() + Real(2e-3) * Mat3::Identity();  // neighbours lie in a plane
+    return p.position + mean_rest - covariance * spread.inverse() * mean;
+}
+
+void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p, const Vec3& rest) {
     Vec3 a, b;
     orthonormal_basis(p.normal, a, b);
     surface.surfels.position.push_back(p.position);
@@ -207,7 +250,7 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
     surface.surfels.axis2.push_back(p.radius * b);
     surface.id.push_back(surface.next_id++);
     surface.body.push_back(p.body);
-    surface.rest.push_back(p.position);
+    surface.rest.push_back(rest);
     surface.velocity.push_back(Vec3(0, 0, 0));
     surface.temperature.push_back(0);
     notes.component.push_back(p.component);
@@ -219,11 +262,12 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p) {
 }
 
 /// Accepts the good proposals one after the other, each unless one accepted before is near; returns how many.
-std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<Proposal>& proposals, Cover& cover) {
+std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<Proposal>& proposals, Cover& cover,
+                   Real full) {
     const std::size_t before = surface.size();
     for (const Proposal& p : proposals) {
         if (!p.good || cover.covers(p, p.apart * p.radius)) continue;
-        append(surface, notes, p);
+        append(surface, notes, p, rest_of(p, surface, cover, Real(1.5) * full));
         cover.follow();
     }
     return surface.size() - before;
@@ -284,7 +328,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
         proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
     };
     parallel_for(particles.size(), seed, kGrain);
-    accept(surface, notes, proposals, cover);
+    accept(surface, notes, proposals, cover, full);
     // Only surfels with a new neighbour can have got or lost a gap; in the first round that may be any.
     std::vector<Index> look(surface.size());
     std::iota(look.begin(), look.end(), Index(0));
@@ -297,7 +341,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();
-        if (accept(surface, notes, proposals, cover) == 0) break;
+        if (accept(surface, notes, proposals, cover, full) == 0) break;
         look.clear();
         listed.resize(surface.size(), 0);
         for (std::size_t i = first_new; i < surface.size(); ++i)

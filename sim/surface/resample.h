@@ -18,6 +18,7 @@ struct SurfelNotes {
     std::vector<Real> radius;     // r_s [m]
     std::vector<WallNote> wall;
     std::vector<Real> melt;  // of the matter about it; 0: it is a solid's, and resampling leaves it alone [1]
+    std::vector<Real> give;  // share of the lift each has, once all have their place
     std::vector<char> lost;  // to be deleted
 };
 

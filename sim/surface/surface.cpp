@@ -8,26 +8,10 @@
 #include "sim/surface/liquid_shape.h"
 #include "sim/surface/potentials.h"
 #include "sim/surface/resample.h"
+#include "sim/surface/volume.h"
 
 namespace thixo {
 namespace {
-
-/// The component of every surfel: the material of its body, so that liquids of one material join where they meet. A
-/// body none of whose particles is left has component -1, which no particle is of.
-std::vector<std::int32_t> components(const SurfaceState& surface, const Particles& particles) {
-    std::vector<std::pair<std::int32_t, std::int32_t>> material_of;
-    for (std::size_t j = 0; j < particles.size(); ++j)
-        if (j == 0 || particles.body[j] != particles.body[j - 1])
-            material_of.emplace_back(particles.body[j], particles.material[j]);
-    std::sort(material_of.begin(), material_of.end());
-    std::vector<std::int32_t> component(surface.size());
-    parallel_for(surface.size(), [&](std::size_t i) {
-        const auto found =
-            std::lower_bound(material_of.begin(), material_of.end(), std::pair(surface.body[i], std::int32_t(-1)));
-        component[i] = found != material_of.end() && found->first == surface.body[i] ? found->second : -1;
-    });
-    return component;
-}
 
 /// The surfels of free surfaces near walls.
 struct FreeRim {
@@ -61,9 +45,11 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
     parallel_for(cloud.size(), [&](std::size_t i) {
         sheets[i] = shape.sheet(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
     });
+    notes.give.resize(cloud.size());
+    for (std::size_t i = 0; i < cloud.size(); ++i) notes.give[i] = sheets[i].coat ? Real(0) : sheets[i].give;
     FreeRim rim;
     for (Index i = 0; i < cloud.size(); ++i)
-        if (sheets[i].defined && !sheets[i].coat && sheets[i].to_crease < 2 * support) {
+        if (sheets[i].defined && !sheets[i].coat && sheets[i].phi < kDeepest && sheets[i].to_crease < 2 * support) {
             rim.position.push_back(cloud.position[i]);
             rim.normal.push_back(cloud.normal[i]);
         }
@@ -137,8 +123,10 @@ void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNo
     parallel_for(cloud.size(), [&](std::size_t i) {
         const Real b = notes.melt[i];
         if (!(b < 1)) return;
-        if (notes.lost[i]) {  // of solid matter nothing is lost
-            notes.lost[i] = b > Real(0.5);
+        if (notes.lost[i]) {
+            // Solid matter keeps its surface, but for what is buried as it melts: where it has folded or two faces were
+            // pressed together, nothing is left to see, and what stays would cut the coats of walls short.
+            notes.lost[i] = b > (static_cast<Fate>(notes.lost[i]) == Fate::buried ? Real(0) : Real(0.5));
             cloud.position[i] = displaced.position[i];
             cloud.normal[i] = displaced.normal[i];
             return;
@@ -163,6 +151,8 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
 
     LiquidPoints points = gather_liquid(particles, walls, support);
     set_colours(points, support);
+    for (std::size_t c = 0; c < std::min(points.part.size(), surface.lift.size()); ++c)
+        points.part[c].lift = surface.lift[c];
     const LiquidShape shape{points, walls, support, spacing, Real(params.iso)};
     SurfelCloud& cloud = surface.surfels;
     notes.curvature.resize(surface.size());
@@ -190,6 +180,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     refill();
 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
+    hold_volume(surface, particles, notes, full_radius, spacing);
     interpolate_attributes(surface, particles, notes.component, support);
     sort_by_cell_and_id(surface, Real(params.support) * full_radius);
     particles.surface_position = particles.position;

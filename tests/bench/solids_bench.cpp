@@ -2,12 +2,15 @@
 // is one bare sweep over the same rest lists: read a sub-step in such sweeps, and items/s (particle-sub-steps a
 // second).
 //   elastic_sub_step/threads/particles     a cantilever in motion, no wall
+//   stiff_cantilever/step/particles    one of 10 GPa bends under its weight, by leapfrog (0) and in implicit steps of so
+//                                      many ms: read the ratio of simulated_s_per_hour; set-up and memory beside it
 //   embedded_surface/threads/surfels       bringing the surfels of a body of 200 particles to where they are
 #include <benchmark/benchmark.h>
 
 #include <memory>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/base/timer.h"
 #include "sim/solid/solids.h"
 #include "tests/sim/fixture.h"
 
@@ -16,10 +19,11 @@ namespace {
 using namespace thixo;
 
 /// A beam 4 x 1 x 1 of about this many particles, held at one end under gravity.
-Simulation beam(double particles, int surfels) {
+Simulation beam(double particles, int surfels, double modulus = 1e6, bool implicit = false) {
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
-    scene.materials[0].elastic.youngs_modulus = 1e6;
+    scene.materials[0].elastic.youngs_modulus = modulus;
+    if (implicit) scene.solver.solids = scene::SolidSteps::implicit_euler;
     scene.materials[0].elastic.poisson_ratio = 0.33;
     scene.materials[0].viscosity = 0;
     scene.solver.spacing = std::cbrt(4 / particles);
@@ -56,6 +60,44 @@ void elastic_sub_step(benchmark::State& state) {
         static_cast<double>(s.solids.elements.neighbour.size()) / static_cast<double>(s.particles.size());
 }
 
+template <class T>
+std::size_t bytes(const std::vector<T>& v) {
+    return v.capacity() * sizeof(T);
+}
+
+void stiff_cantilever(benchmark::State& state) {
+    set_thread_count(1);
+    const bool implicit = state.range(0) != 0;
+    const double dt = implicit ? 1e-3 * static_cast<double>(state.range(0)) : 2e-4;
+    Simulation s = beam(static_cast<double>(state.range(1)), 0, 1e10, implicit);
+    fixture::steps(s, 1, dt);
+    double seconds = 0;
+    std::int64_t sub_steps = 0, iterations = 0, steps = 0;
+    for (auto _ : state) {
+        s.stats = StepStats{};
+        fixture::steps(s, 1, dt);
+        state.SetIterationTime(s.stats.solids_seconds);
+        seconds += s.stats.solids_seconds;
+        sub_steps += s.stats.solid_sub_steps;
+        iterations += s.stats.solid_iterations;
+        ++steps;
+    }
+    state.counters["simulated_s_per_hour"] = 3600 * dt * static_cast<double>(steps) / seconds;
+    state.counters["sub_step_s"] = dt * static_cast<double>(steps) / static_cast<double>(sub_steps);
+    if (!implicit) return;
+    state.counters["iterations"] = static_cast<double>(iterations) / static_cast<double>(steps);
+    ImplicitScratch& i = s.solids.implicit;
+    const double start = wall_seconds();
+    find_diagonal(s.solids.laws, s.solids.elements, i.elastic, i.viscous);
+    state.counters["set_up_s"] = wall_seconds() - start;
+    const std::size_t memory = bytes(i.stiffness.at) + bytes(i.stiffness.scratch.stencil) + bytes(i.stiffness.scratch.own) +
+                               bytes(i.boundaries.wall) + bytes(i.start) + bytes(i.base) + bytes(i.rigid) +
+                               bytes(i.change) + bytes(i.direction) + bytes(i.residual) + bytes(i.product) +
+                               bytes(i.preconditioned) + bytes(i.diagonal) + bytes(i.inverse) + bytes(i.elastic) +
+                               bytes(i.viscous);
+    state.counters["bytes_per_particle"] = static_cast<double>(memory) / static_cast<double>(s.particles.size());
+}
+
 void bare_sweep(benchmark::State& state) {
     set_thread_count(1);
     Simulation s = beam(static_cast<double>(state.range(0)), 0);
@@ -82,6 +124,14 @@ BENCHMARK(elastic_sub_step)
     ->Args({1, 3'000})
     ->Args({1, 30'000})
     ->Args({2, 30'000})
+    ->Unit(benchmark::kMillisecond)
+    ->UseManualTime();
+BENCHMARK(stiff_cantilever)
+    ->Args({0, 3'000})
+    ->Args({4, 3'000})
+    ->Args({40, 3'000})
+    ->Args({0, 30'000})
+    ->Args({40, 30'000})
     ->Unit(benchmark::kMillisecond)
     ->UseManualTime();
 BENCHMARK(bare_sweep)->Arg(30'000)->Unit(benchmark::kMillisecond);

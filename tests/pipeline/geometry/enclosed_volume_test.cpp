@@ -49,6 +49,44 @@ TEST(EnclosedVolume, SumsOverBodiesThatTouch) {
                 2 * kPromised * kSphere);
 }
 
+// A sheet with its faces so near that each support holds both, in three poses; its rim is round.
+TEST(EnclosedVolume, OfAThinSheet) {
+    constexpr double spacing = 0.06;
+    for (const double thickness : {0.5 * spacing, spacing, 2 * spacing, 3 * spacing})
+        for (const double turn : {0.0, 0.5, 1.0}) {
+            const Eigen::AngleAxis<Real> pose(Real(turn), Vec3(1, 2, 3).normalized());
+            fixture::Samples s;
+            s.spacing = spacing;
+            const auto add = [&](const Vec3d& p, const Vec3d& n) {
+                s.position.push_back(pose * p.cast<Real>());
+                s.normal.push_back(pose * n.cast<Real>());
+            };
+            for (double x = -1; x < 1; x += spacing)
+                for (double y = -1; y < 1; y += spacing)
+                    for (const double side : {-1.0, 1.0})
+                        if (std::hypot(x, y) < 1) add({x, y, side * thickness / 2}, {0, 0, side});
+            const int around = static_cast<int>(2 * kPi / spacing);
+            const int across = std::max(1, static_cast<int>(kPi / 2 * thickness / spacing));
+            for (int k = 0; k < around; ++k)
+                for (int i = 0; i < across; ++i) {
+                    const double up = kPi * ((i + 0.5) / across - 0.5), angle = 2 * kPi * k / around;
+                    const Vec3d n(std::cos(up) * std::cos(angle), std::cos(up) * std::sin(angle), std::sin(up));
+                    add(Vec3d(std::cos(angle), std::sin(angle), 0) + thickness / 2 * n, n);
+                }
+            const double r = thickness / 2, expected = kPi * (thickness + kPi * r * r) + kSphere * cube(r);
+            // The rim of the thinnest is a single row of surfels: 5 % are four tenths of a spacing at its edge.
+            EXPECT_NEAR(volume(s), expected, 0.05 * expected) << thickness / spacing << " spacings, turned " << turn;
+        }
+}
+
+TEST(EnclosedVolume, OfSmallDrops) {
+    for (const double radius : {1.5, 2.0, 3.0}) {  // in spacings, half a support and more
+        const double expected = kSphere;
+        EXPECT_NEAR(volume(fixture::sphere(static_cast<int>(4 * kPi * square(radius)), 1)), expected, 0.08 * expected)
+            << radius;
+    }
+}
+
 TEST(EnclosedVolume, OfNothingIsNothing) { EXPECT_EQ(enclosed_volume({}, {}, 1), 0); }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/solid/rigid_fit.h"
+#include "sim/solid/solids.h"
 #include "sim/solid/stable_step.h"
 #include "tests/sim/solid/blocks.h"
 
@@ -103,6 +104,30 @@ TEST(Elasticity, AUniformStrainGivesTheStressOfTheLaw) {
     EXPECT_NEAR(stress.xx, modulus * axial, 1e-9 * modulus);
     EXPECT_NEAR(stress.yy, 0, 1e-9 * modulus);
     EXPECT_NEAR(stress_of(law, {0, 0, 0, s, 0, 0}).xy, modulus / (1 + nu) * s, 1e-9 * modulus);
+}
+
+TEST(Elasticity, AnOrthotropicLawPulledAlongAnAxisOfItsOwnHasThatAxisModulus) {
+    // eps_a = s, eps_b = - nu_ab s in the material's axes, wherever they point: sigma_aa = E_a s and nothing else.
+    const scene::Orthotropic o{{4e5, 1e5, 2e5}, {5e4, 3e4, 6e4}, {0.3, 0.2, 0.1}, {}};
+    const Mat3 axes = turn();
+    Elements e;
+    e.anisotropic = {orthotropic_stiffness(o, axes.cast<double>())};
+    const StressLaw law{.anisotropy = 0};
+    const Real s = Real(0.01);
+    for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        Vec3 own = Vec3::Zero();
+        own[a] = s;
+        own[b] = -static_cast<Real>(o.poisson_ratio[a]) * s;                                                 // nu_ab
+        own[c] = -static_cast<Real>(o.poisson_ratio[c] * o.youngs_modulus[a] / o.youngs_modulus[c]) * s;     // nu_ac
+        const Mat3 strain = axes * own.asDiagonal() * axes.transpose();
+        const Mat3 stress = matrix(stress_of(law, e, symmetric(strain)));
+        const Mat3 expected = static_cast<Real>(o.youngs_modulus[a]) * s * axes.col(a) * axes.col(a).transpose();
+        EXPECT_LT((stress - expected).norm(), 1e-9 * expected.norm());
+        const Mat3 sheared = axes.col(a) * axes.col(b).transpose() + axes.col(b) * axes.col(a).transpose();
+        const Mat3 shear = matrix(stress_of(law, e, symmetric(Mat3(s / 2 * sheared))));
+        EXPECT_LT((shear - static_cast<Real>(o.shear_modulus[a]) * s * sheared).norm(), 1e-9 * shear.norm());
+    }
 }
 
 TEST(Elasticity, ARigidMotionGivesNoForce) {

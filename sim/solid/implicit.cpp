@@ -1,0 +1,357 @@
+#include "sim/solid/implicit.h"
+
+#include <cmath>
+
+#include "pipeline/base/parallel.h"
+#include "sim/solid/contact_node.h"
+#include "sim/solid/grips.h"
+
+namespace thixo {
+namespace {
+
+constexpr int kFree = 4;  // iterations in which friction follows; then it keeps the drags it has
+constexpr int kMostNewton = 16, kMostIterations = 2000, kMostSearch = 4;
+constexpr double kForcing = 0.1;       // of its right hand side that a linear system may leave
+constexpr double kOvershoot = 0.5;     // of the slope along a direction that may be left
+
+double dot(const Vec3& a, const Vec3& b) { return a.cast<double>().dot(b.cast<double>()); }
+
+/// The rigid motion of a body by its masses: of its momenta.
+struct RigidRates {
+    double mass = 0;
+    Vec3d centre{0, 0, 0}, velocity{0, 0, 0}, spin{0, 0, 0};
+    Mat3d inertia = Mat3d::Zero();
+    Vec3d spin_of(const Vec3d& angular) const {
+        const Eigen::SelfAdjointEigenSolver<Mat3d> eigen(inertia);
+        Vec3d sum(0, 0, 0);
+        for (int a = 0; a < 3; ++a) {  // not about a line that all lie on
+            if (!(eigen.eigenvalues()[a] > 1e-6 * eigen.eigenvalues()[2])) continue;
+            const Vec3d axis = eigen.eigenvectors().col(a);
+            sum += axis * axis.dot(angular) / eigen.eigenvalues()[a];
+        }
+        return sum;
+    }
+};
+struct Moments {
+    double mass = 0;
+    Vec3d first = Vec3d::Zero(), momentum = Vec3d::Zero(), angular = Vec3d::Zero();
+    Mat3d second = Mat3d::Zero();
+    Moments operator+(const Moments& b) const {
+        return {mass + b.mass, first + b.first, momentum + b.momentum, angular + b.angular, second + b.second};
+    }
+};
+/// `momentum(i)` of each element at its place.
+template <class F>
+RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
+    const Moments sum = parallel_sum<Moments>(
+        body.end - body.begin,
+        [&](std::size_t k) {
+            const std::size_t i = body.begin + k;
+            const double m = static_cast<double>(e.mass[i]);
+            const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>(), p = momentum(i);
+            return Moments{m, m * y, p, y.cross(p), m * y * y.transpose()};
+        },
+        Moments{});
+    RigidRates r;
+    r.mass = sum.mass;
+    r.centre = sum.first / sum.mass;
+    r.velocity = sum.momentum / sum.mass;
+    const Mat3d spread = sum.second - sum.mass * r.centre * r.centre.transpose();
+    r.inertia = spread.trace() * Mat3d::Identity() - spread;
+    r.spin = r.spin_of(sum.angular - r.centre.cross(sum.momentum));
+    return r;
+}
+
+/// A body that nothing acts on turns so that its angular momentum stays: by the spin of half the way, to the spin at the
+/// end. Both in the frame that turns along.
+struct Turning {
+    Mat3d turn;             // Q, from the old frame to the new one
+    Vec3d spin, change;     // omega [1/s], its rate [1/s^2]
+};
+Turning turn_on(const RigidRates& r, double dt) {
+    const Vec3d angular = r.inertia * r.spin;
+    const auto about = [](const Vec3d& way) {
+        const double angle = way.norm();
+        return angle > 0 ? Eigen::AngleAxisd(angle, way / angle).toRotationMatrix() : Mat3d(Mat3d::Identity());
+    };
+    const Vec3d half = r.spin_of(about(dt / 2 * r.spin).transpose() * angular);
+    const Mat3d turn = about(dt * half);
+    const Vec3d spin = r.spin_of(turn.transpose() * angular);
+    return {turn, spin, r.spin_of(-spin.cross(r.inertia * spin))};
+}
+
+/// Moves every body's frame on by the rigid motion over dt, in which the rest is then done: rigid motion is neither damped
+/// nor strained by steps backwards in time. In the new frame: start, where the elements are; displacement, where they
+/// come to without forces; base and rigid, as evaluate() reads them; velocity, what v' is without forces; and the
+/// acceleration of what turns along.
+void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
+    Elements& e = solids.elements;
+    for (auto* v : {&s.start, &s.base, &s.rigid}) v->resize(e.size());
+    for (SolidBody& body : solids.bodies) {
+        if (body.begin == body.end) continue;
+        const RigidRates r = rigid_rates(body, e, [&](std::size_t i) {
+            return Vec3d(static_cast<double>(e.mass[i]) * xyz(e.velocity[i]).cast<double>());
+        });
+        const Turning on = turn_on(r, dt);
+        const Mat3d back = on.turn.transpose(), change = back - Mat3d::Identity();
+        parallel_for(body.end - body.begin, [&](std::size_t k) {
+            const std::size_t i = body.begin + k;
+            const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - r.centre;
+            const Vec3d u = xyz(e.displacement[i]).cast<double>(), v = xyz(e.velocity[i]).cast<double>();
+            const Vec3d trembles = v - r.velocity - r.spin.cross(y);
+            const Vec3d rigid = back * r.velocity + on.spin.cross(y);
+            s.start[i] = quad((u + change * y - dt * (back * r.velocity)).cast<Real>());
+            s.base[i] = e.displacement[i];
+            s.rigid[i] = quad(rigid.cast<Real>());
+            e.displacement[i] = quad((u + dt * trembles).cast<Real>());
+            e.velocity[i] = quad((trembles + rigid).cast<Real>());
+            e.acceleration[i] = Vec3::Zero();
+            const Vec3d turning = on.spin.cross(on.spin.cross(y)) + on.change.cross(y);
+            solids.external[i] = (back * solids.external[i].cast<double>() - turning).cast<Real>();
+        });
+        body.place += body.turn * (r.centre + dt * r.velocity - on.turn * r.centre);
+        body.turn = Quatd(Mat3d(body.turn * on.turn)).normalized().toRotationMatrix();
+    }
+}
+
+/// Newton's method for one step.
+class Step {
+  public:
+    Step(double dt, double tolerance, const Walls& walls, const std::vector<Quad>& before, Solids& solids,
+         ImplicitScratch& s)
+        : dt_(dt), tolerance_(tolerance), walls_(walls), before_(before), solids_(solids), e_(solids.elements), s_(s) {
+        const std::size_t n = e_.size();
+        for (auto* v : {&s.change, &s.direction}) v->resize(n);
+        for (auto* v : {&s.residual, &s.product, &s.preconditioned}) v->resize(n);
+        s.inverse.resize(n);
+    }
+
+    ImplicitReport solve() {
+        ImplicitReport report;
+        s_.boundaries.frozen = false;
+        Norms norms = evaluate();
+        while (norms.residual > square(tolerance_) * norms.forces) {
+            if (report.newton == kMostNewton || !std::isfinite(norms.residual)) {
+                report.converged = false;
+                break;
+            }
+            s_.boundaries.frozen = ++report.newton > kFree;
+            linearise(solids_.laws, e_, dt_, Tangent::definite, s_.stiffness);
+            precondition();
+            report.iterations += descend(0.3 * tolerance_ * std::sqrt(norms.forces / norms.residual));
+            norms = search();
+        }
+        return report;
+    }
+
+  private:
+    struct Norms {  // squares, over masses
+        double residual = 0, forces = 0;
+        Norms operator+(const Norms& b) const { return {residual + b.residual, forces + b.forces}; }
+    };
+    struct Slopes {
+        double residual = 0, work = 0, norm = 0;
+        Slopes operator+(const Slopes& b) const { return {residual + b.residual, work + b.work, norm + b.norm}; }
+    };
+
+    /// residual = f - M (v' - v)/dt at the present displacements.
+    Norms evaluate() {
+        const Real per = static_cast<Real>(1 / dt_);
+        parallel_for(e_.size(), [&](std::size_t i) {
+            e_.velocity[i] = quad(per * (xyz(e_.displacement[i]) - xyz(s_.base[i])) + xyz(s_.rigid[i]));
+        }, 2048);
+        solids_.stretch2 = static_cast<double>(find_stress_forces(solids_.laws, e_, solids_.stress, solids_.force));
+        add_boundary_forces(walls_, dt_, solids_, s_.boundaries, solids_.force);
+        return parallel_sum<Norms>(
+            e_.size(),
+            [&](std::size_t i) {
+                if (solids_.held[i]) {
+                    s_.residual[i].setZero();
+                    return Norms{};
+                }
+                const Real m = e_.mass[i];
+                const Vec3 gain = (m * per) * (xyz(e_.velocity[i]) - xyz(before_[i])), given = m * solids_.external[i];
+                const Vec3 r = solids_.force[i] + given - gain;
+                s_.residual[i] = r;
+                const double mass = static_cast<double>(m);
+                return Norms{dot(r, r) / mass, (dot(gain, gain) + dot(given, given) + dot(solids_.force[i], solids_.force[i])) / mass};
+            },
+            Norms{});
+    }
+
+    void precondition() {
+        if (s_.laws != solids_.laws || s_.elastic.size() != e_.size()) {
+            find_diagonal(solids_.laws, e_, s_.elastic, s_.viscous);
+            s_.laws = solids_.laws;
+        }
+        const Real per = static_cast<Real>(1 / dt_);
+        s_.diagonal.resize(e_.size());
+        parallel_for(e_.size(), [&](std::size_t i) {
+            const Symmetric &a = s_.elastic[i], &b = s_.viscous[i];
+            const Real inertia = e_.mass[i] * per * per;
+            s_.diagonal[i] = {a.xx + per * b.xx + inertia, a.yy + per * b.yy + inertia, a.zz + per * b.zz + inertia,
+                              a.xy + per * b.xy, a.yz + per * b.yz, a.zx + per * b.zx};
+        }, 1024);
+        add_boundary_diagonal(solids_, s_.boundaries, s_.diagonal);
+        parallel_for(e_.size(), [&](std::size_t i) {
+            s_.inverse[i] = symmetric(Mat3(matrix(s_.diagonal[i]).cast<double>().inverse().cast<Real>()));
+        }, 512);
+    }
+
+    /// product = (M/dt^2 + K) direction.
+    double sweep() {
+        multiply(e_, s_.stiffness, s_.direction, s_.product);
+        multiply_boundaries(solids_, s_.direction, s_.boundaries, s_.product);
+        const Real per = static_cast<Real>(1 / dt_);
+        return parallel_sum(e_.size(), [&](std::size_t i) {
+            const Vec3 d = xyz(s_.direction[i]);
+            s_.product[i] = solids_.held[i] ? Vec3(0, 0, 0) : Vec3((e_.mass[i] * per * per) * d - s_.product[i]);
+            return dot(d, s_.product[i]);
+        });
+    }
+
+    /// change: what solves the linear system, to kForcing of the residual or `enough` of it, whichever is more.
+    int descend(double enough) {
+        std::vector<Vec3>& left = s_.preconditioned;  // P r
+        std::vector<Vec3> r = s_.residual;
+        const auto apply = [&] {
+            return parallel_sum<Slopes>(
+                e_.size(),
+                [&](std::size_t i) {
+                    left[i] = matrix(s_.inverse[i]) * r[i];
+                    return Slopes{dot(r[i], left[i]), 0, dot(r[i], r[i]) / static_cast<double>(e_.mass[i])};
+                },
+                Slopes{});
+        };
+        Slopes now = apply();
+        const double first = now.norm;
+        parallel_for(e_.size(), [&](std::size_t i) {
+            s_.change[i] = quad(Vec3::Zero());
+            s_.direction[i] = quad(left[i]);
+        }, 2048);
+        int k = 0;
+        const double goal = square(std::max(std::min(enough, 0.5), kForcing)) * first;
+        while (k < kMostIterations && now.norm > goal) {
+            ++k;
+            const double curvature = sweep();
+            if (!(curvature > 0)) break;
+            const Real a = static_cast<Real>(now.residual / curvature);
+            parallel_for(e_.size(), [&](std::size_t i) {
+                s_.change[i] = quad(xyz(s_.change[i]) + a * xyz(s_.direction[i]));
+                r[i] -= a * s_.product[i];
+            }, 2048);
+            const Slopes next = apply();
+            const Real b = static_cast<Real>(next.residual / now.residual);
+            parallel_for(e_.size(), [&](std::size_t i) {
+                s_.direction[i] = quad(left[i] + b * xyz(s_.direction[i]));
+            }, 2048);
+            now = next;
+        }
+        return k;
+    }
+
+    /// Goes along `change`, as far as the forces go with it.
+    Norms search() {
+        const auto slope = [&] {
+            return parallel_sum(e_.size(), [&](std::size_t i) { return dot(xyz(s_.change[i]), s_.residual[i]); });
+        };
+        const auto go = [&](double part) {
+            const Real a = static_cast<Real>(part);
+            parallel_for(e_.size(), [&](std::size_t i) {
+                e_.displacement[i] = quad(xyz(e_.displacement[i]) + a * xyz(s_.change[i]));
+            }, 2048);
+            return evaluate();
+        };
+        const double first = slope();
+        double at = 1;
+        Norms norms = go(1);
+        for (int k = 0; k < kMostSearch; ++k) {
+            const double left = slope();
+            if (std::isfinite(left) && left > -kOvershoot * first) break;
+            const double next = std::isfinite(left) ? std::max(at * first / (first - left), at / 10) : at / 10;
+            norms = go(next - at);
+            at = next;
+        }
+        return norms;
+    }
+
+    const double dt_, tolerance_;
+    const Walls& walls_;
+    const std::vector<Quad>& before_;
+    Solids& solids_;
+    Elements& e_;
+    ImplicitScratch& s_;
+};
+
+/// What the residual leaves of each body's momenta is given to it as a rigid motion.
+void keep_momenta(double dt, Solids& solids, ImplicitScratch& s) {
+    Elements& e = solids.elements;
+    for (const SolidBody& body : solids.bodies) {
+        if (std::any_of(solids.held.begin() + body.begin, solids.held.begin() + body.end, [](auto h) { return h != 0; }))
+            continue;
+        const RigidRates left = rigid_rates(body, e, [&](std::size_t i) {
+            return Vec3d(dt * s.residual[i].cast<double>());
+        });
+        parallel_for(body.end - body.begin, [&](std::size_t k) {
+            const std::size_t i = body.begin + k;
+            const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - left.centre;
+            const Vec3d v = left.velocity + left.spin.cross(y);
+            e.velocity[i] = quad((xyz(e.velocity[i]).cast<double>() + v).cast<Real>());
+            e.displacement[i] = quad((xyz(e.displacement[i]).cast<double>() + dt * v).cast<Real>());
+        });
+    }
+}
+
+/// No element itself is ever in a wall.
+void stay_out_of_walls(const Walls& walls, Solids& solids) {
+    Elements& e = solids.elements;
+    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    if (walls.list.empty()) return;
+    parallel_chunks(e.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        WallCursor cursor(walls);
+        for (std::size_t i = begin; i < end; ++i) {
+            if (solids.held[i]) continue;
+            const BodyPose& pose = poses[static_cast<std::size_t>(e.owner[i])];
+            for (std::size_t w = 0; w < walls.list.size(); ++w) {
+                const Wall& wall = walls.list[w];
+                const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place;
+                Vec3 n;
+                const Real d = wall.map.distance(wall.to_wall(x), n, cursor.at[w]);
+                if (!(d < 0)) continue;
+                n = pose.turn.transpose() * (wall.turn * n);
+                const Vec3 v = xyz(e.velocity[i]), moving = pose.turn.transpose() * wall.velocity_at(x);
+                e.displacement[i] = quad(xyz(e.displacement[i]) - d * n);
+                e.velocity[i] = quad(v + std::max(-n.dot(v - moving), Real(0)) * n);
+            }
+        }
+    }, 256);
+}
+
+/// The nodes' ways are counted from where the elements are, in the frames of now.
+void count_ways_from(const std::vector<Quad>& start, Solids& solids) {
+    ContactNodes& n = solids.contacts.nodes;
+    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    parallel_for(n.size(), [&](std::size_t k) {
+        n.start[k] = n.last[k] =
+            sum_of_node(n, poses, k, [&](Index i, Real w, NodeMotion& m) { m.way += w * xyz(start[i]); }).way;
+    }, 64);
+}
+
+}  // namespace
+
+ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, Solids& solids) {
+    ImplicitScratch& s = solids.implicit;
+    Elements& e = solids.elements;
+    move_walls(walls, time + dt);
+    go_ahead(dt, solids, s);
+    count_ways_from(s.start, solids);
+    const std::vector<Quad> before = e.velocity;
+    move_held(time + dt, dt, solids);
+    const ImplicitReport report = Step(dt, tolerance, walls, before, solids, s).solve();
+    keep_momenta(dt, solids, s);
+    take_boundary_state(dt, solids);
+    stay_out_of_walls(walls, solids);
+    return report;
+}
+
+}  // namespace thixo

@@ -1,0 +1,158 @@
+#include "sim/surface/volume.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/enclosed_volume.h"
+#include "pipeline/geometry/point_grid.h"
+
+namespace thixo {
+namespace {
+
+/// Surfels lie a little closer than their radius; in the middle each has this part of the square of it to itself.
+constexpr Real kOwnArea = Real(0.75);
+
+/// The surface with its coats on the walls that they line.
+struct UpToWalls {
+    std::vector<Vec3> position;
+    std::vector<double> area;       // each surfel's own, in the room; 0 where it is in a wall [m^2]
+    std::vector<Vec3> lined, into;  // places on walls, and the normal into the wall there
+};
+
+/// `wall_of`: of a surfel, the wall beside it.
+template <class F>
+UpToWalls up_to_the_walls(const SurfelCloud& cloud, F&& wall_of) {
+    UpToWalls s{cloud.position, std::vector<double>(cloud.size(), 0), {}, {}};
+    std::vector<char> lines(cloud.size(), 0);
+    parallel_for(
+        cloud.size(),
+        [&](std::size_t i) {
+            const WallPlane wall = wall_of(i);
+            const Real distance = wall.distance(s.position[i]);
+            lines[i] = distance < 0 && wall.normal.dot(cloud.normal[i]) < -Real(0.7);
+            if (lines[i])
+                s.position[i] -= distance * wall.normal;
+            else if (distance >= 0)
+                s.area[i] = static_cast<double>(kOwnArea * cloud.axis1[i].norm() * cloud.axis2[i].norm());
+        },
+        64);
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+        if (lines[i]) {
+            s.lined.push_back(s.position[i]);
+            s.into.push_back(cloud.normal[i]);
+        }
+    return s;
+}
+
+/// Distance from the walls that the surface lines, as planes: asking the walls themselves would cost more than all
+/// else.
+class LinedWalls {
+  public:
+    LinedWalls(const UpToWalls& s, Real reach) : s_(s) {
+        if (!s.lined.empty()) grid_.build(s.lined, reach);
+    }
+    Real distance(const Vec3& x) const {
+        Real nearest = std::numeric_limits<Real>::max(), distance = nearest;
+        if (s_.lined.empty()) return distance;
+        grid_.for_each_neighbour(x, grid_.cell(), [&](Index j, Real r2) {
+            if (r2 >= nearest) return;
+            nearest = r2;
+            distance = s_.into[j].dot(s_.lined[j] - x);
+        });
+        return distance;
+    }
+
+  private:
+    const UpToWalls& s_;
+    PointGrid grid_;
+};
+
+std::vector<double> volume_by_component(const UpToWalls& surface, const SurfelCloud& cloud,
+                                        const std::vector<std::int32_t>& component, Real radius) {
+    const LinedWalls lined(surface, 2 * radius);
+    const auto room = [&](const Vec3& x) { return lined.distance(x); };
+    std::int32_t last = -1;
+    for (const std::int32_t c : component) last = std::max(last, c);
+    std::vector<double> volume(static_cast<std::size_t>(last + 1), 0);
+    std::vector<Vec3> s, n;
+    for (std::int32_t c = 0; c <= last; ++c) {
+        s.clear();
+        n.clear();
+        for (std::size_t i = 0; i < component.size(); ++i)
+            if (component[i] == c) {
+                s.push_back(surface.position[i]);
+                n.push_back(cloud.normal[i]);
+            }
+        // No wider than discs overlap, or thin sheets, threads and drops blend with their other sides.
+        volume[static_cast<std::size_t>(c)] = enclosed_volume(s, n, 2 * radius, {}, room);
+    }
+    return volume;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> components(const SurfaceState& surface, const Particles& particles) {
+    std::vector<std::pair<std::int32_t, std::int32_t>> material_of;
+    for (std::size_t j = 0; j < particles.size(); ++j)
+        if (j == 0 || particles.body[j] != particles.body[j - 1])
+            material_of.emplace_back(particles.body[j], particles.material[j]);
+    std::sort(material_of.begin(), material_of.end());
+    std::vector<std::int32_t> component(surface.size());
+    parallel_for(surface.size(), [&](std::size_t i) {
+        const auto found =
+            std::lower_bound(material_of.begin(), material_of.end(), std::pair(surface.body[i], std::int32_t(-1)));
+        component[i] = found != material_of.end() && found->first == surface.body[i] ? found->second : -1;
+    });
+    return component;
+}
+
+std::vector<double> volume_by_component(const SurfaceState& surface, const std::vector<std::int32_t>& component,
+                                        const Walls& walls, Real radius) {
+    const std::vector<Vec3>& x = surface.surfels.position;
+    const auto wall_of = [&](std::size_t i) {
+        const WallContact contact = wall_contact(walls, x[i]);
+        return WallPlane{contact.normal, contact.normal.dot(x[i]) - contact.distance};
+    };
+    return volume_by_component(up_to_the_walls(surface.surfels, wall_of), surface.surfels, component, radius);
+}
+
+double surface_volume(const SurfaceState& surface, const Particles& particles, const Walls& walls, Real radius) {
+    const auto volume = volume_by_component(surface, components(surface, particles), walls, radius);
+    return std::accumulate(volume.begin(), volume.end(), 0.0);
+}
+
+void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius,
+                 Real spacing) {
+    const Real lowest = Real(-0.6) * spacing, highest = Real(0.3) * spacing, step = Real(0.08) * spacing;
+    const std::vector<std::int32_t>& component = notes.component;
+    // Walls as they were looked up when the surfel was last near one.
+    const UpToWalls s = up_to_the_walls(surface.surfels, [&](std::size_t i) {
+        const WallNote& note = notes.wall[i];
+        const bool near = (surface.surfels.position[i] - note.asked).squaredNorm() < square(Real(0.5) * spacing);
+        return near ? note.walls.first : WallPlane{};
+    });
+    std::vector<double> volume;
+    try {
+        volume = volume_by_component(s, surface.surfels, component, radius);
+    } catch (const ResourceError&) {
+        return;  // too widely spread to be measured: the lift stays as it is
+    }
+    surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
+    for (std::size_t c = 0; c < volume.size(); ++c) {
+        const auto in_c = static_cast<std::int32_t>(c);
+        const double matter = parallel_sum(particles.size(), [&](std::size_t j) {
+            return particles.material[j] == in_c ? static_cast<double>(particles.rest_volume[j]) : 0.0;
+        });
+        const double area = parallel_sum(component.size(), [&](std::size_t i) {
+            return component[i] == in_c ? static_cast<double>(notes.give[i]) * s.area[i] : 0.0;
+        });
+        if (!(area > 0) || !(matter > 0)) continue;
+        const Real missing = static_cast<Real>(0.7 * (matter - volume[c]) / area);
+        surface.lift[c] = std::clamp(surface.lift[c] + std::clamp(missing, -step, step), lowest, highest);
+    }
+}
+
+}  // namespace thixo

@@ -1,0 +1,31 @@
+// What the surface encloses, and how it is held to the particles' volume.
+#pragma once
+
+#include <vector>
+
+#include "sim/surface/resample.h"
+#include "sim/surface/surface.h"
+
+namespace thixo {
+
+/// The component of every surfel: the material of its body, so that liquids of one material join where they meet. A
+/// body none of whose particles is left has component -1, which no particle is of.
+std::vector<std::int32_t> components(const SurfaceState& surface, const Particles& particles);
+
+/// Volume [m^3] that the surfels of each component enclose, up to the walls: the coat that reaches a little into them,
+/// so that no film of air is seen there, does not count. `radius` r_s of a full surfel [m].
+std::vector<double> volume_by_component(const SurfaceState& surface, const std::vector<std::int32_t>& component,
+                                        const Walls& walls, Real radius);
+
+/// The sum of that.
+double surface_volume(const SurfaceState& surface, const Particles& particles, const Walls& walls, Real radius);
+
+/// Brings `surface.lift` nearer to what makes each component enclose the volume of its particles:
+///   lift <- lift + 0.7 (V_particles - V)/sum A_i g_i where that is at most 0.08 spacings; -0.6 to 0.3 spacings
+/// A_i is the area of a surfel, g_i the share of the lift that it has (SurfelNotes::give): all of it where matter has
+/// come apart, in splashes and thin sheets, whose iso-surface encloses up to a third too much, a fifth elsewhere, where
+/// it encloses a few per cent too little when it bends. As a step is small nobody sees the surface swell and shrink.
+void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius,
+                 Real spacing);
+
+}  // namespace thixo

@@ -124,10 +124,12 @@ void visit_state(Stream& stream, S& s) {
         stream.array("mixed.taken", s.mixed_surface.taken);
         stream.value("mixed.next_id", s.mixed_surface.animated.next_id);
         stream.array("mixed.lift", s.mixed_surface.animated.lift);
+        stream.value("mixed.unmeasured", s.mixed_surface.animated.unmeasured);
         for_each_array(s.mixed_surface.animated, [&](const char* name, auto& array) { stream.array(name, array); });
     }
     stream.value("surface.next_id", s.surface.next_id);
     stream.array("surface.lift", s.surface.lift);
+    stream.value("surface.unmeasured", s.surface.unmeasured);
     for_each_array(s.surface, [&](const char* name, auto& array) { stream.array(name, array); });
 }
 

@@ -1,6 +1,7 @@
 #include "sim/surface/volume.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -14,6 +15,9 @@ namespace {
 
 /// Surfels lie a little closer than their radius; in the middle each has this part of the square of it to itself.
 constexpr Real kOwnArea = Real(0.75);
+
+/// Updates without a measurement where the last one changed next to nothing: it costs a third of an update.
+constexpr std::int32_t kCalm = 3;
 
 /// The surface with its coats on the walls that they line.
 struct UpToWalls {
@@ -126,6 +130,10 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius,
                  Real spacing) {
+    if (surface.unmeasured > 0) {
+        --surface.unmeasured;
+        return;
+    }
     const Real lowest = Real(-0.6) * spacing, highest = Real(0.3) * spacing, step = Real(0.08) * spacing;
     const std::vector<std::int32_t>& component = notes.component;
     // Walls as they were looked up when the surfel was last near one.
@@ -141,6 +149,7 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         return;  // too widely spread to be measured: the lift stays as it is
     }
     surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
+    Real largest = 0;
     for (std::size_t c = 0; c < volume.size(); ++c) {
         const auto in_c = static_cast<std::int32_t>(c);
         const double matter = parallel_sum(particles.size(), [&](std::size_t j) {
@@ -151,8 +160,11 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         });
         if (!(area > 0) || !(matter > 0)) continue;
         const Real missing = static_cast<Real>(0.7 * (matter - volume[c]) / area);
-        surface.lift[c] = std::clamp(surface.lift[c] + std::clamp(missing, -step, step), lowest, highest);
+        const Real lift = std::clamp(surface.lift[c] + std::clamp(missing, -step, step), lowest, highest);
+        largest = std::max(largest, std::abs(lift - surface.lift[c]));
+        surface.lift[c] = lift;
     }
+    surface.unmeasured = largest < step / 4 ? kCalm : 0;
 }
 
 }  // namespace thixo

@@ -1,0 +1,108 @@
+// Bodies that no scene should have: each is refused by one clear line or simulated soundly.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
+#include <functional>
+
+#include "pipeline/base/error.h"
+#include "pipeline/contract/scene_io.h"
+#include "sim/setup.h"
+#include "sim/step.h"
+#include "tests/pipeline/driver/temporary_folder.h"
+
+namespace thixo {
+namespace {
+
+using Place = std::array<double, 3>;
+
+/// A cube's quads as an OBJ, each corner moved by `place`; `faces` of the six; `turned`: normals inwards.
+std::string cube(const std::function<Place(Place)>& place, int faces = 6, bool turned = false, int first = 1) {
+    constexpr int kQuads[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
+    std::string text;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Place at =
+            place({corner & 4 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 1 ? 1.0 : -1.0});
+        text += "v " + std::to_string(at[0]) + " " + std::to_string(at[1]) + " " + std::to_string(at[2]) + "\n";
+    }
+    for (int f = 0; f < faces; ++f) {
+        text += "f";
+        for (int k = 0; k < 4; ++k) text += " " + std::to_string(first + kQuads[f][turned ? 3 - k : k]);
+        text += "\n";
+    }
+    return text;
+}
+
+std::function<Place(Place)> scaled(double by) {
+    return [by](Place p) -> Place { return {by * p[0], by * p[1], by * p[2]}; };
+}
+
+struct Case {
+    const char* name;
+    std::string mesh;
+    const char* refusal;  // part of the message; empty: simulated, with the given volume
+    double volume;        // [m^3]
+};
+
+std::vector<Case> cases() {
+    const auto flat = [](Place p) -> Place { return {0.05 * p[0], 0.05 * p[1], 0}; };
+    const auto beside = [](Place p) -> Place { return {0.05 * p[0] + 0.04, 0.05 * p[1] + 0.04, 0.05 * p[2] + 0.04}; };
+    return {{"good", cube(scaled(0.05)), "", 1e-3},
+            {"open", cube(scaled(0.05), 5), "", 1e-3},
+            {"inside out", cube(scaled(0.05), 6, true), "", 1e-3},
+            {"through itself", cube(scaled(0.05)) + cube(beside, 6, false, 9), "", 2e-3 - 0.06 * 0.06 * 0.06},
+            {"without volume", cube(flat), "holds no particle", 0},
+            {"tiny", cube(scaled(1e-5)), "holds no particle", 0},
+            {"giant", cube(scaled(1e7)), "too many", 0},
+            {"beyond numbers", cube(scaled(1e30)), "must be finite and below", 0},
+            {"not a number", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not a finite number", 0},
+            {"of points without normals", "v 0 0 0\nv 1 0 0\n", "neither triangles nor points", 0},
+            {"with a corner that is not there", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "names vertex 9 of 3", 0},
+            {"empty", "", "is empty", 0}};
+}
+
+/// Two steps' worth of a frame. Returns the volume of the particles [m^3].
+double simulate(const std::filesystem::path& mesh, const std::string& matter) {
+    const std::string text = "frames: {first: 0, last: 1, fps: 500}\nmaterials: {stuff: {density: 1000, " + matter +
+                             "}}\nbodies: {thing: {material: stuff, shape: {mesh: {file: \"" + mesh.string() +
+                             "\", scale: 1}}}}\nsolver: {spacing: 0.01}\n";
+    Simulation s = make_simulation(parse_scene(text, "bad.yaml"));
+    advance_frame(s);
+    double volume = 0;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        EXPECT_TRUE(s.particles.position[i].allFinite() && s.particles.velocity[i].allFinite());
+        volume += static_cast<double>(s.particles.rest_volume[i]);
+    }
+    return volume;
+}
+
+TEST(ABodysMesh, IsRefusedInOneLineOrSimulatedSoundly) {
+    const TemporaryFolder folder;
+    for (const Case& c : cases())
+        for (const char* matter : {"viscosity: 0.1", "youngs_modulus: 1.0e5, poisson_ratio: 0.3"}) {
+            SCOPED_TRACE(std::string(c.name) + " of " + matter);
+            const auto file = folder.path / "body.obj";
+            std::ofstream(file) << c.mesh;
+            try {
+                const double volume = simulate(file, matter);
+                EXPECT_STREQ(c.refusal, "");
+                EXPECT_NEAR(volume, c.volume, 0.1 * c.volume);  // layers of 10 in a side
+            } catch (const InputError& e) {
+                const std::string said = e.what();
+                ASSERT_STRNE(c.refusal, "") << said;
+                EXPECT_NE(said.find(c.refusal), std::string::npos) << said;
+            }
+        }
+}
+
+TEST(AMaterial, OfNoMassOrThatCannotChangeItsVolumeIsRefused) {
+    for (const char* matter : {"density: 0", "density: -1", "density: 1000, youngs_modulus: 1.0e5, poisson_ratio: 0.5",
+                               "density: 1000, youngs_modulus: 1.0e5, poisson_ratio: -1"})
+        EXPECT_THROW(parse_scene(std::string("frames: {first: 0, last: 1}\nmaterials: {stuff: {") + matter + "}}\n",
+                                 "bad.yaml"),
+                     InputError)
+            << matter;
+}
+
+}  // namespace
+}  // namespace thixo

@@ -180,7 +180,8 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     refill();
 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
-    hold_volume(surface, particles, notes, full_radius, spacing);
+    const bool calm = 100 * (report.inserted + report.deleted) < surface.size();
+    hold_volume(surface, particles, notes, full_radius, spacing, calm);
     interpolate_attributes(surface, particles, notes.component, support);
     sort_by_cell_and_id(surface, Real(params.support) * full_radius);
     particles.surface_position = particles.position;

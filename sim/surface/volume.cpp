@@ -129,8 +129,8 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 }
 
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius,
-                 Real spacing) {
-    if (surface.unmeasured > 0) {
+                 Real spacing, bool calm) {
+    if (calm && surface.unmeasured > 0) {
         --surface.unmeasured;
         return;
     }
@@ -164,7 +164,7 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         largest = std::max(largest, std::abs(lift - surface.lift[c]));
         surface.lift[c] = lift;
     }
-    surface.unmeasured = largest < step / 4 ? kCalm : 0;
+    surface.unmeasured = largest < step / 20 ? kCalm : 0;
 }
 
 }  // namespace thixo

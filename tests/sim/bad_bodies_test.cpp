@@ -66,7 +66,7 @@ double simulate(const std::filesystem::path& mesh, const std::string& matter) {
     const std::string text = "frames: {first: 0, last: 1, fps: 500}\nmaterials: {stuff: {density: 1000, " + matter +
                              "}}\nbodies: {thing: {material: stuff, shape: {mesh: {file: \"" + mesh.string() +
                              "\", scale: 1}}}}\nsolver: {spacing: 0.01}\n";
-    Simulation s = make_simulation(parse_scene(text, "bad.yaml"));
+    Simulation s = make_simulation(scene::parse_scene(text, "bad.yaml"));
     advance_frame(s);
     double volume = 0;
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
@@ -98,7 +98,7 @@ TEST(ABodysMesh, IsRefusedInOneLineOrSimulatedSoundly) {
 TEST(AMaterial, OfNoMassOrThatCannotChangeItsVolumeIsRefused) {
     for (const char* matter : {"density: 0", "density: -1", "density: 1000, youngs_modulus: 1.0e5, poisson_ratio: 0.5",
                                "density: 1000, youngs_modulus: 1.0e5, poisson_ratio: -1"})
-        EXPECT_THROW(parse_scene(std::string("frames: {first: 0, last: 1}\nmaterials: {stuff: {") + matter + "}}\n",
+        EXPECT_THROW(scene::parse_scene(std::string("frames: {first: 0, last: 1}\nmaterials: {stuff: {") + matter + "}}\n",
                                  "bad.yaml"),
                      InputError)
             << matter;

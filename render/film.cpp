@@ -45,7 +45,8 @@ struct Pixel {
     }
 };
 
-void add_sample(Pixel& pixel, const World& world, const PixelFilter& filter, const FilmSettings& settings, int x, int y) {
+void add_sample(Pixel& pixel, const World& world, const PixelFilter& filter, const FilmSettings& settings, int x,
+                int y) {
     Sampler sampler(settings.seed, std::uint32_t(x), std::uint32_t(y), std::uint32_t(pixel.samples));
     const Vec2f offset = filter.offset(sampler.next2()), lens = sampler.next2();
     const Ray ray = world.camera.ray(float(x) + 0.5f + offset.x(), float(y) + 0.5f + offset.y(), lens);
@@ -61,8 +62,8 @@ void add_sample(Pixel& pixel, const World& world, const PixelFilter& filter, con
     if (first.depth > 0) pixel.depth = std::min(pixel.depth, first.depth);
 }
 
-/// Noise of a pixel as the eye has it: the standard error of its mean over what a display makes of it (square root; below
-/// kDark the eye sees no relative noise).
+/// Noise of a pixel as the eye has it: the standard error of its mean over what a display makes of it (square root;
+/// below kDark the eye sees no relative noise).
 double visible_noise(const Pixel& pixel) {
     constexpr double kDark = 0.02;
     const double mean = luminance(pixel.mean().cast<float>().eval());
@@ -153,8 +154,10 @@ Image render(const World& world, const FilmSettings& settings, const std::functi
         [&](std::size_t tile, std::size_t, std::size_t) {
             if (stopped) return;
             const FlushDenormals flush;
-            const int left = (first_column + int(tile) % columns) * kTile, top = (first_row + int(tile) / columns) * kTile;
-            const int right = std::min(left + kTile, world.camera.width), bottom = std::min(top + kTile, world.camera.height);
+            const int left = (first_column + int(tile) % columns) * kTile,
+                      top = (first_row + int(tile) / columns) * kTile;
+            const int right = std::min(left + kTile, world.camera.width),
+                      bottom = std::min(top + kTile, world.camera.height);
             std::array<Pixel, kTile * kTile> store_room;
             const std::span<Pixel> pixels(store_room.data(), std::size_t(right - left) * std::size_t(bottom - top));
             sample_tile(pixels, world, filter, s, left, top, right - left);

@@ -38,7 +38,7 @@ struct InterfaceAlbedo;
 struct Material {
     scene::AppearanceType type = scene::AppearanceType::diffuse;
     Vec3f colour{0.8f, 0.8f, 0.8f}, colour2{0.3f, 0.3f, 0.3f};
-    float checker = 0;    // m
+    float checker = 0;  // m
     ImageMap image;
     bool in_rest = false;  // checker and image are in m0, not in the world
     scene::ColourBy colour_by = scene::ColourBy::none;

@@ -93,7 +93,8 @@ bool nearest_hit(const World& world, const Ray& ray, const Interior& interior, H
     probe.tmin = std::max(ray.tmin, hit.t - touching);
     probe.tmax = hit.t + touching;
     Hit touched;
-    if (world.rays->intersect(probe, behind, touched, world.attributes) && !world.material(touched.object).dielectric()) hit = touched;
+    if (world.rays->intersect(probe, behind, touched, world.attributes) && !world.material(touched.object).dielectric())
+        hit = touched;
     return true;
 }
 

@@ -192,7 +192,9 @@ class Path {
         const RoughInterface rough{material.roughness, interface.after / interface.before, material.interface.get()};
         const Frame3 frame = frame_at(hit);
         const Vec3f wo = frame.local(-s_.ray.direction);
-        const auto f = [&](const Vec3f& wi, float& pdf) { return Vec3f(Vec3f::Constant(evaluate(rough, wo, wi, pdf))); };
+        const auto f = [&](const Vec3f& wi, float& pdf) {
+            return Vec3f(Vec3f::Constant(evaluate(rough, wo, wi, pdf)));
+        };
         begin_shading(hit, frame.n);
         light_up(hit, frame, frame.side, s_.interior, f);
         light_up(hit, frame, -frame.side, interface.behind, f);

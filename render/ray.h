@@ -49,12 +49,12 @@ class Interior {
 /// What a hit knows of the material there. On surfels: blended with the weights that placed the hit, m0 to first order
 /// in the tangent plane. On meshes: m0 is the place in the mesh's own frame, the rest is zero.
 struct Attributes {
-    Vec3f rest{0, 0, 0};      // m0 [m]
+    Vec3f rest{0, 0, 0};                     // m0 [m]
     Vec3f rest_a{0, 0, 0}, rest_b{0, 0, 0};  // its derivatives along orthonormal_basis(normal) [1]
     Vec2f uv{0, 0};                          // of a mesh that has them
     float uv_per_metre = 0;                  // how much of uv a metre of the surface holds
-    Vec3f velocity{0, 0, 0};  // [m/s]
-    float temperature = 0;    // [degC]
+    Vec3f velocity{0, 0, 0};                 // [m/s]
+    float temperature = 0;                   // [degC]
 };
 
 struct Hit {

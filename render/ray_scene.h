@@ -16,8 +16,8 @@ namespace thixo::render {
 /// Surfels of all bodies. Arrays of attributes are empty or as long as the cloud.
 struct SurfelSet {
     SurfelCloud cloud;
-    std::vector<std::uint32_t> layer;  // per surfel: only surfels of one layer blend
-    std::vector<Index> object;         // per layer: the object it bounds
+    std::vector<std::uint32_t> layer;           // per surfel: only surfels of one layer blend
+    std::vector<Index> object;                  // per layer: the object it bounds
     std::vector<std::optional<TrimNode>> trim;  // per object, or none: over its layers
     std::vector<Vec3f> rest, velocity;
     std::vector<float> temperature;

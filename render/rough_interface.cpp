@@ -57,8 +57,8 @@ float single_refraction(const RoughInterface& m, const Vec3f& wo, const Vec3f& w
     return common * masking(wo, wi, m.alpha) / square(m.eta);
 }
 
-/// How the multiply scattered light of this side is shared: the part that goes through. With 1 - F for the means of both
-/// sides, and (1 - F) (1 - E) alike seen from either side, f/n^2 is symmetric.
+/// How the multiply scattered light of this side is shared: the part that goes through. With 1 - F for the means of
+/// both sides, and (1 - F) (1 - E) alike seen from either side, f/n^2 is symmetric.
 float share_through(const RoughInterface& m) {
     const float own = 1 - m.albedo->mean(m.eta), other = 1 - m.albedo->mean(1 / m.eta);
     return (1 - m.albedo->mean_reflectance(m.eta)) * std::min(1.0f, other / std::max(own, 1e-9f));

@@ -1,5 +1,5 @@
-// A rough interface between two clear media (Walter et al. 2007), with the light that scatters several times between its
-// facets given back (Kulla & Conty 2017).
+// A rough interface between two clear media (Walter et al. 2007), with the light that scatters several times between
+// its facets given back (Kulla & Conty 2017).
 #pragma once
 
 #include <memory>
@@ -27,9 +27,9 @@ struct RoughInterface {
     const InterfaceAlbedo* albedo = nullptr;
 };
 
-/// f(wo, wi) |cos(wi)| [1/sr] for radiance, and the density of scatter() in wi. What goes through has the factor 1/eta^2
-/// of radiance. Single scattering reflects and refracts at facets; the rest, 1 - E, leaves cosine-like on either side,
-/// shared so that light may run either way.
+/// f(wo, wi) |cos(wi)| [1/sr] for radiance, and the density of scatter() in wi. What goes through has the factor
+/// 1/eta^2 of radiance. Single scattering reflects and refracts at facets; the rest, 1 - E, leaves cosine-like on
+/// either side, shared so that light may run either way.
 float evaluate(const RoughInterface& m, const Vec3f& wo, const Vec3f& wi, float& pdf);
 
 /// Chooses a direction on either side.

@@ -12,8 +12,9 @@ class SheetField {
   public:
     /// The surfels `members` of the cloud, all of one sheet.
     SheetField(const SurfelCloud& cloud, const std::vector<Index>& members);
-    /// About the signed distance from x [m], > 0 before the sheet: the algebraic sphere that the ray's blend fits, where
-    /// surfels' supports hold x; elsewhere a plane with x on the side on which the nearest surfel has it. A sheet without surfels bounds nothing.
+    /// About the signed distance from x [m], > 0 before the sheet: the algebraic sphere that the ray's blend fits,
+    /// where surfels' supports hold x; elsewhere a plane with x on the side on which the nearest surfel has it. A sheet
+    /// without surfels bounds nothing.
     float distance(const Vec3f& x) const;
 
   private:
@@ -40,7 +41,8 @@ class SheetField {
         int side(const Vec3f& x) const;
     };
     template <bool by_bundles>
-    void nearest(std::size_t begin, std::size_t end, std::size_t node, const Vec3f& x, Vec3f& away, Nearest& best) const;
+    void nearest(std::size_t begin, std::size_t end, std::size_t node, const Vec3f& x, Vec3f& away,
+                 Nearest& best) const;
     float far_distance(const Vec3f& x) const;
     void find_plane();
     void sort(std::size_t begin, std::size_t end, std::size_t node);
@@ -50,8 +52,8 @@ class SheetField {
     std::vector<Disc> discs_;
     std::vector<unsigned char> axis_;
     std::vector<Bundle> bundles_;  // of ranges of kBundle discs and more; the parts of node k are 2 k + 1 and 2 k + 2
-    float widest_ = 0;   // support [m]
-    bool flat_ = false;  // all discs lie in one plane
+    float widest_ = 0;             // support [m]
+    bool flat_ = false;            // all discs lie in one plane
 };
 
 }  // namespace thixo::render

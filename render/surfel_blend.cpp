@@ -127,7 +127,8 @@ float refine(const Group& g, const Vec3f& d, float a, float fa, float b, float f
 /// come out sharp; they are closed since each side may stand out by kOverlap radii, which is also more than the two
 /// differ where they are parts of one smooth surface.
 constexpr float kOverlap = 0.05f;
-bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, const Vec3f& d, float tau, const Fit& at) {
+bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, const Vec3f& d, float tau,
+                 const Fit& at) {
     for (const Group& other : groups) {
         if (&other == &own || other.object != own.object) continue;
         if (trimmed && other.layer != own.layer) continue;  // its tree decides between sheets
@@ -247,8 +248,8 @@ void note_weights(const Group& g, std::span<const SurfelBlock> blocks, const Can
 }  // namespace
 
 bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
-                    std::span<const Index> object, const Trims& trims, Candidates& candidates, float end, bool want_weights,
-                    SurfelHit& hit) {
+                    std::span<const Index> object, const Trims& trims, Candidates& candidates, float end,
+                    bool want_weights, SurfelHit& hit) {
     if (!candidates.listed && smooth_crossing(blocks, ray, interior, object, trims, candidates, end, want_weights, hit))
         return true;
     candidates.make_list(ray.tmin);

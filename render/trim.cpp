@@ -21,8 +21,7 @@ TrimNode without_differences(const TrimNode& node, bool negated, std::vector<sig
     const bool all = (node.op != Op::any) != negated;
     result.op = all ? Op::all : Op::any;
     for (std::size_t k = 0; k < node.parts.size(); ++k)
-        result.parts.push_back(
-            without_differences(node.parts[k], negated != (node.op == Op::except && k > 0), side));
+        result.parts.push_back(without_differences(node.parts[k], negated != (node.op == Op::except && k > 0), side));
     return result;
 }
 

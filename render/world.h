@@ -28,7 +28,7 @@ struct World {
     Vec3f background{0, 0, 0};  // radiance seen where there is no sky
     PathSettings settings;
     Camera camera;
-    bool attributes = false;    // some material looks at the attributes of hits
+    bool attributes = false;   // some material looks at the attributes of hits
     Interior camera_interior;  // the objects the camera is inside of
 
     const Material& material(Index object) const { return materials[material_of[object]]; }

@@ -94,8 +94,8 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
 
 void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts,
                     const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, const Periodic& periodic,
-                    std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states, Particles& particles,
-                    std::int64_t& next_id) {
+                    std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states,
+                    Particles& particles, std::int64_t& next_id) {
     const double d = smoothing.spacing;
     for (std::size_t e = 0; e < emitters.size(); ++e) {
         const scene::Emitter& emitter = emitters[e];
@@ -123,8 +123,7 @@ void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vect
                 const Vec3d flow = jet + moving.linear + moving.angular.cross(at - pose.translation);
                 const Vec3d x = at + age * flow + 0.5 * square(age) * fall;
                 const Vec3 in = periodic.wrapped(x.cast<Real>());
-                if (wall_distance(walls, in) < kWallRoom * smoothing.spacing ||
-                    !room.take(x.cast<Real>())) {
+                if (wall_distance(walls, in) < kWallRoom * smoothing.spacing || !room.take(x.cast<Real>())) {
                     ++state.blocked;
                     continue;
                 }

@@ -40,11 +40,11 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
 
 /// Releases every layer that is due by `time` [s]. A particle that left the disc at t_k starts where free flight has
 /// brought it by now. A site is left out where another particle is nearer than 0.7 spacings or a wall nearer than 0.3:
-/// nothing overlaps what is there, across periodic faces too. Ids count up from next_id in order of emitter, layer and site. `last_dt` is the step
-/// that led to `time`: velocities are stored half of it back.
+/// nothing overlaps what is there, across periodic faces too. Ids count up from next_id in order of emitter, layer and
+/// site. `last_dt` is the step that led to `time`: velocities are stored half of it back.
 void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts,
                     const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, const Periodic& periodic,
-                    std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states, Particles& particles,
-                    std::int64_t& next_id);
+                    std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states,
+                    Particles& particles, std::int64_t& next_id);
 
 }  // namespace thixo

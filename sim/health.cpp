@@ -34,7 +34,8 @@ std::string likely_cause(const Simulation& s, const StepLimits& limits) {
                            limits.cause(), limits.smallest());
     if (s.clock.step < 10) return "particles start too close to each other, or inside a wall";
     if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
-        return "a moving wall squeezes the fluid, or the pressure solve ends at solver.iterations (cut_off in stats.jsonl)";
+        return "a moving wall squeezes the fluid, or the pressure solve ends at solver.iterations (cut_off in "
+               "stats.jsonl)";
     if (s.problem.scene.solver.artificial_viscosity < 0.01)
         return "solver.artificial_viscosity is too small for an impact of this speed";
     return "a moving wall squeezes the fluid, or solver.expected_speed is too small: the fluid is too soft for this "
@@ -79,7 +80,8 @@ void check_solids_health(const Simulation& s, const SolidReport& report) {
     const double fastest = kAbsurd * std::max(std::sqrt(sound2), s.problem.expected_speed);
     const Particles& p = s.particles;
     const auto wrong = [&](std::size_t i) {
-        return p.kind[i] == Kind::solid && (!p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest));
+        return p.kind[i] == Kind::solid &&
+               (!p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest));
     };
     const std::size_t n = p.size();
     const std::size_t first = parallel_reduce(
@@ -92,9 +94,8 @@ void check_solids_health(const Simulation& s, const SolidReport& report) {
         "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, "
         "step {} (sub-step "
         "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
-        x.allFinite() ? "velocity" : "position", p.id[first],
-        body_name(scene, static_cast<std::size_t>(p.body[first])), x.x(), x.y(), x.z(), s.clock.frame + 1,
-        s.clock.step, report.smallest_dt, std::sqrt(s.solids.stretch2),
+        x.allFinite() ? "velocity" : "position", p.id[first], body_name(scene, static_cast<std::size_t>(p.body[first])),
+        x.x(), x.y(), x.z(), s.clock.frame + 1, s.clock.step, report.smallest_dt, std::sqrt(s.solids.stretch2),
         s.solids.stretch2 > 9
             ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "
               "raise youngs_modulus, or add volume_stiffness"

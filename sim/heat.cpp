@@ -9,9 +9,8 @@
 namespace thixo {
 
 double enthalpy(double temperature, const scene::Thermal& m) {
-    const double melted = m.liquidus > m.solidus
-                              ? std::clamp((temperature - m.solidus) / (m.liquidus - m.solidus), 0.0, 1.0)
-                              : 0.0;
+    const double melted =
+        m.liquidus > m.solidus ? std::clamp((temperature - m.solidus) / (m.liquidus - m.solidus), 0.0, 1.0) : 0.0;
     return m.heat_capacity * temperature + m.latent_heat * melted;
 }
 
@@ -24,14 +23,16 @@ double temperature_of(double heat, const scene::Thermal& m) {
 }
 
 Real wall_conduction(Real distance, Real support, Real least) {
-    // The Laplacian of the viscosity kernel over planes at z = q h is 90/h^3 (1/6 - q^2/2 + q^3/3); its first moment beyond q:
+    // The Laplacian of the viscosity kernel over planes at z = q h is 90/h^3 (1/6 - q^2/2 + q^3/3); its first moment
+    // beyond q:
     const Real q = clamp01(distance / support);
     const Real moment = 90 / support * (Real(0.025) - q * q * (Real(1.0 / 12) - q * q * (Real(0.125) - q / 15)));
     return std::max(moment, Real(0)) / std::max(distance, least);
 }
 
 bool HeatParams::any() const {
-    return !sources.empty() || std::ranges::any_of(materials, [](const scene::Thermal& m) { return m.conductivity > 0; });
+    return !sources.empty() ||
+           std::ranges::any_of(materials, [](const scene::Thermal& m) { return m.conductivity > 0; });
 }
 
 HeatParams make_heat(const scene::Scene& scene) {
@@ -47,7 +48,8 @@ HeatParams make_heat(const scene::Scene& scene) {
 
 namespace {
 
-// The sum of the Laplacian over a packing with a wall at half a layer, times h^2, at most; and room for what is packed closer.
+// The sum of the Laplacian over a packing with a wall at half a layer, times h^2, at most; and room for what is packed
+// closer.
 constexpr double kMostNeighbours = 15 + 7, kRoom = 1.5;
 
 int stable_steps(const HeatParams& params, Real support, double dt) {
@@ -60,7 +62,12 @@ class Conduction {
   public:
     Conduction(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
                const HeatParams& params, const Sweep& sweep, HeatScratch& scratch)
-        : p_(particles), neighbours_(neighbours), walls_(walls), smoothing_(smoothing), params_(params), sweep_(sweep),
+        : p_(particles),
+          neighbours_(neighbours),
+          walls_(walls),
+          smoothing_(smoothing),
+          params_(params),
+          sweep_(sweep),
           s_(scratch) {
         resize_packed(sweep.ghosts, s_.place, Quad{Real(1e9), Real(1e9), Real(1e9), 0});
         resize_packed(sweep.ghosts, s_.matter, Quad{0, 0, 0, 0});
@@ -78,10 +85,12 @@ class Conduction {
         set_temperatures();
         parallel_chunks(p_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
             WallCursor cursor(walls_);
-            for (std::size_t i = begin; i < end; ++i) s_.gain[i] = from_neighbours(i) + from_walls(i, cursor) + from_sources(i, t);
+            for (std::size_t i = begin; i < end; ++i)
+                s_.gain[i] = from_neighbours(i) + from_walls(i, cursor) + from_sources(i, t);
         });
         parallel_for(p_.size(), [&](std::size_t i) {
-            const double heat = enthalpy(p_.temperature[i], material(i)) + dt * s_.gain[i] / static_cast<double>(p_.mass[i]);
+            const double heat =
+                enthalpy(p_.temperature[i], material(i)) + dt * s_.gain[i] / static_cast<double>(p_.mass[i]);
             p_.temperature[i] = temperature_of(heat, material(i));
         });
     }

@@ -10,12 +10,12 @@
 namespace thixo {
 
 struct MaterialParams {
-    Real density;      // rho0 [kg/m^3]
-    Real viscosity;    // mu of the explicit force [Pa s]
-    Real stiffness;    // k_gas [Pa]
-    Real gamma;        // exponent of the equation of state [1]
-    Real sound_speed;  // c = sqrt(dP/drho) at rho0 [m/s]
-    Real tension;      // gamma of the liquid's surface [N/m]
+    Real density;             // rho0 [kg/m^3]
+    Real viscosity;           // mu of the explicit force [Pa s]
+    Real stiffness;           // k_gas [Pa]
+    Real gamma;               // exponent of the equation of state [1]
+    Real sound_speed;         // c = sqrt(dP/drho) at rho0 [m/s]
+    Real tension;             // gamma of the liquid's surface [N/m]
     Real implicit_viscosity;  // mu of the implicit solve; one of the two is 0 [Pa s]
 };
 
@@ -24,9 +24,9 @@ struct MaterialParams {
 ///   k_gas = c^2 rho0 / gamma.   [Pa]
 Real stiffness_for(Real speed, Real density, Real gamma);
 
-/// Resolves the scene's materials. Where the pressure solver is implicit there is no sound: stiffness and sound speed are
-/// zero. `expected_speed` U [m/s] is used where a material names no stiffness. Tension and the way viscosity is solved are
-/// make_simulation's.
+/// Resolves the scene's materials. Where the pressure solver is implicit there is no sound: stiffness and sound speed
+/// are zero. `expected_speed` U [m/s] is used where a material names no stiffness. Tension and the way viscosity is
+/// solved are make_simulation's.
 std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed,
                                               scene::Pressure solver = scene::Pressure::eos);
 

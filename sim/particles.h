@@ -18,15 +18,15 @@ struct Particles {
         bool implicit_pressure = true;   // restoring
         bool implicit_viscosity = true;  // viscous_acceleration
     } has;
-    std::vector<std::int64_t> id;        // unique for ever, given in order of creation
-    std::vector<Vec3> position;          // x [m]
-    std::vector<Vec3> velocity;          // v [m/s] at t - dt/2 between steps (leapfrog)
-    std::vector<Vec3> acceleration;      // f/m [m/s^2] of the last step
+    std::vector<std::int64_t> id;            // unique for ever, given in order of creation
+    std::vector<Vec3> position;              // x [m]
+    std::vector<Vec3> velocity;              // v [m/s] at t - dt/2 between steps (leapfrog)
+    std::vector<Vec3> acceleration;          // f/m [m/s^2] of the last step
     std::vector<Vec3> viscous_acceleration;  // the implicit viscosity's share of it [m/s^2]
-    std::vector<Real> mass;              // m [kg]
-    std::vector<Real> rest_volume;       // V0 = m/rho0 [m^3]
-    std::vector<Real> density;           // rho [kg/m^3], summation density with the walls' share
-    std::vector<Real> pressure;          // P [Pa]
+    std::vector<Real> mass;                  // m [kg]
+    std::vector<Real> rest_volume;           // V0 = m/rho0 [m^3]
+    std::vector<Real> density;               // rho [kg/m^3], summation density with the walls' share
+    std::vector<Real> pressure;              // P [Pa]
     std::vector<Real> restoring;         // the density solve's pressure times time squared, of the last step [Pa s^2]
     std::vector<double> temperature;     // T [degC]; in single precision a slow change of one step would be lost
     std::vector<Real> melt;              // b: 0 a solid, 1 a liquid, in between what melts [1]
@@ -38,8 +38,8 @@ struct Particles {
     std::size_t size() const { return id.size(); }
 };
 
-/// f(name, array) for every array of the groups there are, so that resize, reorder and checkpoint cannot forget one. P is Particles or const
-/// Particles.
+/// f(name, array) for every array of the groups there are, so that resize, reorder and checkpoint cannot forget one. P
+/// is Particles or const Particles.
 template <class P, class F>
 void for_each_array(P& p, F&& f) {
     f("id", p.id);

@@ -9,9 +9,7 @@ namespace thixo {
 namespace {
 
 /// Distance of neighbouring floats of the size of `largest`: every multiple of it up to there is a float.
-double grain_at(double largest) {
-    return std::ldexp(1.0, std::ilogb(largest) + 1 - std::numeric_limits<Real>::digits);
-}
+double grain_at(double largest) { return std::ldexp(1.0, std::ilogb(largest) + 1 - std::numeric_limits<Real>::digits); }
 
 // The images of a particle near a face: along each axis itself, and what lies beyond the faces within reach.
 struct Images {
@@ -106,9 +104,9 @@ void find_ghosts(const Periodic& periodic, const std::vector<Vec3>& position, Re
                 const int x = c % images.count[0], y = c / images.count[0] % images.count[1],
                           z = c / (images.count[0] * images.count[1]);
                 ghosts.source[k] = static_cast<Index>(i);
-                ghosts.shift[k] = Vec3(images.offset[0][static_cast<std::size_t>(x)],
-                                       images.offset[1][static_cast<std::size_t>(y)],
-                                       images.offset[2][static_cast<std::size_t>(z)]);
+                ghosts.shift[k] =
+                    Vec3(images.offset[0][static_cast<std::size_t>(x)], images.offset[1][static_cast<std::size_t>(y)],
+                         images.offset[2][static_cast<std::size_t>(z)]);
                 ++k;
             }
         }
@@ -120,9 +118,9 @@ void append_ghosts(const Ghosts& ghosts, const std::vector<Vec3>& position, std:
     parallel_for(
         all.size(),
         [&](std::size_t k) {
-            all[k] = k < position.size() ? position[k]
-                                         : Vec3(position[ghosts.source[k - position.size()]] +
-                                                ghosts.shift[k - position.size()]);
+            all[k] = k < position.size()
+                         ? position[k]
+                         : Vec3(position[ghosts.source[k - position.size()]] + ghosts.shift[k - position.size()]);
         },
         2048);
 }

@@ -8,17 +8,18 @@
 namespace thixo {
 namespace {
 
-// A shift is right to first order only. What is off by more than this part of the density is restored over several steps,
-// none longer than this part of a spacing: longer ones make, by their second order, more error than they take away.
+// A shift is right to first order only. What is off by more than this part of the density is restored over several
+// steps, none longer than this part of a spacing: longer ones make, by their second order, more error than they take
+// away.
 constexpr Real kMostRestored = Real(0.02), kLongestShift = Real(0.02);
-// A particle this near to its rest density is full: without the band what a shift leaves a little too light falls until it is
-// stopped, and has to be shifted again.
+// A particle this near to its rest density is full: without the band what a shift leaves a little too light falls until
+// it is stopped, and has to be shifted again.
 constexpr Real kFull = Real(0.002);
 constexpr Real kProjectedStep = Real(0.5);  // of a projected gradient step, in diagonals
 
-/// The bound-constrained quadratic problem  min 1/2 p'Ap - b'p, p >= 0  in the norm of the diagonal, by conjugate gradients on
-/// the particles under pressure, with steps that change this set where it is not yet right (MPRGP: Dostal & Schoeberl 2005).
-/// Its gradient is minus the residual r = s* - 1, each weighed by V0.
+/// The bound-constrained quadratic problem  min 1/2 p'Ap - b'p, p >= 0  in the norm of the diagonal, by conjugate
+/// gradients on the particles under pressure, with steps that change this set where it is not yet right (MPRGP: Dostal
+/// & Schoeberl 2005). Its gradient is minus the residual r = s* - 1, each weighed by V0.
 class BoundedConjugateGradients {
   public:
     BoundedConjugateGradients(const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
@@ -66,9 +67,7 @@ class BoundedConjugateGradients {
   private:
     struct Norms {
         double reduced = 0, blocked = 0, error = 0;
-        Norms operator+(const Norms& b) const {
-            return {reduced + b.reduced, blocked + b.blocked, error + b.error};
-        }
+        Norms operator+(const Norms& b) const { return {reduced + b.reduced, blocked + b.blocked, error + b.error}; }
     };
     struct Products {
         double descent = 0, curvature = 0, mixed = 0, squared = 0;

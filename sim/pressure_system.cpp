@@ -5,8 +5,8 @@
 namespace thixo {
 namespace {
 
-/// The kernel on several distances at once, its constants taken out of the sums: w = scale value, grad w = gradient slope
-/// r_vec, r_vec from the neighbour.
+/// The kernel on several distances at once, its constants taken out of the sums: w = scale value, grad w = gradient
+/// slope r_vec, r_vec from the neighbour.
 struct Spline {
     explicit Spline(const ConvexSpline& kernel)
         : h_inv(kernel.h_inv), scale(kernel.scale), gradient(-3 * kernel.scale * kernel.h_inv) {}
@@ -89,8 +89,7 @@ void measure_density(Particles& particles, const NeighbourLists& neighbours, con
         const Vec3 g = spline.gradient * Vec3(sum_of(gx), sum_of(gy), sum_of(gz)) + w.gradient;
         const Real volume = particles.rest_volume[i], mass = particles.mass[i];
         const Real s = spline.scale * (spline.at_centre * volume + sum_of(share)) + w.share;
-        const Real diagonal =
-            volume * inverse_k * (g.squaredNorm() / mass + square(spline.gradient) * sum_of(steep));
+        const Real diagonal = volume * inverse_k * (g.squaredNorm() / mass + square(spline.gradient) * sum_of(steep));
         system.slope[i] = {g.x(), g.y(), g.z(), volume / mass * inverse_k};
         system.excess[i] = s - 1;
         system.rate[i] = spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - w.inflow;

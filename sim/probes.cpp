@@ -29,19 +29,32 @@ Vec3d velocity(const Simulation& s, std::size_t i) {
 double quantity(const Simulation& s, Quantity what, std::size_t i) {
     const Particles& p = s.particles;
     switch (what) {
-        case Quantity::one: return 1;
-        case Quantity::volume: return static_cast<double>(p.rest_volume[i] / p.mass[i]);
-        case Quantity::density: return static_cast<double>(p.density[i]);
-        case Quantity::pressure: return static_cast<double>(shown_pressure(s, i));
-        case Quantity::temperature: return static_cast<double>(p.temperature[i]);
-        case Quantity::speed: return velocity(s, i).norm();
-        case Quantity::energy: return 0.5 * velocity(s, i).squaredNorm();
-        case Quantity::velocity_x: return velocity(s, i).x();
-        case Quantity::velocity_y: return velocity(s, i).y();
-        case Quantity::velocity_z: return velocity(s, i).z();
-        case Quantity::x: return static_cast<double>(p.position[i].x());
-        case Quantity::y: return static_cast<double>(p.position[i].y());
-        case Quantity::z: return static_cast<double>(p.position[i].z());
+        case Quantity::one:
+            return 1;
+        case Quantity::volume:
+            return static_cast<double>(p.rest_volume[i] / p.mass[i]);
+        case Quantity::density:
+            return static_cast<double>(p.density[i]);
+        case Quantity::pressure:
+            return static_cast<double>(shown_pressure(s, i));
+        case Quantity::temperature:
+            return static_cast<double>(p.temperature[i]);
+        case Quantity::speed:
+            return velocity(s, i).norm();
+        case Quantity::energy:
+            return 0.5 * velocity(s, i).squaredNorm();
+        case Quantity::velocity_x:
+            return velocity(s, i).x();
+        case Quantity::velocity_y:
+            return velocity(s, i).y();
+        case Quantity::velocity_z:
+            return velocity(s, i).z();
+        case Quantity::x:
+            return static_cast<double>(p.position[i].x());
+        case Quantity::y:
+            return static_cast<double>(p.position[i].y());
+        case Quantity::z:
+            return static_cast<double>(p.position[i].z());
     }
     return 0;
 }
@@ -157,9 +170,15 @@ std::vector<std::optional<double>> measure(Simulation& s) {
     for (std::size_t k = 0; k < probes.list.size(); ++k) {
         const Probes::Entry& e = probes.list[k];
         switch (e.probe.measure) {
-            case Measure::point: values.push_back(at_point(s, e)); break;
-            case Measure::extent: values.push_back(extent(s, e)); break;
-            case Measure::total: values.push_back(moment(s, e).sum); break;
+            case Measure::point:
+                values.push_back(at_point(s, e));
+                break;
+            case Measure::extent:
+                values.push_back(extent(s, e));
+                break;
+            case Measure::total:
+                values.push_back(moment(s, e).sum);
+                break;
             case Measure::mean: {
                 const Moment m = moment(s, e);
                 values.push_back(m.mass > 0 ? std::optional(m.sum / m.mass) : std::nullopt);
@@ -167,7 +186,8 @@ std::vector<std::optional<double>> measure(Simulation& s) {
             }
             case Measure::flux: {
                 const scene::Frames& frames = s.problem.scene.frames;
-                const double span = s.clock.frame > frames.first ? s.clock.time - frame_time(frames, s.clock.frame - 1) : 0;
+                const double span =
+                    s.clock.frame > frames.first ? s.clock.time - frame_time(frames, s.clock.frame - 1) : 0;
                 values.push_back(span > 0 ? probes.passed[k] / span : 0);
                 break;
             }

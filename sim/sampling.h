@@ -14,7 +14,8 @@ namespace thixo {
 /// The sites of a packing that lie inside `shape` (distance < 0) and where `allowed` holds, in ascending order of (k,
 /// j, i). The packing is centred in the shape's box, so that in a box the outermost layers stand half a layer inside
 /// the faces. Along a periodic axis it is laid from face to face, the same for every body, and stretched
-/// (`packing_stretch`) so that it continues across them. Throws InputError where the shape is unbounded, or has room for more than 2^31 sites.
+/// (`packing_stretch`) so that it continues across them. Throws InputError where the shape is unbounded, or has room
+/// for more than 2^31 sites.
 std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
                              const Periodic& periodic = {});
 

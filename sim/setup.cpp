@@ -82,9 +82,10 @@ void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Peri
         const Periodic::Axis& axis = periodic.axis[static_cast<std::size_t>(a)];
         if (!axis.on || !box) continue;
         if (box->lower[a] < axis.from - spacing / 2 || box->upper[a] > axis.to + spacing / 2)
-            throw InputError("{}: body '{}' reaches from {} to {} m, beyond the periodic faces {} and {} m of axis {}; "
-                             "cut it there",
-                             body.shape.where, body.name, box->lower[a], box->upper[a], axis.from, axis.to, "xyz"[a]);
+            throw InputError(
+                "{}: body '{}' reaches from {} to {} m, beyond the periodic faces {} and {} m of axis {}; "
+                "cut it there",
+                body.shape.where, body.name, box->lower[a], box->upper[a], axis.from, axis.to, "xyz"[a]);
     }
 }
 
@@ -101,7 +102,9 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
     const Real d = s.problem.smoothing.spacing;
     const int material = index_of(scene.materials, body.material, "material");
     const scene::Material& matter = scene.materials[static_cast<std::size_t>(material)];
-    const double melt = matter.melting.any() ? matter.melting.fraction(body.temperature) : matter.elastic.solid() ? 0 : 1;
+    const double melt = matter.melting.any()     ? matter.melting.fraction(body.temperature)
+                        : matter.elastic.solid() ? 0
+                                                 : 1;
     const bool solid = melt < 1;
     PointGrid others;
     others.build(s.particles.position, d);
@@ -164,25 +167,27 @@ double expected_speed(const scene::Scene& scene) {
 Simulation make_simulation(const scene::Scene& scene) {
     const Smoothing smoothing(static_cast<Real>(scene.solver.spacing), static_cast<Real>(scene.solver.support));
     const double speed = expected_speed(scene);
-    Simulation s{.problem = {.scene = scene,
-                             .scene_path = {},
-                             .smoothing = smoothing,
-                             .tension = TensionScale(smoothing, scene.solver.pressure),
-                             .materials = resolve_materials(scene.materials, static_cast<Real>(speed), scene.solver.pressure),
-                             .heat = make_heat(scene),
-                             .gravity = scene.world.gravity.cast<Real>(),
-                             .periodic = make_periodic(scene.world, smoothing.support),
-                             .expected_speed = speed,
-                             .emitters = {}},
-                 .walls = make_walls(scene, smoothing)};
+    Simulation s{
+        .problem = {.scene = scene,
+                    .scene_path = {},
+                    .smoothing = smoothing,
+                    .tension = TensionScale(smoothing, scene.solver.pressure),
+                    .materials = resolve_materials(scene.materials, static_cast<Real>(speed), scene.solver.pressure),
+                    .heat = make_heat(scene),
+                    .gravity = scene.world.gravity.cast<Real>(),
+                    .periodic = make_periodic(scene.world, smoothing.support),
+                    .expected_speed = speed,
+                    .emitters = {}},
+        .walls = make_walls(scene, smoothing)};
     for (std::size_t k = 0; k < scene.materials.size(); ++k) {
         MaterialParams& m = s.problem.materials[k];
         const scene::Material& source = scene.materials[k];
         const bool melts = source.melting.any();
         m.tension = static_cast<Real>(melts ? source.melting.liquid.surface_tension : source.surface_tension);
         // The viscosity of a solid damps its vibrations (sim/solid); liquids have none of it.
-        const bool flows = !source.elastic.solid() ||
-                           std::ranges::any_of(scene.emitters, [&](const auto& e) { return e.material == source.name; });
+        const bool flows = !source.elastic.solid() || std::ranges::any_of(scene.emitters, [&](const auto& e) {
+            return e.material == source.name;
+        });
         m.viscosity = melts ? static_cast<Real>(source.melting.liquid.viscosity) : flows ? m.viscosity : Real(0);
     }
     choose_viscosity_solver(scene.solver, smoothing, speed, s.problem.materials);
@@ -190,9 +195,8 @@ Simulation make_simulation(const scene::Scene& scene) {
     s.probes = make_probes(scene);
     s.particles.has = {.surface = scene.surface.enabled,
                        .implicit_pressure = scene.solver.pressure == scene::Pressure::dfsph,
-                       .implicit_viscosity = std::ranges::any_of(s.problem.materials, [](const MaterialParams& m) {
-                           return m.implicit_viscosity > 0;
-                       })};
+                       .implicit_viscosity = std::ranges::any_of(
+                           s.problem.materials, [](const MaterialParams& m) { return m.implicit_viscosity > 0; })};
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
     s.solids = make_solids(scene, smoothing, s.particles);
     make_phases(scene, smoothing, s.particles, s.solids);

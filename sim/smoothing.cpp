@@ -69,7 +69,8 @@ ConvexSpline calibrated(ConvexSpline kernel, Real spacing) {
 WallKernel wall_of_packing(const ConvexSpline& kernel, Real spacing) {
     const Real support = 1 / kernel.h_inv, half = Real(0.5) * packing_layer(spacing);
     const auto missing = [&](auto&& term) {
-        return static_cast<Real>(cube(spacing)) * static_cast<Real>(sum_over_sites(support, spacing, [&](Real r, Real z) {
+        return static_cast<Real>(cube(spacing)) *
+               static_cast<Real>(sum_over_sites(support, spacing, [&](Real r, Real z) {
                    return z < -half ? static_cast<double>(term(r, z)) : 0.0;
                }));
     };
@@ -81,7 +82,11 @@ WallKernel wall_of_packing(const ConvexSpline& kernel, Real spacing) {
 }  // namespace
 
 Smoothing::Smoothing(Real spacing_, Real support_)
-    : spacing(spacing_), support(support_ * spacing_), density(support), pressure(support), viscosity(support),
+    : spacing(spacing_),
+      support(support_ * spacing_),
+      density(support),
+      pressure(support),
+      viscosity(support),
       fluid(calibrated(ConvexSpline(support), spacing)),
       fluid_gradient(packed_gradient(fluid, spacing)),
       wall(wall_of_packing(fluid, spacing)) {

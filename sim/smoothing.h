@@ -22,8 +22,8 @@ Real packed_gradient(const ConvexSpline& kernel, Real spacing);
 /// Kernels of support h = support * spacing, each scaled so that its sum over the packing is exact. Particles of mass
 /// rho0 spacing^3 then have both the right mass per volume and, packed, a mean summation density of rho0; a linear
 /// pressure has its gradient and water its hydrostatic pressure; viscosity is what the scene says. (At h = 2 spacings
-/// the bare kernels give 1.013, 0.911 and 0.912.) The implicit solver takes density and pressure from one kernel, `fluid`,
-/// of which only the sum can be made exact.
+/// the bare kernels give 1.013, 0.911 and 0.912.) The implicit solver takes density and pressure from one kernel,
+/// `fluid`, of which only the sum can be made exact.
 struct Smoothing {
     Smoothing(Real spacing, Real support);
     Real spacing;  // particle spacing at rest [m]
@@ -31,7 +31,7 @@ struct Smoothing {
     Poly6 density;
     Spiky pressure;
     ViscosityKernel viscosity;
-    ConvexSpline fluid;    // density and pressure of `dfsph`
+    ConvexSpline fluid;   // density and pressure of `dfsph`
     Real fluid_gradient;  // packed_gradient of it [1]: 0.975 at h = 2 spacings
     WallKernel wall;      // of the walls with `dfsph`
 };

@@ -14,8 +14,8 @@
 #include "sim/mixed_surface.h"
 #include "sim/particles.h"
 #include "sim/periodic.h"
-#include "sim/probes.h"
 #include "sim/pressure_solver.h"
+#include "sim/probes.h"
 #include "sim/smoothing.h"
 #include "sim/solid/coupling.h"
 #include "sim/solid/embedded_surface.h"
@@ -37,7 +37,7 @@ struct Problem {
     TensionScale tension;
     std::vector<MaterialParams> materials;
     HeatParams heat;
-    Vec3 gravity{0, 0, 0};                // [m/s^2]
+    Vec3 gravity{0, 0, 0};  // [m/s^2]
     Periodic periodic;
     double expected_speed = 0;            // U [m/s]
     std::vector<EmitterLayout> emitters;  // one per scene emitter
@@ -66,7 +66,7 @@ struct StepStats {
     double smallest_dt = 1e30, largest_dt = 0;  // [s]
     const char* limit = "";                     // what set the smallest step
     double fastest = 0;                         // largest particle speed [m/s]
-    SolveStats divergence, density;            // of `dfsph`
+    SolveStats divergence, density;             // of `dfsph`
     double neighbours_seconds = 0, density_seconds = 0, forces_seconds = 0, viscosity_seconds = 0, pressure_seconds = 0,
            integration_seconds = 0, surface_seconds = 0;
     int viscosity_iterations = 0, viscosity_unconverged = 0;  // iterations, and solves that did not reach the tolerance
@@ -90,8 +90,8 @@ struct Simulation {
     std::vector<EmitterState> emitters{};
     SurfaceState surface{};
     MixedSurface mixed_surface{};  // where not all is liquid; `surface` is then made from it
-    Solids solids{};  // empty where no body is solid
-    EmbeddedSurface embedded{};  // theirs; does not change
+    Solids solids{};               // empty where no body is solid
+    EmbeddedSurface embedded{};    // theirs; does not change
     std::int64_t next_id = 0;
 
     // Scratch of a step, nothing of it outlives the step.
@@ -107,7 +107,7 @@ struct Simulation {
     SolveScratch solve_scratch{};
     ReorderScratch reorder_scratch{};
     std::vector<Index> embedded_source{};  // of each surfel the one of `embedded` it is, or is a part of
-    Probes probes{};  // nothing of it outlives a frame
+    Probes probes{};                       // nothing of it outlives a frame
     StepStats stats{};
 };
 

@@ -65,9 +65,12 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
     if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
         line["solves"] = {{"density", solves(t.density)}, {"divergence", solves(t.divergence)}};
     if (!s.solids.empty()) {
-        line["solids"] = {{"sub_steps", t.solid_sub_steps}, {"stretch", std::sqrt(s.solids.stretch2)}, {"contact_nodes", s.solids.contacts.nodes.size()}};
+        line["solids"] = {{"sub_steps", t.solid_sub_steps},
+                          {"stretch", std::sqrt(s.solids.stretch2)},
+                          {"contact_nodes", s.solids.contacts.nodes.size()}};
         if (s.problem.scene.solver.solids == scene::SolidSteps::implicit_euler)
-            line["solids"].update({{"newton", t.solid_newton}, {"iterations", t.solid_iterations}, {"unconverged", t.solid_unconverged}});
+            line["solids"].update(
+                {{"newton", t.solid_newton}, {"iterations", t.solid_iterations}, {"unconverged", t.solid_unconverged}});
         line["seconds"]["solids"] = t.solids_seconds;
         line["seconds"]["contact"] = t.contact_seconds;
     }

@@ -20,7 +20,9 @@ bool implicit(const Simulation& s) { return s.problem.scene.solver.pressure == s
 // Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches
 // what no pressure holds: single drops, and what an impact presses on. The implicit solver's walls hold by themselves:
 // moved back from nearer than they would, particles would be thrust among their neighbours, and it is the last resort.
-Real least_wall_distance(const Simulation& s) { return (implicit(s) ? Real(0.2) : Real(0.45)) * s.problem.smoothing.spacing; }
+Real least_wall_distance(const Simulation& s) {
+    return (implicit(s) ? Real(0.2) : Real(0.45)) * s.problem.smoothing.spacing;
+}
 
 void sort_particles(Simulation& s) {
     const std::vector<Index> order =
@@ -63,7 +65,8 @@ void find_density(Simulation& s) {
     pack_motion(s.particles, s.clock.last_dt, implicit(s), s.sweep);
     if (implicit(s)) {
         find_wall_effects(s.walls, s.particles.position, s.sweep.walls);
-        measure_density(s.particles, s.neighbours, s.sweep.ghosts, s.sweep.walls, s.problem.smoothing, s.pressure_system);
+        measure_density(s.particles, s.neighbours, s.sweep.ghosts, s.sweep.walls, s.problem.smoothing,
+                        s.pressure_system);
         return pack_without_pressure(s.particles, s.problem.materials, s.sweep);
     }
     pack_phases(s.particles, s.solids, s.problem.smoothing, s.sweep);
@@ -98,8 +101,8 @@ void find_forces(Simulation& s) {
     }
     const ForceParams params{s.problem.gravity, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
     compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, params, s.sweep);
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials, s.sweep,
-                s.tension);
+    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials,
+                s.sweep, s.tension);
 }
 
 /// The viscous force acts for as long as the leapfrog's next kick.
@@ -145,18 +148,18 @@ void solve_pressure(Simulation& s, double dt) {
 
 void emit(Simulation& s) {
     emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity,
-                   s.problem.periodic, s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
+                   s.problem.periodic, s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters,
+                   s.particles, s.next_id);
     adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
 }
 
-/// Walls are stiff springs to what a pressure p presses on them, of frequency sqrt(5 p/rho)/spacing (the curvature of their
-/// share, wall_kernel.h), and a step of explicit places must follow that:
+/// Walls are stiff springs to what a pressure p presses on them, of frequency sqrt(5 p/rho)/spacing (the curvature of
+/// their share, wall_kernel.h), and a step of explicit places must follow that:
 ///   dt <= cfl spacing / sqrt(2 mean(p/rho))      in a tank at rest the mean is half the largest. [s]
 double pressure_limit(const Simulation& s) {
     const Particles& p = s.particles;
-    const double sum = parallel_sum(p.size(), [&](std::size_t i) {
-        return static_cast<double>(p.pressure[i] * p.rest_volume[i] / p.mass[i]);
-    });
+    const double sum = parallel_sum(
+        p.size(), [&](std::size_t i) { return static_cast<double>(p.pressure[i] * p.rest_volume[i] / p.mass[i]); });
     return s.problem.scene.solver.time_step.cfl * static_cast<double>(s.problem.smoothing.spacing) /
            std::sqrt(2 * sum / std::max<double>(1, static_cast<double>(p.size())) + 1e-30);
 }
@@ -166,8 +169,7 @@ double choose_step(Simulation& s, double wall_speed) {
     // Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
     if (!liquid_acts(s))
         return divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : params.maximum);
-    StepLimits limits =
-        step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
+    StepLimits limits = step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
     if (implicit(s)) limits.signal = std::min(limits.signal, pressure_limit(s));
     check_health(s, limits);
     const double dt =
@@ -190,8 +192,7 @@ void move_solids(Simulation& s, double dt, bool alone) {
     ScopedTimer timer(s.stats.solids_seconds);
     if (!alone) push_by_liquid(s.particles, 0.5 * (s.clock.last_dt + dt), s.solids);
     prepare_stencils(s.problem.scene, s.clock.time, s.problem.smoothing, s.particles, s.neighbours, s.solids);
-    const SolidReport report =
-        advance_solids(s.problem.scene, s.problem.gravity, s.clock.time, dt, s.walls, s.solids);
+    const SolidReport report = advance_solids(s.problem.scene, s.problem.gravity, s.clock.time, dt, s.walls, s.solids);
     s.stats.solid_sub_steps += report.sub_steps;
     s.stats.solid_newton += report.newton;
     s.stats.solid_iterations += report.iterations;
@@ -282,22 +283,24 @@ void evaluate(Simulation& s) {
 
 Real shown_pressure(const Simulation& s, std::size_t i) {
     const auto& pressure = s.particles.pressure;
-    return implicit(s) ? virial_pressure(i, pressure, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system)
-                       : pressure[i];
+    return implicit(s)
+               ? virial_pressure(i, pressure, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system)
+               : pressure[i];
 }
 
 void step(Simulation& s) {
-    emit(s);         // emitter    4.2
-    change_phases(s.problem.scene, s.problem.gravity, s.clock.last_dt, s.particles, s.solids);  // melting, freezing  6.5
-    sum_up(s);       // geometry, density
-    find_forces(s);  // forces     4.3, 4.4.2
+    emit(s);  // emitter    4.2
+    change_phases(s.problem.scene, s.problem.gravity, s.clock.last_dt, s.particles,
+                  s.solids);  // melting, freezing  6.5
+    sum_up(s);                // geometry, density
+    find_forces(s);           // forces     4.3, 4.4.2
     const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
     const double dt = choose_step(s, wall_speed);  // time_step, health
     find_viscosity(s, dt);                         // viscosity_solver  4.3.1
     if (implicit(s) && liquid_acts(s)) solve_pressure(s, dt);
-    conduct(s, dt);               // heat       6.5
-    move_on(s, dt, wall_speed);   // leapfrog   7.2, solids  5.3, 6.3, walls
-    update_surface_when_due(s);   // surface    6.6
+    conduct(s, dt);              // heat       6.5
+    move_on(s, dt, wall_speed);  // leapfrog   7.2, solids  5.3, 6.3, walls
+    update_surface_when_due(s);  // surface    6.6
     count_step(s);
 }
 

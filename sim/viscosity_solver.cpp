@@ -84,7 +84,12 @@ class Solver {
   public:
     Solver(Particles& particles, const NeighbourLists& neighbours, const Sweep& sweep, const ViscositySolve& params,
            ViscosityScratch& scratch)
-        : p_(particles), neighbours_(neighbours), sweep_(sweep), params_(params), s_(scratch), n_(particles.size()),
+        : p_(particles),
+          neighbours_(neighbours),
+          sweep_(sweep),
+          params_(params),
+          s_(scratch),
+          n_(particles.size()),
           dt_(static_cast<Real>(params.kick)) {
         resize_packed(sweep.ghosts, s_.matter, Quad{0, 0, 0, 0});
         resize_packed(sweep.ghosts, s_.direction, Quad{0, 0, 0, 0});
@@ -117,8 +122,7 @@ class Solver {
                 if (p_.kind[i] != Kind::solid) target = target + dt_ * p_.acceleration[i];
                 Mat3 diagonal = p_.mass[i] * Mat3::Identity();
                 Vec3 right = p_.mass[i] * target;
-                if (sweep_.walls[i].drag > 0 && s_.matter[i].x > 0)
-                    add_walls(walls, i, table, cursor, diagonal, right);
+                if (sweep_.walls[i].drag > 0 && s_.matter[i].x > 0) add_walls(walls, i, table, cursor, diagonal, right);
                 s_.target[i] = quad(target);
                 s_.velocity[i] = quad(target + dt_ * p_.viscous_acceleration[i]);
                 s_.diagonal[i] = block(diagonal);

@@ -14,8 +14,8 @@
 namespace thixo {
 
 struct ViscositySolve {
-    double kick = 0;           // dt: how long the viscous force acts [s]
-    double tolerance = 1e-3;   // of the residual, see solve_viscosity [1]
+    double kick = 0;          // dt: how long the viscous force acts [s]
+    double tolerance = 1e-3;  // of the residual, see solve_viscosity [1]
     int most_iterations = 1000;
 };
 
@@ -36,12 +36,12 @@ struct ViscosityScratch {
     };
     std::vector<std::size_t> first;  // run of each particle's list, and the end of the last
     std::vector<Run> runs;
-    std::vector<Quad> matter;                   // mu [Pa s], V [m^3], 1/M [1], -; with ghosts
-    std::vector<Block> diagonal, inverse;       // without pairs (mass and walls); inverse of the whole block [kg]
-    std::vector<Quad> target;                   // velocity without viscosity v* [m/s]
-    std::vector<Quad> velocity, residual;       // [m/s], [kg m/s]
-    std::vector<Quad> direction;                // with ghosts [m/s]
-    std::vector<Quad> product;                  // [kg m/s]
+    std::vector<Quad> matter;              // mu [Pa s], V [m^3], 1/M [1], -; with ghosts
+    std::vector<Block> diagonal, inverse;  // without pairs (mass and walls); inverse of the whole block [kg]
+    std::vector<Quad> target;              // velocity without viscosity v* [m/s]
+    std::vector<Quad> velocity, residual;  // [m/s], [kg m/s]
+    std::vector<Quad> direction;           // with ghosts [m/s]
+    std::vector<Quad> product;             // [kg m/s]
     std::vector<double> partial;
 };
 
@@ -51,14 +51,14 @@ struct ViscosityScratch {
 ///   kappa_ij = 5 V_i V_j mu_ij k(r_ij) (1/M_i + 1/M_j)/2,   mu_ij = 2 mu_i mu_j/(mu_i + mu_j),   n_ij = r_ij/|r_ij|
 ///   k(r)     = 2 |dw_poly6/dr|/r,   M_i = sum_j V_j k r_ij^2/6
 ///   W_i      = 5 V_i mu_i sum over no-slip walls of (t (1 - N N^T) + s N N^T)
-/// and adds (v' - v*)/dt. The pair force of Weiler, Koschier, Brand & Bender 2018: central and therefore free of torque.
-/// In the continuum the sum is mu (lap v + 2 grad div v): the stress 2 mu D of an incompressible fluid, with nothing at a
-/// free surface and nothing in a rigid rotation. (The sum of forces.h is mu lap v, which brakes a spinning drop.) What
-/// makes the viscosity the scene's: the kernel, whose fourth moments are isotropic to 2 % over the packing however it
-/// lies, and also once it has been sheared through (12 % astray with the spiky kernel); and the moment M, 1 in a full
-/// and even neighbourhood, up to 1.1 in a disordered one (never taken below 0.9: a free surface misses half of it by
-/// right). The harmonic mean makes the stress continuous where two viscosities meet. A no-slip wall counts as fluid
-/// whose velocity goes on linearly through the wall's (mirrored: Morris, Fox & Zhu 1997), wall_friction_of.
+/// and adds (v' - v*)/dt. The pair force of Weiler, Koschier, Brand & Bender 2018: central and therefore free of
+/// torque. In the continuum the sum is mu (lap v + 2 grad div v): the stress 2 mu D of an incompressible fluid, with
+/// nothing at a free surface and nothing in a rigid rotation. (The sum of forces.h is mu lap v, which brakes a spinning
+/// drop.) What makes the viscosity the scene's: the kernel, whose fourth moments are isotropic to 2 % over the packing
+/// however it lies, and also once it has been sheared through (12 % astray with the spiky kernel); and the moment M, 1
+/// in a full and even neighbourhood, up to 1.1 in a disordered one (never taken below 0.9: a free surface misses half
+/// of it by right). The harmonic mean makes the stress continuous where two viscosities meet. A no-slip wall counts as
+/// fluid whose velocity goes on linearly through the wall's (mirrored: Morris, Fox & Zhu 1997), wall_friction_of.
 ///
 /// The matrix is symmetric and positive definite: conjugate gradients, preconditioned with the inverse 3x3 blocks, from
 /// v* changed as in the last step. Done when |r| <= tolerance |M v* + dt W v_wall|, norms sqrt(sum |.|^2/m). What is
@@ -66,7 +66,8 @@ struct ViscosityScratch {
 /// tolerance. Backward Euler: unconditionally stable, first order.
 /// In: particles.velocity, acceleration, viscous_acceleration (the first guess), sweep.place, volumes in sweep.motion.
 /// Out: particles.acceleration, viscous_acceleration [m/s^2].
-/// Where not all is liquid (sweep.mixed), pairs have max(b_i, b_j) of the mean (b_i + b_j)/(b_i/mu_i + b_j/mu_j), walls b_i.
+/// Where not all is liquid (sweep.mixed), pairs have max(b_i, b_j) of the mean (b_i + b_j)/(b_i/mu_i + b_j/mu_j), walls
+/// b_i.
 ViscosityReport solve_viscosity(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
                                 const Smoothing& smoothing, const std::vector<MaterialParams>& materials,
                                 const ViscositySolve& params, const Sweep& sweep, ViscosityScratch& scratch);

@@ -7,13 +7,14 @@
 
 namespace thixo {
 
-/// A kernel that is integrated over a wall's volume, given by what a half-space at distance d adds to the relative density:
+/// A kernel that is integrated over a wall's volume, given by what a half-space at distance d adds to the relative
+/// density:
 ///   c(d) = a (1 - d/h)^n   for d >= 0, 2 a - c(-d) inside;   the kernel is w(r) = c''(r)/(2 pi r)
-/// The fluid's own kernel will not do. Pressure forces follow from the energy sum_i V0_i p_i s_i, in which a neighbour counts
-/// twice, by its own density as well, but a wall at rest once: under a uniform pressure the first layer would be drawn against
-/// a wall of the fluid's kernel. Mirroring the pressure doubles the wall's force, but then it is not the gradient of anything,
-/// and the fluid never rests. A steeper c does both: at half a layer's distance it has the value of the fluid that is not
-/// there, and twice its slope.
+/// The fluid's own kernel will not do. Pressure forces follow from the energy sum_i V0_i p_i s_i, in which a neighbour
+/// counts twice, by its own density as well, but a wall at rest once: under a uniform pressure the first layer would be
+/// drawn against a wall of the fluid's kernel. Mirroring the pressure doubles the wall's force, but then it is not the
+/// gradient of anything, and the fluid never rests. A steeper c does both: at half a layer's distance it has the value
+/// of the fluid that is not there, and twice its slope.
 struct WallKernel {
     /// c with this value [1] and slope < 0 [1/m] at distance d; n is rounded, so that the slope is met to about 5 %.
     WallKernel(Real support_, Real d, Real share_at, Real slope_at) : support(support_) {
@@ -39,7 +40,9 @@ struct WallKernel {
     }
     /// The d of a share in (0, 2 a).
     Real distance(Real share) const {
-        const auto outside = [&](Real c) { return support * (1 - std::pow(c / amplitude, Real(1) / static_cast<Real>(power))); };
+        const auto outside = [&](Real c) {
+            return support * (1 - std::pow(c / amplitude, Real(1) / static_cast<Real>(power)));
+        };
         return share <= amplitude ? outside(share) : -outside(2 * amplitude - share);
     }
     Real support, amplitude = 0;

@@ -26,9 +26,10 @@ std::uint64_t block_key(std::int32_t i, std::int32_t j, std::int32_t k) {
 constexpr Real kFlatness = Real(1e-3);
 constexpr Real kPlaneness = Real(2e-5);
 
-// Radius, in supports, to which the implicit solver's walls round their concave edges off. A particle in a sharp one feels each
-// wall with its full share, is held by its neighbours too tightly to come to rest, and shakes all others: a square tank at rest
-// has 11 mm/s then, and under 2 with the edges rounded to one spacing, which is less than the particles resolve.
+// Radius, in supports, to which the implicit solver's walls round their concave edges off. A particle in a sharp one
+// feels each wall with its full share, is held by its neighbours too tightly to come to rest, and shakes all others: a
+// square tank at rest has 11 mm/s then, and under 2 with the edges rounded to one spacing, which is less than the
+// particles resolve.
 constexpr Real kFillet = Real(0.5);
 
 }  // namespace
@@ -280,8 +281,8 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
     return w;
 }
 
-/// The shortest u that takes x to at least `radius` from every plane: n_k.u >= radius - d_k. Least squares with bounds; the
-/// planes that hold it are tried one, two, three at a time.
+/// The shortest u that takes x to at least `radius` from every plane: n_k.u >= radius - d_k. Least squares with bounds;
+/// the planes that hold it are tried one, two, three at a time.
 Vec3 WallMap::way_off(const Planes& planes, Real radius) {
     Vec3 best = Vec3::Zero();
     Real shortest = std::numeric_limits<Real>::max();
@@ -344,7 +345,8 @@ WallMap::Planes WallMap::planes_near(const Block& block, const Vec3& x, Real dis
         if (d < h) out.list[static_cast<std::size_t>(out.count++)] = {d, normal};
     };
     if (block.flat) {
-        const Vec3 towards = -gradient.normalized();  // of a flat wall the normal; not a number where the gradient is zero
+        const Vec3 towards =
+            -gradient.normalized();  // of a flat wall the normal; not a number where the gradient is zero
         if (towards.allFinite()) add(distance, towards);
         return out;
     }
@@ -385,8 +387,7 @@ Real WallMap::distance(const Vec3& x, Vec3& normal, Cursor& cursor) const {
         const Real wx = i ? p.part.x() : 1 - p.part.x(), wy = j ? p.part.y() : 1 - p.part.y(),
                    wz = k ? p.part.z() : 1 - p.part.z();
         const Real d =
-            block
-                .nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)]
+            block.nodes[static_cast<std::size_t>(((p.cell[2] + k) * kNodes + p.cell[1] + j) * kNodes + p.cell[0] + i)]
                 .value[0];
         distance += wx * wy * wz * d;
         normal += d * Vec3(i ? wy * wz : -wy * wz, j ? wx * wz : -wx * wz, k ? wx * wy : -wx * wy);

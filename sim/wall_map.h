@@ -36,11 +36,11 @@ WallIntegrals half_space_integrals(Real distance, Real support);
 class WallMap {
   public:
     WallMap(Shape solid, Real support);
-    /// The wall of the implicit solver: the share is that of `kernel` at the distance from the planes that the wall is made of
-    /// near x, by the shape's own distances and with concave edges rounded off to half a support, and the gradient exactly that
-    /// of the share, so that a wall gives back the energy it takes (interpolated, it would not). The first plane touches the
-    /// nearest point of the wall; where a support further on another wall is nearer, the edge is concave, and that is the
-    /// second; and so the third.
+    /// The wall of the implicit solver: the share is that of `kernel` at the distance from the planes that the wall is
+    /// made of near x, by the shape's own distances and with concave edges rounded off to half a support, and the
+    /// gradient exactly that of the share, so that a wall gives back the energy it takes (interpolated, it would not).
+    /// The first plane touches the nearest point of the wall; where a support further on another wall is nearer, the
+    /// edge is concave, and that is the second; and so the third.
     WallMap(Shape solid, const WallKernel& kernel);
     WallMap(WallMap&&) = default;
 

@@ -32,8 +32,8 @@ Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing) {
         return Surface{b.no_slip, b.contact_angle, b.isothermal ? std::optional(b.temperature) : std::nullopt};
     };
     const auto add = [&](Shape solid, RigidMotion motion, const Surface& surface) {
-        walls.list.emplace_back(map_of(std::move(solid)), std::move(motion), surface.no_slip, adhesion_of(surface.angle),
-                                surface.temperature);
+        walls.list.emplace_back(map_of(std::move(solid)), std::move(motion), surface.no_slip,
+                                adhesion_of(surface.angle), surface.temperature);
     };
     std::set<Surface> surfaces;
     for (const scene::Boundary& b : scene.world.boundaries)

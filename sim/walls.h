@@ -26,16 +26,20 @@ struct WallContact {
 /// counts once).
 struct Wall {
     Wall(WallMap map_, RigidMotion motion_, bool no_slip_, Real adhesion_, std::optional<double> temperature_)
-        : map(std::move(map_)), motion(std::move(motion_)), no_slip(no_slip_), adhesion(adhesion_), temperature(temperature_) {}
+        : map(std::move(map_)),
+          motion(std::move(motion_)),
+          no_slip(no_slip_),
+          adhesion(adhesion_),
+          temperature(temperature_) {}
     WallMap map;         // in the wall's own frame
     RigidMotion motion;  // own frame -> world
     bool no_slip;
-    Real adhesion;  // (1 + cos theta)/2 of the contact angle: 0 repels, 1 is wetted completely [1]
+    Real adhesion;                      // (1 + cos theta)/2 of the contact angle: 0 repels, 1 is wetted completely [1]
     std::optional<double> temperature;  // of an isothermal wall; else no heat passes [degC]
-    Mat3 turn = Mat3::Identity();  // pose at the walls' present time
-    Vec3 shift{0, 0, 0};           // [m]
-    Vec3 velocity{0, 0, 0};        // of the frame's origin [m/s]
-    Vec3 spin{0, 0, 0};            // [rad/s]
+    Mat3 turn = Mat3::Identity();       // pose at the walls' present time
+    Vec3 shift{0, 0, 0};                // [m]
+    Vec3 velocity{0, 0, 0};             // of the frame's origin [m/s]
+    Vec3 spin{0, 0, 0};                 // [rad/s]
     Vec3 to_wall(const Vec3& x) const { return turn.transpose() * (x - shift); }
     Vec3 velocity_at(const Vec3& x) const { return velocity + spin.cross(x - shift); }
 };
@@ -50,7 +54,7 @@ struct WallEffect {
     Real share = 0;                                    // of the relative density [1]
     Vec3 gradient{0, 0, 0};                            // integral of grad w_spiky over the walls' volume [1/m]; with
                                                        // the implicit solver the gradient of the share
-    Real inflow = 0;              // the gradients times the walls' velocities, summed [1/s]
+    Real inflow = 0;                                   // the gradients times the walls' velocities, summed [1/s]
     Real drag = 0;                // integral of lap w_visc over the volume of no-slip walls [1/m^2]
     Vec3 drag_velocity{0, 0, 0};  // the same times the wall's velocity [1/(m s)]
 };
@@ -69,8 +73,8 @@ Real wall_distance(const Walls& walls, const Vec3& x);
 /// Distance, normal and velocity of the nearest wall.
 WallContact wall_contact(const Walls& walls, const Vec3& x);
 
-/// Remembers where each wall was last asked: particles in cell order ask the same page of blocks many times running. For
-/// one thread.
+/// Remembers where each wall was last asked: particles in cell order ask the same page of blocks many times running.
+/// For one thread.
 struct WallCursor {
     explicit WallCursor(const Walls& walls) : at(walls.list.size()) {}
     std::vector<WallMap::Cursor> at;

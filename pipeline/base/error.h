@@ -1,4 +1,5 @@
-// Failures a user meets, one type each, mapped to exit codes by main alone. A broken promise of our own is an assertion.
+// Failures a user meets, one type each, mapped to exit codes by main alone. A broken promise of our own is an
+// assertion.
 #pragma once
 
 #include <fmt/core.h>
@@ -11,11 +12,11 @@ namespace thixo {
 /// Exit codes of every Thixo program.
 enum ExitCode : int {
     kDone = 0,
-    kDifferent = 1,    ///< a check found a difference
-    kBadInput = 2,     ///< bad usage or bad input
-    kDiverged = 3,     ///< the simulation diverged
-    kBadCache = 4,     ///< a cache is missing or damaged
-    kNoResource = 5,   ///< out of memory or disk
+    kDifferent = 1,   ///< a check found a difference
+    kBadInput = 2,    ///< bad usage or bad input
+    kDiverged = 3,    ///< the simulation diverged
+    kBadCache = 4,    ///< a cache is missing or damaged
+    kNoResource = 5,  ///< out of memory or disk
     kInterrupted = 130,
     kTerminated = 143,
 };
@@ -33,22 +34,26 @@ class Error : public std::runtime_error {
 /// The user's scene, mesh, look or command line is wrong (exit 2).
 struct InputError : Error {
     template <class... A>
-    explicit InputError(fmt::format_string<A...> f, A&&... a) : Error(kBadInput, fmt::format(f, std::forward<A>(a)...)) {}
+    explicit InputError(fmt::format_string<A...> f, A&&... a)
+        : Error(kBadInput, fmt::format(f, std::forward<A>(a)...)) {}
 };
 /// The simulation left the domain of its method (exit 3).
 struct DivergedError : Error {
     template <class... A>
-    explicit DivergedError(fmt::format_string<A...> f, A&&... a) : Error(kDiverged, fmt::format(f, std::forward<A>(a)...)) {}
+    explicit DivergedError(fmt::format_string<A...> f, A&&... a)
+        : Error(kDiverged, fmt::format(f, std::forward<A>(a)...)) {}
 };
 /// A cache, frame or checkpoint is missing, damaged or too new (exit 4).
 struct CacheError : Error {
     template <class... A>
-    explicit CacheError(fmt::format_string<A...> f, A&&... a) : Error(kBadCache, fmt::format(f, std::forward<A>(a)...)) {}
+    explicit CacheError(fmt::format_string<A...> f, A&&... a)
+        : Error(kBadCache, fmt::format(f, std::forward<A>(a)...)) {}
 };
 /// The disk is full or read-only, or memory ran out (exit 5).
 struct ResourceError : Error {
     template <class... A>
-    explicit ResourceError(fmt::format_string<A...> f, A&&... a) : Error(kNoResource, fmt::format(f, std::forward<A>(a)...)) {}
+    explicit ResourceError(fmt::format_string<A...> f, A&&... a)
+        : Error(kNoResource, fmt::format(f, std::forward<A>(a)...)) {}
 };
 /// SIGINT or SIGTERM arrived; state was saved (exit 130 or 143).
 struct InterruptedError : Error {
@@ -61,13 +66,13 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
 [[noreturn]] void assertion_failed(const char* file, int line, const char* expression, const std::string& message);
 
 /// Asserts a promise of our own, in every build: THIXO_ASSERT(count >= 3, "particle {} has {} neighbours", i, count).
-#define THIXO_ASSERT(expression, ...)                                                                      \
-    do {                                                                                                   \
+#define THIXO_ASSERT(expression, ...)                                                                            \
+    do {                                                                                                         \
         if (!(expression)) ::thixo::assertion_failed(__FILE__, __LINE__, #expression, fmt::format(__VA_ARGS__)); \
     } while (false)
 
-/// Installs handlers that only note SIGINT and SIGTERM; loops ask interrupted() at safe points. A write beyond the limit on file sizes
-/// (ulimit -f) fails from then on, as on a full disk, where it would have ended the process.
+/// Installs handlers that only note SIGINT and SIGTERM; loops ask interrupted() at safe points. A write beyond the
+/// limit on file sizes (ulimit -f) fails from then on, as on a full disk, where it would have ended the process.
 void catch_interrupts();
 /// 0, or the number of the signal that arrived.
 int interrupted();

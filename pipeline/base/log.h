@@ -26,7 +26,8 @@ void log_warning(fmt::format_string<A...> f, A&&... a) {
 std::string clock_text(double seconds);
 
 /// Progress of one stage: a bar with the time left on a terminal, one plain line a frame when piped. With machine set
-/// (a stage under the driver) lines read "@progress <stage> <done> <total> <note>", which the driver turns into its own bar.
+/// (a stage under the driver) lines read "@progress <stage> <done> <total> <note>", which the driver turns into its own
+/// bar.
 class Progress {
   public:
     Progress(std::string stage, int total, bool machine = false);

@@ -44,7 +44,8 @@ constexpr T clamp01(T a) {
     return a < T(0) ? T(0) : (a > T(1) ? T(1) : a);
 }
 
-/// Two unit vectors that make a right-handed frame (a, b, n) with the unit vector n (Duff et al. 2017, branchless form).
+/// Two unit vectors that make a right-handed frame (a, b, n) with the unit vector n (Duff et al. 2017, branchless
+/// form).
 template <class V>
 void orthonormal_basis(const V& n, V& a, V& b) {
     using T = typename V::Scalar;

@@ -1,5 +1,5 @@
-// The one parallel idiom: gather form over oneTBB. Iteration i writes only element i; sums run over fixed chunks in a fixed order.
-// Both give the same bits at any thread count.
+// The one parallel idiom: gather form over oneTBB. Iteration i writes only element i; sums run over fixed chunks in a
+// fixed order. Both give the same bits at any thread count.
 #pragma once
 
 #include <oneapi/tbb/blocked_range.h>
@@ -12,11 +12,13 @@
 
 namespace thixo {
 
-/// Limits the threads of the whole process for its remaining life (0: all cores). Call once, before any Embree device exists.
+/// Limits the threads of the whole process for its remaining life (0: all cores). Call once, before any Embree device
+/// exists.
 void set_thread_count(int threads);
 int thread_count();
 
-/// The arena of thread_count() slots in which every loop runs; TBB's own has never more slots than the machine has cores.
+/// The arena of thread_count() slots in which every loop runs; TBB's own has never more slots than the machine has
+/// cores.
 oneapi::tbb::task_arena& thread_arena();
 
 /// f(i) for i in [0, n), in parallel. f may write element i only, and reads nothing that another iteration writes.
@@ -36,7 +38,8 @@ template <class F>
 void parallel_chunks(std::size_t n, F&& f, std::size_t chunk = kChunk) {
     const std::size_t chunks = (n + chunk - 1) / chunk;
     thread_arena().execute([&] {
-        oneapi::tbb::parallel_for(std::size_t(0), chunks, [&](std::size_t c) { f(c * chunk, std::min(n, (c + 1) * chunk), c); });
+        oneapi::tbb::parallel_for(std::size_t(0), chunks,
+                                  [&](std::size_t c) { f(c * chunk, std::min(n, (c + 1) * chunk), c); });
     });
 }
 

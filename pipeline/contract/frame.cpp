@@ -47,7 +47,8 @@ TrimNode parse_trim(const Json& j, const JsonPlace& place, int depth = 0) {
         node.op = op;
         const Json& parts = array_at(j, word_of(op), place);
         for (std::size_t k = 0; k < parts.size(); ++k)
-            node.parts.push_back(parse_trim(parts[k], place.in(std::string(word_of(op)) + "[" + std::to_string(k) + "]"), depth + 1));
+            node.parts.push_back(
+                parse_trim(parts[k], place.in(std::string(word_of(op)) + "[" + std::to_string(k) + "]"), depth + 1));
         if (!node.parts.empty()) return node;
     }
     throw CacheError("{}: {} is no trim tree", place.file, place.path);

@@ -16,9 +16,9 @@ namespace thixo {
 /// A body of one material: a connected piece of fluid or solid, as the surface knows it.
 struct FrameBody {
     int id = 0;
-    int parent = -1;       // the body it split from, -1: none
-    std::string name;      // scene body or emitter it comes from
-    std::string material;  // scene material; the look's appearance of that name shades it
+    int parent = -1;                 // the body it split from, -1: none
+    std::string name;                // scene body or emitter it comes from
+    std::string material;            // scene material; the look's appearance of that name shades it
     std::optional<TrimNode> trim{};  // over its sheets; none: all of its surfels bound it
 };
 

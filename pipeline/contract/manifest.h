@@ -47,9 +47,9 @@ struct Manifest {
 };
 
 /// Names within the cache folder.
-std::string particle_file_name(int frame);           // particles.0001.vdb
-std::string surfel_file_name(int frame);             // surfels.0001.vdb
-std::string facts_file_name(int frame);              // frame.0001.json
+std::string particle_file_name(int frame);  // particles.0001.vdb
+std::string surfel_file_name(int frame);    // surfels.0001.vdb
+std::string facts_file_name(int frame);     // frame.0001.json
 
 /// What an asset is: a mesh, or an image of the look.
 inline constexpr std::array<std::string_view, 3> kAssetExtensions{".ply", ".exr", ".png"};

@@ -1,4 +1,5 @@
-// What a cache frame holds: points with named attributes. Names are those of docs/cache_format.md (P, v, id, pscale, N, ...).
+// What a cache frame holds: points with named attributes. Names are those of docs/cache_format.md (P, v, id, pscale, N,
+// ...).
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,8 @@
 namespace thixo {
 
 struct Attribute {
-    using Data = std::variant<std::vector<float>, std::vector<Vec3f>, std::vector<std::int32_t>, std::vector<std::int64_t>>;
+    using Data =
+        std::variant<std::vector<float>, std::vector<Vec3f>, std::vector<std::int32_t>, std::vector<std::int64_t>>;
     std::string name;
     Data data;
 };

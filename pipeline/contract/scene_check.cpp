@@ -230,10 +230,9 @@ void check_elastic(const Scene& scene, const Checker& check) {
             const std::string path = fmt::format("materials.{}.changes.{}", m.name, k);
             check.refer(c.material, names_of(scene.materials), path + ".material", "material");
             const auto other = find(c.material);
-            check.require(
-                other == scene.materials.end() || m.elastic.solid() == other->elastic.solid(), path + ".material",
-                fmt::format("\"{}\" and \"{}\" are not both solids", m.name, c.material),
-                "give both a youngs_modulus above 0; what melts has a block \"melting\"");
+            check.require(other == scene.materials.end() || m.elastic.solid() == other->elastic.solid(),
+                          path + ".material", fmt::format("\"{}\" and \"{}\" are not both solids", m.name, c.material),
+                          "give both a youngs_modulus above 0; what melts has a block \"melting\"");
             check.require(
                 c.time - c.duration >= before, path + ".time",
                 fmt::format("the change begins at {} s, before the one above it is complete", c.time - c.duration));
@@ -335,10 +334,12 @@ void check_look(const Look& look, ReadContext& context) {
     for (const Appearance& a : look.appearances) {
         const std::string path = "look.appearances." + a.name;
         for (std::size_t k = 1; k < a.colour_map.size(); ++k)
-            check.require(a.colour_map[k].at > a.colour_map[k - 1].at, fmt::format("{}.colour_map.{}.at", path, k),
-                          fmt::format("\"at\" must ascend: {} is not above {}", a.colour_map[k].at, a.colour_map[k - 1].at));
+            check.require(
+                a.colour_map[k].at > a.colour_map[k - 1].at, fmt::format("{}.colour_map.{}.at", path, k),
+                fmt::format("\"at\" must ascend: {} is not above {}", a.colour_map[k].at, a.colour_map[k - 1].at));
         check.require(a.colour_by == ColourBy::none || !a.colour_map.empty(), path + ".colour_by",
-                      "\"colour_by\" needs a \"colour_map\"", "for example colour_map: [{at: 0, colour: [0, 0, 1]}, {at: 100, colour: [1, 0, 0]}]");
+                      "\"colour_by\" needs a \"colour_map\"",
+                      "for example colour_map: [{at: 0, colour: [0, 0, 1]}, {at: 100, colour: [1, 0, 0]}]");
         check.require(a.image.file.empty() || (a.colour_by == ColourBy::none && a.checker == 0), path + ".image",
                       "an image takes the place of \"colour\": it goes with neither \"checker\" nor \"colour_by\"");
         check.require(a.image.file.empty() || a.type != AppearanceType::dielectric, path + ".image",

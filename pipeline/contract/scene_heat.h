@@ -9,9 +9,9 @@
 namespace thixo::scene {
 
 struct Thermal {
-    double conductivity = 0;        // W/(m K)
-    double heat_capacity = 4180;    // J/(kg K)
-    double latent_heat = 0;         // J/kg, taken up between solidus and liquidus
+    double conductivity = 0;           // W/(m K)
+    double heat_capacity = 4180;       // J/(kg K)
+    double latent_heat = 0;            // J/kg, taken up between solidus and liquidus
     double solidus = 0, liquidus = 0;  // degC
 };
 template <class V>
@@ -27,13 +27,14 @@ void visit(V& v, Thermal& t) {
 struct HeatSource {
     std::string name;
     Shape region;
-    double power = 0;          // W/m^3 of matter at rest density
+    double power = 0;           // W/m^3 of matter at rest density
     double from = 0, to = 1e9;  // s
 };
 template <class V>
 void visit(V& v, HeatSource& s) {
     v.shape("region", s.region, required(), "heats matter in this shape");
-    v.key("power", s.power, "W/m^3", required(between(-1e15, 1e15)), "heat made in matter at rest density; negative: cools");
+    v.key("power", s.power, "W/m^3", required(between(-1e15, 1e15)),
+          "heat made in matter at rest density; negative: cools");
     v.key("from", s.from, "s", between(0, 1e9), "when it is turned on");
     v.key("to", s.to, "s", between(0, 1e9), "when it is turned off");
 }

@@ -137,7 +137,8 @@ template <class V>
 void visit(V& v, Bumps& b) {
     v.key("amplitude", b.amplitude, "m", at_least(0), "height of the largest bumps; 0: none");
     v.key("scale", b.scale, "m", above(0), "width of the largest bumps");
-    v.key("octaves", b.octaves, "", between(1, 16), "layers of noise, each half as wide and half as high as the one before");
+    v.key("octaves", b.octaves, "", between(1, 16),
+          "layers of noise, each half as wide and half as high as the one before");
 }
 
 struct Appearance {
@@ -151,7 +152,7 @@ struct Appearance {
     std::vector<ColourStop> colour_map;
     ImageTexture image;
     Bumps bumps;
-    double roughness = 0;          // GGX alpha; 0: smooth
+    double roughness = 0;  // GGX alpha; 0: smooth
     double ior = 1.5;
     Vec3d absorption{0, 0, 0};  // 1/m, dielectric
     int priority = 0;           // nested dielectrics: the higher wins where two overlap
@@ -200,7 +201,8 @@ void visit(V& v, Output& o) {
     v.key("height", o.height, "pixels", between(1, 32768), "height of the picture");
     v.key("samples", o.samples, "", between(1, 1000000), "light paths per pixel; with `noise`, at most");
     v.key("noise", o.noise, "1", between(0, 1),
-          "visible noise at which a tile of 16 x 16 pixels has enough samples, as a part of white on a display; 0.01 is clean; "
+          "visible noise at which a tile of 16 x 16 pixels has enough samples, as a part of white on a display; 0.01 "
+          "is clean; "
           "0: every pixel gets all samples");
     v.key("max_bounces", o.max_bounces, "", between(0, 1000), "longest path, in hits; total reflections do not count");
     v.key("exposure", o.exposure, "stops", between(-50, 50), "brightness of PNG and film; EXR is untouched");

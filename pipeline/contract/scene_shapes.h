@@ -128,8 +128,8 @@ struct Words<Place> {
 
 struct MeshFile {  // file units carry no size: one of scale, height
     std::string file;
-    double scale = 0;     // m per file unit; 0: from height
-    double height = 0;    // m; 0: from scale
+    double scale = 0;   // m per file unit; 0: from height
+    double height = 0;  // m; 0: from scale
     Place place = Place::file;
     std::string content;  // hash of the file's bytes, filled in when the scene is loaded
 };

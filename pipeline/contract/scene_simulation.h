@@ -93,12 +93,13 @@ struct Material {
     Thermal thermal;
     Elastic elastic;
     Melting melting;
-    std::string look;            // appearance; empty: the material's name
+    std::string look;  // appearance; empty: the material's name
 };
 template <class V>
 void visit(V& v, Material& m) {
     v.key("density", m.density, "kg/m^3", above_to(0, 1e6), "density at rest");
-    v.key("viscosity", m.viscosity, "Pa s", between(0, 1e9), "dynamic viscosity; water 0.001, honey about 5; in a solid it damps changes of shape");
+    v.key("viscosity", m.viscosity, "Pa s", between(0, 1e9),
+          "dynamic viscosity; water 0.001, honey about 5; in a solid it damps changes of shape");
     v.key("surface_tension", m.surface_tension, "N/m", between(0, 1e3), "surface tension; water against air 0.072");
     v.key("stiffness", m.stiffness, "Pa", between(0, 1e12),
           "resistance to compression of the `eos` solver; 0: from the expected speed, for 1 % compression");
@@ -180,16 +181,17 @@ template <class V>
 void visit(V& v, TimeStep& t) {
     v.key("fixed", t.fixed, "s", between(0, 1), "step of constant size; 0: adaptive");
     v.key("maximum", t.maximum, "s", above_to(0, 1), "largest adaptive step");
-    v.key("cfl", t.cfl, "1", above_to(0, 1), "part of its support a signal may cross in one adaptive step; with dfsph, spacings a particle may move");
+    v.key("cfl", t.cfl, "1", above_to(0, 1),
+          "part of its support a signal may cross in one adaptive step; with dfsph, spacings a particle may move");
 }
 
 struct Solver {
     double spacing = 0.01;  // m, between particles at rest
     double support = 2;     // kernel support h in spacings
     Pressure pressure = Pressure::eos;
-    double density_tolerance = 0.0005;     // 1, mean over particles
-    double divergence_tolerance = 0.00002; // 1, mean over particles, in one step
-    int iterations = 100;                  // of one pressure solve, at most
+    double density_tolerance = 0.0005;      // 1, mean over particles
+    double divergence_tolerance = 0.00002;  // 1, mean over particles, in one step
+    int iterations = 100;                   // of one pressure solve, at most
     double expected_speed = 0;  // m/s, for the automatic stiffness; 0: from the scene's height, speeds and gravity
     double artificial_viscosity = 0.15;  // Monaghan's alpha, 1
     Viscosity viscosity = Viscosity::automatic;
@@ -205,7 +207,8 @@ void visit(V& v, Solver& s) {
     v.key("spacing", s.spacing, "m", above_to(0, 1e6),
           "distance of neighbouring particles at rest: the detail of the simulation");
     v.key("support", s.support, "spacings", between(1.2, 6), "support radius of the kernels");
-    v.key("pressure", s.pressure, "", any(), "pressure solver; eos: equation of state, slightly compressible; dfsph: implicit, incompressible");
+    v.key("pressure", s.pressure, "", any(),
+          "pressure solver; eos: equation of state, slightly compressible; dfsph: implicit, incompressible");
     v.key("density_tolerance", s.density_tolerance, "1", above_to(0, 0.1),
           "relative density error that `dfsph` leaves, mean over the particles");
     v.key("divergence_tolerance", s.divergence_tolerance, "1", above_to(0, 0.1),
@@ -220,9 +223,10 @@ void visit(V& v, Solver& s) {
           "explicit force would set the step");
     v.key("viscosity_tolerance", s.viscosity_tolerance, "1", inside(0, 1),
           "part of the momentum that the implicit viscosity's solve may leave as residual");
-    v.key("solids", s.solids, "", any(),
-          "steps of solids; leapfrog: explicit, as short as stiffness asks for; implicit: Euler backwards, of the length "
-          "of time_step, for stiff bodies; damps what vibrates faster than the step");
+    v.key(
+        "solids", s.solids, "", any(),
+        "steps of solids; leapfrog: explicit, as short as stiffness asks for; implicit: Euler backwards, of the length "
+        "of time_step, for stiff bodies; damps what vibrates faster than the step");
     v.key("solids_tolerance", s.solids_tolerance, "1", inside(0, 1),
           "part of the forces that a step of implicit solids may leave unbalanced");
     v.block("time_step", s.time_step, "time steps");

@@ -27,15 +27,16 @@ void visit(V& v, MaterialChange& c) {
 
 /// Three planes of symmetry, as wood or fibres have them. Axes 1, 2, 3 are x, y, z of the body's shape, turned.
 struct Orthotropic {
-    Vec3d youngs_modulus{0, 0, 0};         // E1, E2, E3 [Pa]; 0: isotropic
-    Vec3d shear_modulus{0, 0, 0};          // G12, G23, G31 [Pa]
-    Vec3d poisson_ratio{0.3, 0.3, 0.3};    // nu12, nu23, nu31 [1]
-    Vec3d rotate{0, 0, 0};                 // deg
+    Vec3d youngs_modulus{0, 0, 0};       // E1, E2, E3 [Pa]; 0: isotropic
+    Vec3d shear_modulus{0, 0, 0};        // G12, G23, G31 [Pa]
+    Vec3d poisson_ratio{0.3, 0.3, 0.3};  // nu12, nu23, nu31 [1]
+    Vec3d rotate{0, 0, 0};               // deg
     bool any() const { return !youngs_modulus.isZero(); }
 };
 template <class V>
 void visit(V& v, Orthotropic& o) {
-    v.key("youngs_modulus", o.youngs_modulus, "Pa", between(0, 1e13), "E1, E2, E3 along the three axes; zeros: isotropic");
+    v.key("youngs_modulus", o.youngs_modulus, "Pa", between(0, 1e13),
+          "E1, E2, E3 along the three axes; zeros: isotropic");
     v.key("shear_modulus", o.shear_modulus, "Pa", between(0, 1e13), "G12, G23, G31");
     v.key("poisson_ratio", o.poisson_ratio, "1", between(-10, 10),
           "nu12, nu23, nu31: how much axis b narrows when a is stretched, for ab = 12, 23, 31");
@@ -77,15 +78,18 @@ void visit(V& v, Elastic& e) {
           "rate at which strain above `yield_strain` becomes permanent; 0: never");
     v.key("maximum_plastic_strain", e.maximum_plastic_strain, "1", between(0, 1e3),
           "permanent strain is no larger than this; 0: no limit");
-    v.key("friction", e.friction, "1", between(0, 100), "coefficient of Coulomb friction of a solid with walls; two solids "
+    v.key("friction", e.friction, "1", between(0, 100),
+          "coefficient of Coulomb friction of a solid with walls; two solids "
           "rub with the geometric mean of theirs");
-    v.key("contact_damping", e.contact_damping, "1", between(0, 2),
-          "part of critical damping where a solid meets a wall or another solid; 0: it bounces as its own waves let it");
+    v.key(
+        "contact_damping", e.contact_damping, "1", between(0, 2),
+        "part of critical damping where a solid meets a wall or another solid; 0: it bounces as its own waves let it");
     v.key("contact_stiffness", e.contact_stiffness, "Pa/m", between(0, 1e18),
           "pressure per depth with which a solid's surface resists what enters it; 0: as stiff as the layer of matter "
           "that a particle is. Higher needs shorter steps");
-    v.block("orthotropic", e.orthotropic,
-            "a solid that is not equally stiff in all directions; contact and zero_energy go by \"youngs_modulus\" still");
+    v.block(
+        "orthotropic", e.orthotropic,
+        "a solid that is not equally stiff in all directions; contact and zero_energy go by \"youngs_modulus\" still");
     v.list("changes", e.changes, "changes of a solid's material while the scene runs");
 }
 
@@ -104,9 +108,8 @@ void visit(V& v, LiquidEnd& e) {
     v.key("surface_tension", e.surface_tension, "N/m", between(0, 1e3), "surface tension");
     v.key("youngs_modulus", e.youngs_modulus, "Pa", between(0, 1e13),
           "stiffness E that is left: above 0 the liquid is viscoelastic; 0: it keeps no shape at all");
-    v.key(
-        "poisson_ratio", e.poisson_ratio, "1", {.low = -1, .high = 0.5, .open_low = true, .open_high = true},
-        "Poisson's ratio");
+    v.key("poisson_ratio", e.poisson_ratio, "1", {.low = -1, .high = 0.5, .open_low = true, .open_high = true},
+          "Poisson's ratio");
     v.key("yield_strain", e.yield_strain, "1", between(0, 1e3), "elastic strain above which it flows");
     v.key("creep", e.creep, "1/s", between(0, 1e9), "rate at which strain above `yield_strain` is forgotten");
 }
@@ -125,9 +128,11 @@ struct Melting {
 };
 template <class V>
 void visit(V& v, Melting& m) {
-    v.key("from", m.from, "degC", between(-273.15, 1e5), "up to this temperature the material is the solid its own keys describe");
+    v.key("from", m.from, "degC", between(-273.15, 1e5),
+          "up to this temperature the material is the solid its own keys describe");
     v.key("to", m.to, "degC", between(-273.15, 1e5),
-          "from this temperature on it is as `liquid` says; between the two its values go over linearly. Not above `from`: it never melts");
+          "from this temperature on it is as `liquid` says; between the two its values go over linearly. Not above "
+          "`from`: it never melts");
     v.block("liquid", m.liquid, "what it is when it has melted");
 }
 

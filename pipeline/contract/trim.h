@@ -11,7 +11,7 @@ namespace thixo {
 struct TrimNode {
     enum class Op { sheet, all, any, except };
     Op op = Op::sheet;
-    int sheet = 0;               // of Op::sheet; the surfels' attribute `sheet`
+    int sheet = 0;                // of Op::sheet; the surfels' attribute `sheet`
     std::vector<TrimNode> parts;  // of the others, at least one
 };
 

@@ -68,7 +68,7 @@ float inner_part(const ImplicitSurface::Sample& s, Real edge) {
     return s.value < 0 ? 1.0f : 0.0f;  // on a ridge of F, as far from the surface as it goes
 }
 
-constexpr Real kOneSide = Real(0.9);  // agreement of normals from which on a cell sees one side alone
+constexpr Real kOneSide = Real(0.9);   // agreement of normals from which on a cell sees one side alone
 constexpr Real kOpposite = Real(0.5);  // cosine between the normals of two sides, at least, reversed
 
 struct CellPart {

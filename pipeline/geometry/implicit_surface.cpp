@@ -40,12 +40,9 @@ std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate(const Vec3& x,
     SurfelAverage average;
     for_each_selected(x, selection, [&](Index i, Real r2) { average.add(w.value(r2), position_[i] - x, normal_[i]); });
     if (!average.defined()) return std::nullopt;
-    return Sample{average.value(),
-                  x + average.position / average.weight,
-                  average.unit_normal(),
-                  average.planes / average.weight,
-                  Vec3(0, 0, 0),
-                  average.normal.norm() / average.weight};
+    return Sample{average.value(),       x + average.position / average.weight,
+                  average.unit_normal(), average.planes / average.weight,
+                  Vec3(0, 0, 0),         average.normal.norm() / average.weight};
 }
 
 std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate_gradient(const Vec3& x,
@@ -70,7 +67,11 @@ std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate_gradient(const 
     const Mat3 a_slope = (offset_slope - to_average * weight_slope.transpose()) / average.weight;
     const Mat3 n_slope = (normal_slope - n * (n.transpose() * normal_slope)) / average.normal.norm();
     const Vec3 gradient = n - a_slope.transpose() * n - n_slope.transpose() * to_average;
-    return Sample{-n.dot(to_average), x + to_average, n, average.planes / average.weight, gradient,
+    return Sample{-n.dot(to_average),
+                  x + to_average,
+                  n,
+                  average.planes / average.weight,
+                  gradient,
                   average.normal.norm() / average.weight};
 }
 

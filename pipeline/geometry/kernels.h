@@ -1,5 +1,6 @@
 // SPH smoothing kernels in 3D with compact support: zero for r >= h. Source: dissertation 4.3.2 (Mueller et al. 2003).
-// Units: r, h in m; a kernel in m^-3, its gradient in m^-4, its Laplacian in m^-5. Each integrates to one over its ball.
+// Units: r, h in m; a kernel in m^-3, its gradient in m^-4, its Laplacian in m^-5. Each integrates to one over its
+// ball.
 #pragma once
 
 #include "pipeline/base/math.h"
@@ -22,8 +23,8 @@ struct Poly6 {
     Real h2_inv, scale;
 };
 
-/// w(r) = 15/(pi h^3) (1 - r/h)^3, grad w = -45/(pi h^4) (1 - r/h)^2 r_vec/r: its gradient does not vanish at the centre, so that
-/// pressure keeps close particles apart.
+/// w(r) = 15/(pi h^3) (1 - r/h)^3, grad w = -45/(pi h^4) (1 - r/h)^2 r_vec/r: its gradient does not vanish at the
+/// centre, so that pressure keeps close particles apart.
 struct Spiky {
     explicit Spiky(Real support) : h_inv(Real(1) / support), scale(Real(15.0 / kPi) / cube(support)) {}
     Real value(Real r) const {
@@ -38,12 +39,14 @@ struct Spiky {
     Real h_inv, scale;
 };
 
-/// The cubic spline (Monaghan & Lattanzio 1985) whose slope keeps inside h/3 the value it has there, its steepest (Thomas & Couchman 1992 do
-/// so with the gradient alone). By positive parts, (a)+ = max(a, 0):
+/// The cubic spline (Monaghan & Lattanzio 1985) whose slope keeps inside h/3 the value it has there, its steepest
+/// (Thomas & Couchman 1992 do so with the gradient alone). By positive parts, (a)+ = max(a, 0):
 ///   w(r) = 16/(pi (1 + 16/3645) h^3) ((1 - r/h)+^3 - 4 (1/2 - r/h)+^3 + 3 (1/3 - r/h)+^3)
-/// It is smooth enough that one kernel serves density and pressure, and convex, so that no two particles are pressed into one place.
+/// It is smooth enough that one kernel serves density and pressure, and convex, so that no two particles are pressed
+/// into one place.
 struct ConvexSpline {
-    explicit ConvexSpline(Real support) : h_inv(Real(1) / support), scale(Real(16.0 / kPi / (1 + 16.0 / 3645)) / cube(support)) {}
+    explicit ConvexSpline(Real support)
+        : h_inv(Real(1) / support), scale(Real(16.0 / kPi / (1 + 16.0 / 3645)) / cube(support)) {}
     Real value(Real r) const {
         const Real q = r * h_inv, a = part(1 - q), b = part(Real(0.5) - q), c = part(Real(1.0 / 3) - q);
         return scale * (a * a * a - 4 * b * b * b + 3 * c * c * c);
@@ -62,7 +65,9 @@ struct ConvexSpline {
 /// w(r) = 15/(2 pi h^3) (-r^3/(2 h^3) + r^2/h^2 + h/(2 r) - 1), lap w = 45/(pi h^5) (1 - r/h), positive everywhere.
 struct ViscosityKernel {
     explicit ViscosityKernel(Real support)
-        : h(support), h_inv(Real(1) / support), scale(Real(15.0 / (2.0 * kPi)) / cube(support)),
+        : h(support),
+          h_inv(Real(1) / support),
+          scale(Real(15.0 / (2.0 * kPi)) / cube(support)),
           laplacian_scale(Real(45.0 / kPi) / (cube(support) * square(support))) {}
     /// Requires r > 0: the kernel has a pole at its centre.
     Real value(Real r) const {

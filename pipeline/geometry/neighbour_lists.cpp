@@ -43,8 +43,8 @@ struct Around {
                                          Index* slots) {
     const __m256 lx = _mm256_set1_ps(box.lower.x()), ly = _mm256_set1_ps(box.lower.y()),
                  lz = _mm256_set1_ps(box.lower.z()), ux = _mm256_set1_ps(box.upper.x()),
-                 uy = _mm256_set1_ps(box.upper.y()), uz = _mm256_set1_ps(box.upper.z()),
-                 l2 = _mm256_set1_ps(limit), zero = _mm256_setzero_ps();
+                 uy = _mm256_set1_ps(box.upper.y()), uz = _mm256_set1_ps(box.upper.z()), l2 = _mm256_set1_ps(limit),
+                 zero = _mm256_setzero_ps();
     const __m256i lanes = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     const auto beyond = [&](__m256 v, __m256 lower, __m256 upper) {
         return _mm256_max_ps(zero, _mm256_max_ps(_mm256_sub_ps(lower, v), _mm256_sub_ps(v, upper)));
@@ -124,19 +124,25 @@ void NeighbourLists::resize(std::size_t lists, std::size_t places, bool in_order
 void NeighbourLists::build(const PointGrid& grid, Real radius, std::size_t count) {
     THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
     resize(std::min(count, grid.size()), grid.size(), grid.identity());
-    parallel_chunks(grid.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        fill(grid, nullptr, radius, static_cast<Index>(begin), static_cast<Index>(end),
-             static_cast<std::uint32_t>(chunk));
-    }, kBlock);
+    parallel_chunks(
+        grid.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+            fill(grid, nullptr, radius, static_cast<Index>(begin), static_cast<Index>(end),
+                 static_cast<std::uint32_t>(chunk));
+        },
+        kBlock);
 }
 
 void NeighbourLists::build(const PointGrid& grid, std::span<const Vec3> queries, Real radius) {
     THIXO_ASSERT(radius <= grid.cell(), "radius {} exceeds the cell {}", radius, grid.cell());
     resize(queries.size(), queries.size(), true);
-    parallel_chunks(queries.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        fill(grid, queries.data(), radius, static_cast<Index>(begin), static_cast<Index>(end),
-             static_cast<std::uint32_t>(chunk));
-    }, kBlock);
+    parallel_chunks(
+        queries.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+            fill(grid, queries.data(), radius, static_cast<Index>(begin), static_cast<Index>(end),
+                 static_cast<std::uint32_t>(chunk));
+        },
+        kBlock);
 }
 
 void NeighbourLists::Candidates::make_room(std::size_t more) {
@@ -153,9 +159,7 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
     Scratch& scratch = scratch_.local();
     Candidates& c = scratch.candidates;
     const Real limit = radius * radius;
-    const auto point = [&](Index s) {
-        return queries ? queries[s] : Vec3(grid.x()[s], grid.y()[s], grid.z()[s]);
-    };
+    const auto point = [&](Index s) { return queries ? queries[s] : Vec3(grid.x()[s], grid.y()[s], grid.z()[s]); };
     const auto collect = [&](const PointGrid::Cell& cell, const Around& box) {
         c.count = 0;
         for (std::int32_t z = cell.z - 1; z <= cell.z + 1; ++z)
@@ -163,9 +167,9 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
                 const auto row = grid.row(cell.x - 1, cell.x + 1, y, z);
                 c.make_room(row.end - row.begin);
                 // The margin is for double, where the two sums may be rounded differently; in float it costs nothing.
-                c.count += append_near(grid.x(), grid.y(), grid.z(), row.begin, row.end, box,
-                                       limit * Real(1 + 1e-6), c.x.data() + c.count, c.y.data() + c.count,
-                                       c.z.data() + c.count, c.slot.data() + c.count);
+                c.count += append_near(grid.x(), grid.y(), grid.z(), row.begin, row.end, box, limit * Real(1 + 1e-6),
+                                       c.x.data() + c.count, c.y.data() + c.count, c.z.data() + c.count,
+                                       c.slot.data() + c.count);
             }
         c.make_room(0);
         for (auto* array : {&c.x, &c.y, &c.z})
@@ -185,8 +189,8 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
             box = {box.lower.cwiseMin(p), box.upper.cwiseMax(p)};
         }
         collect(cell, box);
-        std::size_t self = static_cast<std::size_t>(
-            std::lower_bound(c.slot.data(), c.slot.data() + c.count, first) - c.slot.data());
+        std::size_t self =
+            static_cast<std::size_t>(std::lower_bound(c.slot.data(), c.slot.data() + c.count, first) - c.slot.data());
         for (Index s = first; s < last; ++s) {
             const Index i = queries ? s : grid.index(s);
             if (i >= size()) {

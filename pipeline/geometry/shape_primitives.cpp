@@ -70,8 +70,7 @@ struct Cylinder final : Shape::Node {
         FaceTree tree{FaceTree::Op::all};
         tree.parts.push_back(FaceTree::leaf(Shape(std::make_shared<Tube>(radius + by))));
         for (const double side : {1.0, -1.0})
-            tree.parts.push_back(
-                FaceTree::leaf(plane(side * Vec3d::UnitZ(), static_cast<double>(half_height + by))));
+            tree.parts.push_back(FaceTree::leaf(plane(side * Vec3d::UnitZ(), static_cast<double>(half_height + by))));
         return std::make_shared<FaceTree>(std::move(tree));
     }
     Real radius, half_height, rounding;

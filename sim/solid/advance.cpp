@@ -102,7 +102,8 @@ struct Kept {
     ContactNodes nodes;
 };
 
-/// Implicit steps to `end`, as long as contact is foreseen, or half as long where Newton's method does not find its end.
+/// Implicit steps to `end`, as long as contact is foreseen, or half as long where Newton's method does not find its
+/// end.
 void step_implicitly_to(double end, double time, double tolerance, Walls& walls, Solids& solids, SolidReport& report) {
     constexpr int kMostHalvings = 6;
     double now = time;

@@ -13,7 +13,8 @@ Mat3 node_stiffness(const BoundaryTerms::Node& n) {
 /// Force and stiffness of the walls on element i.
 Vec3 press_wall(const Walls& walls, const StressLaw& law, const BodyPose& pose, const Elements& e, std::size_t i,
                 Real dt, bool frozen, WallCursor& cursor, Real* drag, Mat3& stiffness) {
-    const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place, v = pose.turn * xyz(e.velocity[i]);
+    const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place,
+               v = pose.turn * xyz(e.velocity[i]);
     const Real spring = contact_stiffness(law, e.volume[i], e.mass[i]) * e.mass[i];
     const Real damping = 2 * law.contact_damping * std::sqrt(spring * e.mass[i]), hold = kHold * e.mass[i] / dt;
     Vec3 force(0, 0, 0);
@@ -52,9 +53,9 @@ void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, Bo
         n.size(),
         [&](std::size_t k) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
-            const NodeAnswer a = answer_of(n, k, motion_of_node(n, e, poses, k), poses[partner].turn,
-                                           pressing_of(solids, partner, dt, dt, dt, true),
-                                           terms.frozen ? terms.node[k].part : Real(-1));
+            const NodeAnswer a =
+                answer_of(n, k, motion_of_node(n, e, poses, k), poses[partner].turn,
+                          pressing_of(solids, partner, dt, dt, dt, true), terms.frozen ? terms.node[k].part : Real(-1));
             terms.node[k] = {n.normal[k], a.along, a.across, a.part};
             terms.force[k] = a.force;
         },
@@ -98,7 +99,8 @@ void multiply_boundaries(const Solids& solids, const std::vector<Quad>& du, Boun
         spread_forces(terms.force, poses, solids, out);
     }
     if (terms.walls)
-        parallel_for(out.size(), [&](std::size_t i) { out[i] -= terms.wall[i] * xyz(du[i]); }, 1024);
+        parallel_for(
+            out.size(), [&](std::size_t i) { out[i] -= terms.wall[i] * xyz(du[i]); }, 1024);
 }
 
 void add_boundary_diagonal(const Solids& solids, const BoundaryTerms& terms, std::vector<Symmetric>& diagonal) {
@@ -122,7 +124,8 @@ void add_boundary_diagonal(const Solids& solids, const BoundaryTerms& terms, std
             64);
     }
     if (terms.walls)
-        parallel_for(diagonal.size(), [&](std::size_t i) { add(diagonal[i], terms.wall[i]); }, 1024);
+        parallel_for(
+            diagonal.size(), [&](std::size_t i) { add(diagonal[i], terms.wall[i]); }, 1024);
 }
 
 void take_boundary_state(double dt, Solids& solids) {
@@ -133,7 +136,8 @@ void take_boundary_state(double dt, Solids& solids) {
         [&](std::size_t k) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
             const NodeMotion m = motion_of_node(n, solids.elements, poses, k);
-            take_answer(answer_of(n, k, m, poses[partner].turn, pressing_of(solids, partner, dt, dt, dt, true)), m.way, k, n);
+            take_answer(answer_of(n, k, m, poses[partner].turn, pressing_of(solids, partner, dt, dt, dt, true)), m.way,
+                        k, n);
         },
         64);
 }

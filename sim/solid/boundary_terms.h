@@ -19,13 +19,13 @@ struct BoundaryTerms {
     std::vector<Mat3> wall;   // stiffness of an element against walls, in its frame [N/m]
     std::vector<Real> drag;   // of friction, by element and wall [kg/s]
     bool walls = false;
-    bool frozen = false;      // friction keeps its parts and drags
+    bool frozen = false;  // friction keeps its parts and drags
 };
 
 /// Adds to `force` [N] what contact nodes and walls do to every element at displacement and velocity, dt [s] after
-/// the state the nodes remember, and keeps the stiffness of that, per displacement over the step, in `terms`. Walls push
-/// and rub as push_off_walls has it, but for friction that holds: it is a drag of kHold m/dt, so that what sticks creeps
-/// by 1/kHold of what it would fall in a step.
+/// the state the nodes remember, and keeps the stiffness of that, per displacement over the step, in `terms`. Walls
+/// push and rub as push_off_walls has it, but for friction that holds: it is a drag of kHold m/dt, so that what sticks
+/// creeps by 1/kHold of what it would fall in a step.
 void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, BoundaryTerms& terms,
                          std::vector<Vec3>& force);
 

@@ -3,7 +3,8 @@
 // What is kept of the dissertation: nodes between two surfaces that pass through each other, a penalty with damping and
 // friction by the nodes' areas, forces spread over the particles of both bodies by w_poly6. Three things are done
 // otherwise, and sounder:
-// - Depth and normal come from the signed distance of the rest shape, asked at the place that a least-squares fit of the
+// - Depth and normal come from the signed distance of the rest shape, asked at the place that a least-squares fit of
+// the
 //   deformed particles about the node maps to. It holds for any depth and for edges, where averaged surfels stand for
 //   no surface, and it is the robust inside test of 5.8 at the same time.
 // - Nodes are found once a step, or more often where bodies are fast, and penalties followed from sub-step to sub-step.
@@ -13,8 +14,8 @@
 //   friction answers a change of pressure gradually is what Prakash & Clifton 1993 measured, and what ends the flutter
 //   (Ranjith & Rice 2001). In the mean it is Coulomb's.
 // - Both bodies feel a node's force at one place when it is found, by weights that reproduce linear fields. Linear
-//   momentum is conserved to rounding; angular momentum but for what the places slide apart until nodes are found again,
-//   at most a quarter of a particle's width.
+//   momentum is conserved to rounding; angular momentum but for what the places slide apart until nodes are found
+//   again, at most a quarter of a particle's width.
 #pragma once
 
 #include <cstdint>
@@ -128,8 +129,8 @@ void find_contacts(double time, double dt, Solids& solids);
 
 /// Adds the nodes' forces to solids.force, for the sub-step dt [s] to come:
 ///   f_n = max(k (excess - gap) - c v_n, 0),  k = k_1 k_2/(k_1 + k_2) area/2        as each surface has its own nodes
-/// with k_i the bodies' contact_pressure, and friction by a spring and damper that slip (Kelvin and Voigt's, returned to
-/// the cone within the sub-step: only what is there is given back),
+/// with k_i the bodies' contact_pressure, and friction by a spring and damper that slip (Kelvin and Voigt's, returned
+/// to the cone within the sub-step: only what is there is given back),
 ///   f_t = -k slip - c_t d(slip)/dt,  |f_t| <= mu p,   dp/dt = (f_n - p)/min(a, a_m)
 /// p the mean of f_n over the last a seconds of contact, at most a_m = kMemory radians of the contact's spring (4 ms in
 /// rubber of 1 MPa and particles of 10 mm). So bodies stick, without creeping. What is deeper than a quarter of a

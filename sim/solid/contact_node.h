@@ -41,8 +41,9 @@ struct Pressing {
     bool backwards;        // of a step backwards in time, which asks for forces without jumps
 };
 
-/// The force k d - c v of a spring that is pressed by d and a damper, never pulling, and minus its derivative for v = change
-/// of -d per `last`. Backwards in time what is struck is damped by no more than the spring's own force: it does not jump.
+/// The force k d - c v of a spring that is pressed by d and a damper, never pulling, and minus its derivative for v =
+/// change of -d per `last`. Backwards in time what is struck is damped by no more than the spring's own force: it does
+/// not jump.
 struct SpringForce {
     Real force, stiffness;
 };
@@ -59,15 +60,15 @@ Pressing pressing_of(const Solids& solids, std::size_t partner, double kick, dou
 
 /// The answer, and the node's state after it.
 struct NodeAnswer {
-    Vec3 force;           // on the owner, in the world [N]
+    Vec3 force;          // on the owner, in the world [N]
     Real along, across;  // |d force/d way| of a step `last` backwards in time, along the normal and across [N/m]
     Real part;           // that friction's limit leaves of what its spring and damper would do [1]
     Real excess, depth, press, pressed;
-    Vec3 slip;            // in the partner's frame
+    Vec3 slip;  // in the partner's frame
 };
 
-/// The law of press_contacts for one node. Sliding counts across as stiff as it would be to get where it got (a secant),
-/// and where `part` is given, not below 0, that is the part that friction leaves, whatever its limit.
+/// The law of press_contacts for one node. Sliding counts across as stiff as it would be to get where it got (a
+/// secant), and where `part` is given, not below 0, that is the part that friction leaves, whatever its limit.
 inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMotion& m, const Mat3& turn,
                             const Pressing& p, Real part = -1) {
     NodeAnswer a{Vec3::Zero(), 0, 0, 0, n.excess[k], 0, n.press[k], n.pressed[k], Vec3::Zero()};
@@ -77,8 +78,7 @@ inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMoti
     if (a.excess - gap < kUnexplained * p.width) a.excess = std::min(a.excess + p.outwards, Real(0));
     a.depth = std::max(a.excess - gap, Real(0));
     const Real speed = normal.dot(m.velocity), per_last = p.last > 0 ? 1 / p.last : Real(0);
-    const SpringForce spring =
-        spring_force(n.stiffness[k], n.damping[k], a.depth, speed, p.last, p.backwards);
+    const SpringForce spring = spring_force(n.stiffness[k], n.damping[k], a.depth, speed, p.last, p.backwards);
     Real push = spring.force;
     a.along = spring.stiffness;
     if (gap < -kBraked * p.width && speed < 0) {

@@ -61,15 +61,17 @@ void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const Con
                 Real depth = 0;
                 for (Index s = c.samples.first[of]; s < c.samples.first[of + 1]; ++s) {
                     const Vec3 x = c.samples.rest[s] + c.origin[of];
-                    if (box && ((x.array() < box->lower.array()).any() || (x.array() > box->upper.array()).any())) continue;
+                    if (box && ((x.array() < box->lower.array()).any() || (x.array() > box->upper.array()).any()))
+                        continue;
                     depth = std::max(depth, -c.shape[in].distance(x));
                 }
                 return depth;
             };
             const Real depth = std::max(deepest(a, b), deepest(b, a));
             if (!(depth > kTold * std::cbrt(solids.elements.volume[solids.bodies[a].begin]))) continue;
-            log_warning("{}: body '{}' starts {:.3g} m deep in body '{}'; they are pushed apart slowly: move one of them",
-                        source(b).shape.where, source(b).name, depth, source(a).name);
+            log_warning(
+                "{}: body '{}' starts {:.3g} m deep in body '{}'; they are pushed apart slowly: move one of them",
+                source(b).shape.where, source(b).name, depth, source(a).name);
         }
 }
 

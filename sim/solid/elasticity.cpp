@@ -46,7 +46,8 @@ Mat3 gradient_of(const Elements& elements, std::size_t i) {
 
 void find_gradients(const Elements& elements, std::vector<Mat3>& gradients) {
     gradients.resize(elements.size());
-    parallel_for(elements.size(), [&](std::size_t i) { gradients[i] = gradient_of(elements, i); }, kElements);
+    parallel_for(
+        elements.size(), [&](std::size_t i) { gradients[i] = gradient_of(elements, i); }, kElements);
 }
 
 Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elements, StressScratch& scratch,
@@ -100,8 +101,8 @@ Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradien
 
 Symmetric whole_stress(const StressLaw& law, const Elements& e, std::size_t i, const Mat3& h) {
     const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
-    Symmetric stress = stress_of(
-        law, e, {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
+    Symmetric stress =
+        stress_of(law, e, {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
     if (!(law.viscosity > 0)) return stress;
     const Mat3 rate = differences(e, i, e.velocity.data()).outer * matrix(e.moment[i].inverse);
     const Mat3 turned = (projection_of(e, i) + h).transpose() * rate;

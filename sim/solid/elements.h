@@ -33,7 +33,8 @@ using Stiffness6 = Eigen::Matrix<Real, 6, 6>;
 /// and moved to fit the deformed one (dissertation 5.4.3), is that frame in the pose x = R m + t. So the material frame
 /// holds all that is bound to the matter, and nothing in it is ever turned.
 struct SolidBody {
-    std::int32_t body = 0;           // index into Scene::bodies, and Particles::body; -1: what emitters release, without rest shape
+    std::int32_t body =
+        0;  // index into Scene::bodies, and Particles::body; -1: what emitters release, without rest shape
     std::int32_t material = 0;       // index into Scene::materials
     Index begin = 0, end = 0;        // its elements
     Mat3d turn = Mat3d::Identity();  // R
@@ -59,7 +60,8 @@ struct Elements {
     std::vector<Real> support;       // h [m]
     std::vector<Real> depth;         // of the particle below the body's surface, at rest [m]
     std::vector<RestMoment> moment;
-    std::vector<Stiffness6> anisotropic;  // C of laws that have one, in the material frame [Pa]; rewritten with the laws
+    std::vector<Stiffness6>
+        anisotropic;  // C of laws that have one, in the material frame [Pa]; rewritten with the laws
     std::vector<std::pair<Index, Symmetric>> flat;  // elements without rank 3, ascending, and their projection P = A A+
     // Neighbours: all j with |r_ij| below h_i or h_j. Each list is filled up with i itself, of weight 0, to a multiple
     // of kLanes.
@@ -75,7 +77,9 @@ struct Elements {
     std::vector<Symmetric> plastic;  // eps^p [1]
 
     std::size_t size() const { return id.size(); }
-    std::size_t law_of(std::size_t i) const { return static_cast<std::size_t>(law.empty() ? static_cast<Index>(owner[i]) : law[i]); }
+    std::size_t law_of(std::size_t i) const {
+        return static_cast<std::size_t>(law.empty() ? static_cast<Index>(owner[i]) : law[i]);
+    }
 };
 
 /// f(name, array) for the state's arrays.

@@ -35,7 +35,8 @@ EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
         const Real angle = static_cast<Real>(2 * kPi * w / kWays);
         const Vec3 way = std::cos(angle) * cloud.axis1[k] + std::sin(angle) * cloud.axis2[k];
         Real r = 1;
-        while (r > Real(0.15) && std::abs(shape.distance(cloud.position[k] + r * way)) > Real(0.1) * radius) r -= Real(0.05);
+        while (r > Real(0.15) && std::abs(shape.distance(cloud.position[k] + r * way)) > Real(0.1) * radius)
+            r -= Real(0.05);
         reach[static_cast<std::size_t>(w)] = r;
     }
     const auto least = static_cast<std::size_t>(std::ranges::min_element(reach) - reach.begin());

@@ -12,8 +12,8 @@
 
 namespace thixo {
 
-/// How much of a disc beside an edge of the body lies on it: what is left of the half-axis in the direction `angle` from the
-/// first one, and of the other.
+/// How much of a disc beside an edge of the body lies on it: what is left of the half-axis in the direction `angle`
+/// from the first one, and of the other.
 struct EdgeCut {
     Real angle = 0, along = 1, across = 1;
 };

@@ -37,7 +37,8 @@ void take_hold(double time, const Vec3& gravity, Solids& solids) {
             for (const Index i : grip.elements) grip.anchor.push_back(in_world(body, e, i));
         // What has melted slips out of the hand.
         for (const Index i : grip.elements)
-            if (!solids.phases.any || solids.phases.bond[i] == Bond::rest) solids.held[i] = static_cast<std::uint8_t>(g + 1);
+            if (!solids.phases.any || solids.phases.bond[i] == Bond::rest)
+                solids.held[i] = static_cast<std::uint8_t>(g + 1);
     }
 }
 

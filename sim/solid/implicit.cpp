@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kFree = 4;  // iterations in which friction follows; then it keeps the drags it has
 constexpr int kMostNewton = 16, kMostIterations = 2000, kMostSearch = 4;
-constexpr double kForcing = 0.1;       // of its right hand side that a linear system may leave
-constexpr double kOvershoot = 0.5;     // of the slope along a direction that may be left
+constexpr double kForcing = 0.1;    // of its right hand side that a linear system may leave
+constexpr double kOvershoot = 0.5;  // of the slope along a direction that may be left
 
 double dot(const Vec3& a, const Vec3& b) { return a.cast<double>().dot(b.cast<double>()); }
 
@@ -62,11 +62,11 @@ RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
     return r;
 }
 
-/// A body that nothing acts on turns so that its angular momentum stays: by the spin of half the way, to the spin at the
-/// end. Both in the frame that turns along.
+/// A body that nothing acts on turns so that its angular momentum stays: by the spin of half the way, to the spin at
+/// the end. Both in the frame that turns along.
 struct Turning {
-    Mat3d turn;             // Q, from the old frame to the new one
-    Vec3d spin, change;     // omega [1/s], its rate [1/s^2]
+    Mat3d turn;          // Q, from the old frame to the new one
+    Vec3d spin, change;  // omega [1/s], its rate [1/s^2]
 };
 Turning turn_on(const RigidRates& r, double dt) {
     const Vec3d angular = r.inertia * r.spin;
@@ -80,9 +80,9 @@ Turning turn_on(const RigidRates& r, double dt) {
     return {turn, spin, r.spin_of(-spin.cross(r.inertia * spin))};
 }
 
-/// Moves every body's frame on by the rigid motion over dt, in which the rest is then done: rigid motion is neither damped
-/// nor strained by steps backwards in time. In the new frame: start, where the elements are; displacement, where they
-/// come to without forces; base and rigid, as evaluate() reads them; velocity, what v' is without forces; and the
+/// Moves every body's frame on by the rigid motion over dt, in which the rest is then done: rigid motion is neither
+/// damped nor strained by steps backwards in time. In the new frame: start, where the elements are; displacement, where
+/// they come to without forces; base and rigid, as evaluate() reads them; velocity, what v' is without forces; and the
 /// acceleration of what turns along.
 void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
     Elements& e = solids.elements;
@@ -157,9 +157,12 @@ class Step {
     /// residual = f - M (v' - v)/dt at the present displacements.
     Norms evaluate() {
         const Real per = static_cast<Real>(1 / dt_);
-        parallel_for(e_.size(), [&](std::size_t i) {
-            e_.velocity[i] = quad(per * (xyz(e_.displacement[i]) - xyz(s_.base[i])) + xyz(s_.rigid[i]));
-        }, 2048);
+        parallel_for(
+            e_.size(),
+            [&](std::size_t i) {
+                e_.velocity[i] = quad(per * (xyz(e_.displacement[i]) - xyz(s_.base[i])) + xyz(s_.rigid[i]));
+            },
+            2048);
         solids_.stretch2 = static_cast<double>(find_stress_forces(solids_.laws, e_, solids_.stress, solids_.force));
         add_boundary_forces(walls_, dt_, solids_, s_.boundaries, solids_.force);
         return parallel_sum<Norms>(
@@ -174,7 +177,8 @@ class Step {
                 const Vec3 r = solids_.force[i] + given - gain;
                 s_.residual[i] = r;
                 const double mass = static_cast<double>(m);
-                return Norms{dot(r, r) / mass, (dot(gain, gain) + dot(given, given) + dot(solids_.force[i], solids_.force[i])) / mass};
+                return Norms{dot(r, r) / mass,
+                             (dot(gain, gain) + dot(given, given) + dot(solids_.force[i], solids_.force[i])) / mass};
             },
             Norms{});
     }
@@ -186,16 +190,22 @@ class Step {
         }
         const Real per = static_cast<Real>(1 / dt_);
         s_.diagonal.resize(e_.size());
-        parallel_for(e_.size(), [&](std::size_t i) {
-            const Symmetric &a = s_.elastic[i], &b = s_.viscous[i];
-            const Real inertia = e_.mass[i] * per * per;
-            s_.diagonal[i] = {a.xx + per * b.xx + inertia, a.yy + per * b.yy + inertia, a.zz + per * b.zz + inertia,
-                              a.xy + per * b.xy, a.yz + per * b.yz, a.zx + per * b.zx};
-        }, 1024);
+        parallel_for(
+            e_.size(),
+            [&](std::size_t i) {
+                const Symmetric &a = s_.elastic[i], &b = s_.viscous[i];
+                const Real inertia = e_.mass[i] * per * per;
+                s_.diagonal[i] = {a.xx + per * b.xx + inertia, a.yy + per * b.yy + inertia, a.zz + per * b.zz + inertia,
+                                  a.xy + per * b.xy,           a.yz + per * b.yz,           a.zx + per * b.zx};
+            },
+            1024);
         add_boundary_diagonal(solids_, s_.boundaries, s_.diagonal);
-        parallel_for(e_.size(), [&](std::size_t i) {
-            s_.inverse[i] = symmetric(Mat3(matrix(s_.diagonal[i]).cast<double>().inverse().cast<Real>()));
-        }, 512);
+        parallel_for(
+            e_.size(),
+            [&](std::size_t i) {
+                s_.inverse[i] = symmetric(Mat3(matrix(s_.diagonal[i]).cast<double>().inverse().cast<Real>()));
+            },
+            512);
     }
 
     /// product = (M/dt^2 + K) direction.
@@ -225,10 +235,13 @@ class Step {
         };
         Slopes now = apply();
         const double first = now.norm;
-        parallel_for(e_.size(), [&](std::size_t i) {
-            s_.change[i] = quad(Vec3::Zero());
-            s_.direction[i] = quad(left[i]);
-        }, 2048);
+        parallel_for(
+            e_.size(),
+            [&](std::size_t i) {
+                s_.change[i] = quad(Vec3::Zero());
+                s_.direction[i] = quad(left[i]);
+            },
+            2048);
         int k = 0;
         const double goal = square(std::max(std::min(enough, 0.5), kForcing)) * first;
         while (k < kMostIterations && now.norm > goal) {
@@ -236,15 +249,17 @@ class Step {
             const double curvature = sweep();
             if (!(curvature > 0)) break;
             const Real a = static_cast<Real>(now.residual / curvature);
-            parallel_for(e_.size(), [&](std::size_t i) {
-                s_.change[i] = quad(xyz(s_.change[i]) + a * xyz(s_.direction[i]));
-                r[i] -= a * s_.product[i];
-            }, 2048);
+            parallel_for(
+                e_.size(),
+                [&](std::size_t i) {
+                    s_.change[i] = quad(xyz(s_.change[i]) + a * xyz(s_.direction[i]));
+                    r[i] -= a * s_.product[i];
+                },
+                2048);
             const Slopes next = apply();
             const Real b = static_cast<Real>(next.residual / now.residual);
-            parallel_for(e_.size(), [&](std::size_t i) {
-                s_.direction[i] = quad(left[i] + b * xyz(s_.direction[i]));
-            }, 2048);
+            parallel_for(
+                e_.size(), [&](std::size_t i) { s_.direction[i] = quad(left[i] + b * xyz(s_.direction[i])); }, 2048);
             now = next;
         }
         return k;
@@ -257,9 +272,10 @@ class Step {
         };
         const auto go = [&](double part) {
             const Real a = static_cast<Real>(part);
-            parallel_for(e_.size(), [&](std::size_t i) {
-                e_.displacement[i] = quad(xyz(e_.displacement[i]) + a * xyz(s_.change[i]));
-            }, 2048);
+            parallel_for(
+                e_.size(),
+                [&](std::size_t i) { e_.displacement[i] = quad(xyz(e_.displacement[i]) + a * xyz(s_.change[i])); },
+                2048);
             return evaluate();
         };
         const double first = slope();
@@ -287,11 +303,11 @@ class Step {
 void keep_momenta(double dt, Solids& solids, ImplicitScratch& s) {
     Elements& e = solids.elements;
     for (const SolidBody& body : solids.bodies) {
-        if (std::any_of(solids.held.begin() + body.begin, solids.held.begin() + body.end, [](auto h) { return h != 0; }))
+        if (std::any_of(solids.held.begin() + body.begin, solids.held.begin() + body.end,
+                        [](auto h) { return h != 0; }))
             continue;
-        const RigidRates left = rigid_rates(body, e, [&](std::size_t i) {
-            return Vec3d(dt * s.residual[i].cast<double>());
-        });
+        const RigidRates left =
+            rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * s.residual[i].cast<double>()); });
         parallel_for(body.end - body.begin, [&](std::size_t k) {
             const std::size_t i = body.begin + k;
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - left.centre;
@@ -307,34 +323,40 @@ void stay_out_of_walls(const Walls& walls, Solids& solids) {
     Elements& e = solids.elements;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
     if (walls.list.empty()) return;
-    parallel_chunks(e.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        WallCursor cursor(walls);
-        for (std::size_t i = begin; i < end; ++i) {
-            if (solids.held[i]) continue;
-            const BodyPose& pose = poses[static_cast<std::size_t>(e.owner[i])];
-            for (std::size_t w = 0; w < walls.list.size(); ++w) {
-                const Wall& wall = walls.list[w];
-                const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place;
-                Vec3 n;
-                const Real d = wall.map.distance(wall.to_wall(x), n, cursor.at[w]);
-                if (!(d < 0)) continue;
-                n = pose.turn.transpose() * (wall.turn * n);
-                const Vec3 v = xyz(e.velocity[i]), moving = pose.turn.transpose() * wall.velocity_at(x);
-                e.displacement[i] = quad(xyz(e.displacement[i]) - d * n);
-                e.velocity[i] = quad(v + std::max(-n.dot(v - moving), Real(0)) * n);
+    parallel_chunks(
+        e.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallCursor cursor(walls);
+            for (std::size_t i = begin; i < end; ++i) {
+                if (solids.held[i]) continue;
+                const BodyPose& pose = poses[static_cast<std::size_t>(e.owner[i])];
+                for (std::size_t w = 0; w < walls.list.size(); ++w) {
+                    const Wall& wall = walls.list[w];
+                    const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place;
+                    Vec3 n;
+                    const Real d = wall.map.distance(wall.to_wall(x), n, cursor.at[w]);
+                    if (!(d < 0)) continue;
+                    n = pose.turn.transpose() * (wall.turn * n);
+                    const Vec3 v = xyz(e.velocity[i]), moving = pose.turn.transpose() * wall.velocity_at(x);
+                    e.displacement[i] = quad(xyz(e.displacement[i]) - d * n);
+                    e.velocity[i] = quad(v + std::max(-n.dot(v - moving), Real(0)) * n);
+                }
             }
-        }
-    }, 256);
+        },
+        256);
 }
 
 /// The nodes' ways are counted from where the elements are, in the frames of now.
 void count_ways_from(const std::vector<Quad>& start, Solids& solids) {
     ContactNodes& n = solids.contacts.nodes;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
-    parallel_for(n.size(), [&](std::size_t k) {
-        n.start[k] = n.last[k] =
-            sum_of_node(n, poses, k, [&](Index i, Real w, NodeMotion& m) { m.way += w * xyz(start[i]); }).way;
-    }, 64);
+    parallel_for(
+        n.size(),
+        [&](std::size_t k) {
+            n.start[k] = n.last[k] =
+                sum_of_node(n, poses, k, [&](Index i, Real w, NodeMotion& m) { m.way += w * xyz(start[i]); }).way;
+        },
+        64);
 }
 
 }  // namespace

@@ -17,12 +17,12 @@ struct ImplicitReport {
 struct ImplicitScratch {
     Stiffness stiffness;
     BoundaryTerms boundaries;
-    std::vector<Quad> start, base;               // u at the beginning, in the frame of the end and in its own [m]
-    std::vector<Quad> rigid;                     // velocity of the rigid motion at the end [m/s]
-    std::vector<Quad> change, direction;         // of u [m]
-    std::vector<Vec3> residual, product;         // [N]
-    std::vector<Vec3> preconditioned;            // [m]
-    std::vector<Symmetric> diagonal, inverse;    // of M/dt^2 + K [N/m], [m/N]
+    std::vector<Quad> start, base;             // u at the beginning, in the frame of the end and in its own [m]
+    std::vector<Quad> rigid;                   // velocity of the rigid motion at the end [m/s]
+    std::vector<Quad> change, direction;       // of u [m]
+    std::vector<Vec3> residual, product;       // [N]
+    std::vector<Vec3> preconditioned;          // [m]
+    std::vector<Symmetric> diagonal, inverse;  // of M/dt^2 + K [N/m], [m/N]
     // Of the laws they were made for.
     std::vector<StressLaw> laws;
     std::vector<Symmetric> elastic, viscous;
@@ -36,7 +36,8 @@ struct ImplicitScratch {
 /// their rigid motion first, in which u and v are: so displacements stay small, turning is no strain, and spin is not
 /// damped. The momenta of each body that
 /// nothing holds change by the forces to rounding, whatever the tolerance.
-/// Requires contacts found at t; walls are left at t + dt. Elements' velocities are those of t, not of half a step before.
+/// Requires contacts found at t; walls are left at t + dt. Elements' velocities are those of t, not of half a step
+/// before.
 ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, Solids& solids);
 
 }  // namespace thixo

@@ -13,9 +13,9 @@
 namespace thixo {
 namespace {
 
-constexpr Real kLost = 3;            // squared stretch beyond which what melts has left its rest shape
+constexpr Real kLost = 3;             // squared stretch beyond which what melts has left its rest shape
 constexpr Real kCrushed = Real(0.2);  // and |J|
-constexpr double kUneven = 1.5;  // margin of the rates
+constexpr double kUneven = 1.5;       // margin of the rates
 
 bool loose(const Phases& s, std::size_t i) { return s.loose[i].mu > 0; }
 
@@ -49,7 +49,8 @@ FastestRates soft_rates(const Solids& solids) {
             const auto add = [&](const Elements& e, const StressLaw& law) {
                 if (!(law.mu > 0)) return;
                 const double uneven = kUneven * unevenness(e, i);
-                sum.stiffest += s.stiffest_per * uneven * static_cast<double>(law.wave_modulus() + law.volume_stiffness);
+                sum.stiffest +=
+                    s.stiffest_per * uneven * static_cast<double>(law.wave_modulus() + law.volume_stiffness);
                 sum.damping += s.damping_per * uneven * static_cast<double>(law.viscosity);
             };
             add(solids.elements, s.kept[i]);
@@ -100,14 +101,15 @@ void weigh_bonds(Solids& solids) {
     set_zero_energy(s.kept, e);
 }
 
-/// Who is next to whom in D. Every list holds what either end needs; a neighbour that is softer counts less, so that what is
-/// firm hangs together by itself and not by the liquid about it.
+/// Who is next to whom in D. Every list holds what either end needs; a neighbour that is softer counts less, so that
+/// what is firm hangs together by itself and not by the liquid about it.
 void list_flow(const Particles& particles, const NeighbourLists& neighbours, const Solids& solids,
                const std::vector<Index>& particle_of, Elements& flow) {
     const Phases& s = solids.phases;
     const std::size_t n = flow.size();
     const auto partner = [&](std::size_t i, Index k) -> Index {
-        if (particles.kind[k] != Kind::solid || particles.material[k] != particles.material[particle_of[i]]) return kNone;
+        if (particles.kind[k] != Kind::solid || particles.material[k] != particles.material[particle_of[i]])
+            return kNone;
         const Index j = solids.element(particles.id[k]);
         return j != kNone && s.bond[j] != Bond::none && (loose(s, i) || loose(s, j)) ? j : kNone;
     };
@@ -130,7 +132,8 @@ void list_flow(const Particles& particles, const NeighbourLists& neighbours, con
                 const Real r = (xyz(flow.rest[j]) - xyz(flow.rest[i])).norm();
                 const Real own = s.whole[i].mu, other = s.whole[j].mu;
                 if (loose(s, i)) flow.weight[at] = Spiky(flow.support[i]).value(r) * std::min(Real(1), other / own);
-                if (loose(s, j)) flow.weight_back[at] = Spiky(flow.support[j]).value(r) * std::min(Real(1), own / other);
+                if (loose(s, j))
+                    flow.weight_back[at] = Spiky(flow.support[j]).value(r) * std::min(Real(1), own / other);
                 flow.neighbour[at++] = j;
             }
         while (at < flow.begin[i + 1]) flow.neighbour[at++] = static_cast<Index>(i);
@@ -225,8 +228,8 @@ void seed_flow(const std::vector<std::uint8_t>& which, Solids& solids) {
     parallel_for(e.size(), [&](std::size_t i) {
         if (!which[i]) return;
         const Mat3& h = solids.gradients[i];
-        const Mat3 turn = solids.bodies[static_cast<std::size_t>(e.owner[i])].turn.cast<Real>() *
-                          rotation_of(Mat3::Identity() + h);
+        const Mat3 turn =
+            solids.bodies[static_cast<std::size_t>(e.owner[i])].turn.cast<Real>() * rotation_of(Mat3::Identity() + h);
         const Mat3 elastic = matrix(minus(strain_of(e, i, h), e.plastic[i]));
         solids.phases.flow.plastic[i] = symmetric(-(turn * elastic * turn.transpose()));
     });
@@ -257,9 +260,11 @@ Real add_flow_forces(Solids& solids) {
     std::vector<Mat3> turn;
     for (const SolidBody& body : solids.bodies) turn.push_back(body.turn.cast<Real>());
     const auto owner = [&](std::size_t i) { return static_cast<std::size_t>(e.owner[i]); };
-    parallel_for(e.size(), [&](std::size_t i) { s.flow.velocity[i] = quad(turn[owner(i)] * xyz(e.velocity[i])); }, 1024);
+    parallel_for(
+        e.size(), [&](std::size_t i) { s.flow.velocity[i] = quad(turn[owner(i)] * xyz(e.velocity[i])); }, 1024);
     const Real stretch = find_stress_forces(s.loose, s.flow, s.stress, s.force);
-    parallel_for(e.size(), [&](std::size_t i) { solids.force[i] += turn[owner(i)].transpose() * s.force[i]; }, 1024);
+    parallel_for(
+        e.size(), [&](std::size_t i) { solids.force[i] += turn[owner(i)].transpose() * s.force[i]; }, 1024);
     return stretch;
 }
 

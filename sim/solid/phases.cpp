@@ -39,8 +39,8 @@ void enter_solid(const Particles& p, std::size_t k, Index i, Solids& solids) {
 }
 
 /// One particle's phase.
-void change_phase(const scene::Material& m, const Vec3& half_fall, const Vec3& gravity, std::size_t k, Index i, Particles& p,
-                  Solids& solids, std::vector<std::uint8_t>& seeds) {
+void change_phase(const scene::Material& m, const Vec3& half_fall, const Vec3& gravity, std::size_t k, Index i,
+                  Particles& p, Solids& solids, std::vector<std::uint8_t>& seeds) {
     Phases& s = solids.phases;
     const Real before = p.melt[k];
     const Real b = static_cast<Real>(m.melting.fraction(p.temperature[k]));
@@ -170,7 +170,8 @@ void make_phases(const scene::Scene& scene, const Smoothing& smoothing, const Pa
     calibrate_rates(smoothing, s);
 }
 
-void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles, Solids& solids) {
+void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles,
+                     Solids& solids) {
     if (!solids.phases.any || solids.bodies.back().body >= 0) return;
     std::vector<std::pair<std::int64_t, Index>> found;
     for (Index k = 0; k < particles.size(); ++k)
@@ -204,7 +205,8 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
     solids.bodies.back().end = static_cast<Index>(e.size());
 }
 
-void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_dt, Particles& particles, Solids& solids) {
+void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_dt, Particles& particles,
+                   Solids& solids) {
     Phases& s = solids.phases;
     if (!s.any) return;
     const Vec3 half_fall = static_cast<Real>(0.5 * last_dt) * gravity;

@@ -11,8 +11,9 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
 
 inline constexpr double kFlat = 1e-3;  // eigenvalue of A in parts of the largest: squared extents
 
-/// Moments of all neighbourhoods from the lists and weights. Directions in which a neighbourhood reaches less than the root
-/// of `flat` (3 %) of its largest extent are left out of A+: those elements are listed in Elements::flat. `which`: of elements with a 1 there alone.
+/// Moments of all neighbourhoods from the lists and weights. Directions in which a neighbourhood reaches less than the
+/// root of `flat` (3 %) of its largest extent are left out of A+: those elements are listed in Elements::flat. `which`:
+/// of elements with a 1 there alone.
 void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which = nullptr, double flat = kFlat);
 
 }  // namespace thixo

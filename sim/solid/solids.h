@@ -80,7 +80,7 @@ inline bool keeps_shape(const scene::Material& m, double b) {
 struct SolidReport {
     int sub_steps = 0;
     int newton = 0, iterations = 0, unconverged = 0;  // of implicit steps
-    double smallest_dt = 1e30;  // [s]
+    double smallest_dt = 1e30;                        // [s]
     double contact_seconds = 0;
 };
 

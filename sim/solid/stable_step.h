@@ -24,8 +24,8 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 /// s^2, and the damping of both. Bounds of bodies and of contacts between them add up body by body. [s]
 double stable_sub_step(const Solids& solids, bool walls);
 
-/// Pressure per depth that a body's surface resists with [Pa/m]: the material's own, or (lambda + 2 mu)/V^(1/3), as stiff
-/// as the layer of matter that an element is.
+/// Pressure per depth that a body's surface resists with [Pa/m]: the material's own, or (lambda + 2 mu)/V^(1/3), as
+/// stiff as the layer of matter that an element is.
 inline Real contact_pressure(const StressLaw& law, Real volume) {
     return law.contact_stiffness > 0 ? law.contact_stiffness : law.wave_modulus() / std::cbrt(volume);
 }

@@ -76,7 +76,8 @@ void linearise(const std::vector<StressLaw>& laws, const Elements& elements, dou
     stiffness.at.resize(elements.size());
     parallel_for(
         elements.size(),
-        [&](std::size_t i) { stiffness.at[i] = tangent_of(laws[elements.law_of(i)], elements, i, tangent); }, kElements);
+        [&](std::size_t i) { stiffness.at[i] = tangent_of(laws[elements.law_of(i)], elements, i, tangent); },
+        kElements);
 }
 
 void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<Quad>& du, std::vector<Vec3>& out) {

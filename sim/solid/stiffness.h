@@ -1,4 +1,5 @@
-// The stiffness of elastic bodies: how their forces change with small displacements. Dissertation 5.3; Mueller et al. 2004.
+// The stiffness of elastic bodies: how their forces change with small displacements. Dissertation 5.3; Mueller et al.
+// 2004.
 #pragma once
 
 #include "sim/solid/elasticity.h"
@@ -8,18 +9,18 @@ namespace thixo {
 /// Which terms of the tangent are taken.
 enum class Tangent {
     exact,    // all: minus the derivative of the forces
-    definite  // those that are never negative: the stress of what is pressed, and the second part of the volume term, are
-              // left out. Slower to converge with, and never astray
+    definite  // those that are never negative: the stress of what is pressed, and the second part of the volume term,
+              // are left out. Slower to converge with, and never astray
 };
 
-/// The tangent of all stencils at one state. It is never stored as a matrix: each of the rows would have some 260 blocks
-/// (neighbours of neighbours), ten kilobytes a particle to be read for every product, while this needs 64 bytes, the
-/// stencils that are there already, and no longer than a force sweep takes.
+/// The tangent of all stencils at one state. It is never stored as a matrix: each of the rows would have some 260
+/// blocks (neighbours of neighbours), ten kilobytes a particle to be read for every product, while this needs 64 bytes,
+/// the stencils that are there already, and no longer than a force sweep takes.
 struct Stiffness {
     struct At {
-        Mat3 j;             // J
-        Symmetric stress;   // sigma, as the tangent takes it [Pa]
-        Real dilatation;    // |J| - 1, as the tangent takes it [1]
+        Mat3 j;            // J
+        Symmetric stress;  // sigma, as the tangent takes it [Pa]
+        Real dilatation;   // |J| - 1, as the tangent takes it [1]
     };
     std::vector<At> at;
     std::vector<StressLaw> laws;

@@ -21,8 +21,8 @@ inline std::vector<BodyPose> poses_of(const std::vector<SolidBody>& bodies) {
 /// lies `depth` before the element; where a wall at distance d presses that layer, d < depth, it pushes with
 ///   f_n = max(k (depth - d) - 2 zeta sqrt(k m) v_n, 0),  k = (lambda + 2 mu) V^(1/3)
 /// and rubs with f_t <= mu f_n against the sliding velocity that all other forces of the step would leave. So friction
-/// can hold, with no creep, and never reverses. The drift takes no element itself, of any layer, into the wall: there the
-/// way inwards ends. In and out: u [m] and v [m/s] in the body's frame, v after the kick by all other forces.
+/// can hold, with no creep, and never reverses. The drift takes no element itself, of any layer, into the wall: there
+/// the way inwards ends. In and out: u [m] and v [m/s] in the body's frame, v after the kick by all other forces.
 inline void push_off_walls(const Walls& walls, const StressLaw& law, const BodyPose& pose, const Elements& e,
                            std::size_t i, Real kick, Real drift, WallCursor& cursor, Vec3& u, Vec3& v) {
     const Vec3 x = pose.turn * (xyz(e.rest[i]) + u) + pose.place;

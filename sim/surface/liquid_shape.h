@@ -37,7 +37,7 @@ inline constexpr Real kFromCrease = Real(0.6);
 struct SheetSample {
     bool defined = false;  // false: no particle in reach, or no slope to follow
     bool coat = false;
-    Real phi = 0;           // of the colour field
+    Real phi = 0;  // of the colour field
     Real give = 0;
     Vec3 centre{0, 0, 0};   // of the colour field, relative to x [m]
     Vec3 guide{0, 0, 0};    // to the sheet, one Newton step of at most half a spacing [m]

@@ -43,7 +43,7 @@ Fate pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t co
                        WallNote& wall, Real radius) {
     const SheetSample at = shape.sheet(s, n, component, wall);
     if (!at.coat && at.phi > kDeepest) return Fate::buried;
-    if (!at.defined || at.outward.dot(n) < 0) return Fate::lost;        // the side it belonged to is gone
+    if (!at.defined || at.outward.dot(n) < 0) return Fate::lost;       // the side it belonged to is gone
     if (at.to_crease < -Real(0.7) * shape.spacing) return Fate::lost;  // far beyond the edge of its sheet
     pull.guide = at.guide;
     pull.n_guide = at.outward;

@@ -20,7 +20,7 @@ struct SurfaceState {
     std::vector<Vec3> velocity;      // of the material at the surfel [m/s]
     std::vector<Real> temperature;   // degC
     std::int64_t next_id = 0;
-    std::vector<Real> lift;  // by component (material): of the surface where matter is loose [m]
+    std::vector<Real> lift;       // by component (material): of the surface where matter is loose [m]
     std::int32_t unmeasured = 0;  // updates to come before the volume is measured again
 
     std::size_t size() const { return id.size(); }

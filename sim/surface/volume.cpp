@@ -128,8 +128,8 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
     return std::accumulate(volume.begin(), volume.end(), 0.0);
 }
 
-void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius,
-                 Real spacing, bool calm) {
+void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
+                 bool calm) {
     if (calm && surface.unmeasured > 0) {
         --surface.unmeasured;
         return;

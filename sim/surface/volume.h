@@ -26,7 +26,7 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 /// come apart, in splashes and thin sheets, whose iso-surface encloses up to a third too much, a fifth elsewhere, where
 /// it encloses a few per cent too little when it bends. As a step is small nobody sees the surface swell and shrink.
 /// Where it was next to nothing the following three updates go without, if `calm`: the surface has hardly changed.
-void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius,
-                 Real spacing, bool calm);
+void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
+                 bool calm);
 
 }  // namespace thixo

@@ -1,7 +1,7 @@
 // The dam break that other solvers are timed on: a block of 0.96 x 0.96 x 0.76 m, about 94,000 particles with 37
-// neighbours each, in a tank of 3 x 2.5 x 0.84 m; `dfsph` at a density error of 0.05 %, two seconds, two threads, neither
-// surface nor files. Prints simulated seconds per hour of wall time, where the time goes, and the same of one bare density
-// sweep, in which a step may be read. Arguments: particles (94000), simulated seconds (2), threads (2),
+// neighbours each, in a tank of 3 x 2.5 x 0.84 m; `dfsph` at a density error of 0.05 %, two seconds, two threads,
+// neither surface nor files. Prints simulated seconds per hour of wall time, where the time goes, and the same of one
+// bare density sweep, in which a step may be read. Arguments: particles (94000), simulated seconds (2), threads (2),
 // divergence tolerance (0.001, that of the others).
 #include <fmt/core.h>
 
@@ -57,10 +57,12 @@ int main(int argc, char** argv) {
     fmt::print("{} particles, {:.1f} neighbours, {:.1f} s simulated in {:.1f} s: {:.1f} simulated seconds per hour\n",
                s.particles.size(), static_cast<double>(s.stats.pairs) / static_cast<double>(s.stats.particle_steps),
                s.clock.time, wall, 3600 * s.clock.time / wall);
-    fmt::print("{} steps, {:.2f} ms each of {:.2f} ms simulated; iterations: density {:.1f}, divergence {:.1f}\n", steps,
-               1e3 * wall / steps, 1e3 * s.clock.time / steps, s.stats.density.iterations / steps,
+    fmt::print("{} steps, {:.2f} ms each of {:.2f} ms simulated; iterations: density {:.1f}, divergence {:.1f}\n",
+               steps, 1e3 * wall / steps, 1e3 * s.clock.time / steps, s.stats.density.iterations / steps,
                s.stats.divergence.iterations / steps);
-    fmt::print("ms: neighbours {:.1f}, density {:.1f}, forces {:.1f}, pressure {:.1f}, integration {:.1f}; a bare sweep {:.1f}\n",
-               ms(s.stats.neighbours_seconds), ms(s.stats.density_seconds), ms(s.stats.forces_seconds),
-               ms(s.stats.pressure_seconds), ms(s.stats.integration_seconds), 1e3 * bare_sweep(s));
+    fmt::print(
+        "ms: neighbours {:.1f}, density {:.1f}, forces {:.1f}, pressure {:.1f}, integration {:.1f}; a bare sweep "
+        "{:.1f}\n",
+        ms(s.stats.neighbours_seconds), ms(s.stats.density_seconds), ms(s.stats.forces_seconds),
+        ms(s.stats.pressure_seconds), ms(s.stats.integration_seconds), 1e3 * bare_sweep(s));
 }

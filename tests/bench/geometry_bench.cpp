@@ -82,7 +82,8 @@ void reference_all_solid_angles(benchmark::State& state) {
         // van Oosterom & Strackee 1983.
         double sum = 0;
         for (const auto& t : m.triangles) {
-            const Vec3d a = (m.vertices[t[0]] - x.cast<float>()).cast<double>(), b = (m.vertices[t[1]] - x.cast<float>()).cast<double>(),
+            const Vec3d a = (m.vertices[t[0]] - x.cast<float>()).cast<double>(),
+                        b = (m.vertices[t[1]] - x.cast<float>()).cast<double>(),
                         c = (m.vertices[t[2]] - x.cast<float>()).cast<double>();
             const double la = a.norm(), lb = b.norm(), lc = c.norm();
             sum += std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);

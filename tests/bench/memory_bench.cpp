@@ -53,6 +53,7 @@ int main() {
         for (const Measured& m : {small, large})
             fmt::print("{:.0f} particles, {:.1f} neighbours: {:.1f} MiB\n", m.particles, m.neighbours,
                        m.bytes / 1048576);
-        fmt::print("slope: {:.0f} bytes a particle\n", (large.bytes - small.bytes) / (large.particles - small.particles));
+        fmt::print("slope: {:.0f} bytes a particle\n",
+                   (large.bytes - small.bytes) / (large.particles - small.particles));
     }
 }

@@ -12,8 +12,7 @@ namespace thixo::fixture {
 
 /// A dam of about this many particles in a tank 0.8 m long, at its first instant. A support of 2 spacings sees 29
 /// neighbours within the liquid, one of 2.17 spacings 37.
-inline Simulation standing_dam(double particles, double support = 2,
-                               scene::Pressure pressure = scene::Pressure::eos) {
+inline Simulation standing_dam(double particles, double support = 2, scene::Pressure pressure = scene::Pressure::eos) {
     const double depth = 0.3;
     const double spacing = std::cbrt(0.2 * 0.15 * depth / particles);
     scene::Scene scene = tank({0.8, 0.15, 0.6}, 0.01, spacing);

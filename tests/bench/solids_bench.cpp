@@ -2,7 +2,8 @@
 // is one bare sweep over the same rest lists: read a sub-step in such sweeps, and items/s (particle-sub-steps a
 // second).
 //   elastic_sub_step/threads/particles     a cantilever in motion, no wall
-//   stiff_cantilever/step/particles    one of 10 GPa bends under its weight, by leapfrog (0) and in implicit steps of so
+//   stiff_cantilever/step/particles    one of 10 GPa bends under its weight, by leapfrog (0) and in implicit steps of
+//   so
 //                                      many ms: read the ratio of simulated_s_per_hour; set-up and memory beside it
 //   embedded_surface/threads/surfels       bringing the surfels of a body of 200 particles to where they are
 #include <benchmark/benchmark.h>
@@ -90,11 +91,11 @@ void stiff_cantilever(benchmark::State& state) {
     const double start = wall_seconds();
     find_diagonal(s.solids.laws, s.solids.elements, i.elastic, i.viscous);
     state.counters["set_up_s"] = wall_seconds() - start;
-    const std::size_t memory = bytes(i.stiffness.at) + bytes(i.stiffness.scratch.stencil) + bytes(i.stiffness.scratch.own) +
-                               bytes(i.boundaries.wall) + bytes(i.start) + bytes(i.base) + bytes(i.rigid) +
-                               bytes(i.change) + bytes(i.direction) + bytes(i.residual) + bytes(i.product) +
-                               bytes(i.preconditioned) + bytes(i.diagonal) + bytes(i.inverse) + bytes(i.elastic) +
-                               bytes(i.viscous);
+    const std::size_t memory = bytes(i.stiffness.at) + bytes(i.stiffness.scratch.stencil) +
+                               bytes(i.stiffness.scratch.own) + bytes(i.boundaries.wall) + bytes(i.start) +
+                               bytes(i.base) + bytes(i.rigid) + bytes(i.change) + bytes(i.direction) +
+                               bytes(i.residual) + bytes(i.product) + bytes(i.preconditioned) + bytes(i.diagonal) +
+                               bytes(i.inverse) + bytes(i.elastic) + bytes(i.viscous);
     state.counters["bytes_per_particle"] = static_cast<double>(memory) / static_cast<double>(s.particles.size());
 }
 

@@ -1,5 +1,6 @@
-// A whole step of the two pressure solvers. The reference of the same run is one bare sweep over the same neighbour lists: read
-// a step's time in such sweeps, which does not depend on the machine's mood, and items/s (particle-steps a second).
+// A whole step of the two pressure solvers. The reference of the same run is one bare sweep over the same neighbour
+// lists: read a step's time in such sweeps, which does not depend on the machine's mood, and items/s (particle-steps a
+// second).
 //   step_of/solver/support in hundredths of the spacing           a dam of 100,000 in mid splash; 0 eos, 1 dfsph
 //   steps_by_size/solver/particles                                    time per particle from 10 thousand to a million
 #include <benchmark/benchmark.h>
@@ -36,7 +37,8 @@ scene::Pressure solver(std::int64_t number) { return number == 0 ? scene::Pressu
 
 void step_of(benchmark::State& state) {
     set_thread_count(threads());
-    Simulation& s = fixture::shared_fallen_dam(100'000, 0.01 * static_cast<double>(state.range(1)), solver(state.range(0)));
+    Simulation& s =
+        fixture::shared_fallen_dam(100'000, 0.01 * static_cast<double>(state.range(1)), solver(state.range(0)));
     fixture::free_steps(s, 2);
     s.stats = StepStats{};
     for (auto _ : state) fixture::free_steps(s, 1);

@@ -100,8 +100,8 @@ TEST(BlockOnASolidSlope, SlidesWithWhatFrictionLeaves) {
 
 TEST(BlockOnASolidSlope, SticksBelowTheAngleOfFriction) {
     // tan 30 degrees = 0.577. It lands from a tenth of a millimetre and is then at rest: what it creeps in a third of a
-    // second is no more than what the rounding of places, 1e-8 m, leaves. Before friction had a memory it fluttered down at
-    // 20 mm/s. Landing it slides: from the 25 mm/s that it has gained, 1.4 mm by Coulomb.
+    // second is no more than what the rounding of places, 1e-8 m, leaves. Before friction had a memory it fluttered
+    // down at 20 mm/s. Landing it slides: from the 25 mm/s that it has gained, 1.4 mm by Coulomb.
     Simulation s = make_simulation(gate::load(
         "slide_on_solid", {"materials.upper.friction=0.6", "materials.lower.friction=0.6", "frames.last=20"}));
     const gate::Series series = gate::run(s);
@@ -116,9 +116,9 @@ TEST(BlockOnASolidSlope, SlidesAndSticksInImplicitStepsToo) {
     const double law = 4.905 - 0.3 * 8.4957;
     gate::expect({"block on a solid slope, implicit", "acceleration", "m/s^2", gate::run(slides).rate("speed", 4), law,
                   0.03 * law, "Coulomb"});
-    Simulation sticks = make_simulation(
-        gate::load("slide_on_solid", {"solver.solids=implicit", "materials.upper.friction=0.6",
-                                      "materials.lower.friction=0.6", "frames.last=20"}));
+    Simulation sticks =
+        make_simulation(gate::load("slide_on_solid", {"solver.solids=implicit", "materials.upper.friction=0.6",
+                                                      "materials.lower.friction=0.6", "frames.last=20"}));
     const auto way = gate::run(sticks).of("way");
     gate::expect({"block on a solid slope, implicit, steeper friction", "creep in the last third of a second", "m",
                   way.back() - way[12], 0, 1e-6, "Coulomb"});

@@ -38,10 +38,12 @@ double holes(const Simulation& s, std::size_t rays) {
         for (const Vec3& axis : *axes) widest = std::max(widest, axis.norm());
     const fixture::Discs discs(s.surface.surfels, static_cast<double>(widest));
     const auto frame = static_cast<std::uint64_t>(s.clock.frame);
-    return parallel_sum(rays, [&](std::size_t k) {
-               const Vec3& x = from[random_bits(7, k, frame, 2) % from.size()];
-               return discs.hit(x, fixture::random_direction(k + frame * rays), 1) ? 0.0 : 1.0;
-           }) / static_cast<double>(rays);
+    return parallel_sum(rays,
+                        [&](std::size_t k) {
+                            const Vec3& x = from[random_bits(7, k, frame, 2) % from.size()];
+                            return discs.hit(x, fixture::random_direction(k + frame * rays), 1) ? 0.0 : 1.0;
+                        }) /
+           static_cast<double>(rays);
 }
 
 /// Where the matter at a surfel was at first: a first-order least squares fit of the particles about it.
@@ -73,8 +75,8 @@ double texture_error(const Simulation& s, const std::vector<Vec3>& first) {
     grid.build(s.particles.position, Real(1.25) * s.problem.smoothing.support);
     std::vector<double> errors;
     for (std::size_t i = 0; i < s.surface.size(); ++i)
-        errors.push_back(static_cast<double>(
-            (s.surface.rest[i] - matter_at(s.surface.surfels.position[i], s, first, grid)).norm()));
+        errors.push_back(
+            static_cast<double>((s.surface.rest[i] - matter_at(s.surface.surfels.position[i], s, first, grid)).norm()));
     std::ranges::sort(errors);
     return errors[errors.size() / 2];
 }

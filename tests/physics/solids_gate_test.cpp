@@ -77,7 +77,8 @@ TEST(PulledBar, OfFibresGetsLongerByTheModulusOfTheDirectionItIsPulledIn) {
         pulled({fibres + "youngs_modulus=[1e5,2.5e4,2.5e4]", fibres + "shear_modulus=[2e4,1e4,2e4]",
                 fibres + "poisson_ratio=[0.2,0.3,0.05]", fibres + "rotate=[0,-90,0]"});
     gate::expect({"pulled bar of fibres, along them", "strain F/(E1 A)", "%", 100 * strain, 1, 0.03, "Hooke"});
-    gate::expect({"pulled bar of fibres, along them", "lateral contraction", "1", -lateral / strain, 0.2, 0.01, "Poisson"});
+    gate::expect(
+        {"pulled bar of fibres, along them", "lateral contraction", "1", -lateral / strain, 0.2, 0.01, "Poisson"});
 }
 
 /// Deflection over that of Timoshenko's beam.
@@ -97,7 +98,8 @@ TEST(Cantilever, BendsAsTheoryOfBeamsHasIt) {
 }
 
 TEST(Cantilever, BendsTheSameInImplicitSteps) {
-    // Both are of the same forces; what differs is the phase and the damping of the vibration that the mean is taken of.
+    // Both are of the same forces; what differs is the phase and the damping of the vibration that the mean is taken
+    // of.
     const double implicit = deflection({"solver.solids=implicit"});
     gate::expect({"cantilever, implicit", "deflection over theory", "1", implicit, 1, 0.05, "Timoshenko"});
     gate::expect({"cantilever, implicit", "deflection over the explicit one", "1", implicit / deflection({}), 1, 0.01,
@@ -109,8 +111,8 @@ TEST(BlockOnASlope, SlidesAndSticksInImplicitStepsToo) {
     const double law = 4.905 - 0.3 * 8.4957;
     gate::expect({"block on a slope, implicit", "acceleration", "m/s^2", gate::run(slides).rate("speed", 4), law,
                   0.03 * law, "Coulomb"});
-    // What holds creeps by 1/kHold of what it would fall in a step: 4.9 m/s^2 in 4.6 ms, borne by one layer of four, for a
-    // quarter of a second, are 2e-5 m, and as much again where that layer is not pressed evenly.
+    // What holds creeps by 1/kHold of what it would fall in a step: 4.9 m/s^2 in 4.6 ms, borne by one layer of four,
+    // for a quarter of a second, are 2e-5 m, and as much again where that layer is not pressed evenly.
     Simulation sticks =
         make_simulation(gate::load("slope", {"solver.solids=implicit", "materials.rubber.friction=0.65"}));
     const auto way = gate::run(sticks).of("way");

@@ -70,7 +70,8 @@ TEST_P(Crop, IsAPartOfTheWhole) {
 INSTANTIATE_TEST_SUITE_P(Film, Crop, testing::Values(0.0f, 0.02f));
 
 TEST(Film, ANoiseTargetSpendsSamplesWhereTheyAreNeeded) {
-    // Noise falls as the root of the samples: tiles take what their own noise asks for, and the pictures agree within it.
+    // Noise falls as the root of the samples: tiles take what their own noise asks for, and the pictures agree within
+    // it.
     const World world = glass_and_ground();
     FilmSettings film;
     film.samples = 256;

@@ -157,8 +157,9 @@ TEST(Material, AColourMapMixesBetweenItsStops) {
     const Material m = make_material(a);
     EXPECT_TRUE(m.reads_attributes());
     Hit hit;
-    for (const auto& [temperature, colour] : {std::pair(-50.0f, Vec3f(0, 0, 1)), std::pair(25.0f, Vec3f(0.25f, 0, 0.75f)),
-                                              std::pair(150.0f, Vec3f(1, 0.5f, 0)), std::pair(900.0f, Vec3f(1, 1, 0))}) {
+    for (const auto& [temperature, colour] :
+         {std::pair(-50.0f, Vec3f(0, 0, 1)), std::pair(25.0f, Vec3f(0.25f, 0, 0.75f)),
+          std::pair(150.0f, Vec3f(1, 0.5f, 0)), std::pair(900.0f, Vec3f(1, 1, 0))}) {
         hit.attributes.temperature = temperature;
         EXPECT_LT((m.colour_at(hit) - colour).norm(), 1e-6f);
     }

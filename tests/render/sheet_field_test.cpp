@@ -15,7 +15,8 @@ SurfelCloud pressed_ball(std::size_t count, float flat) {
     const float radius = std::sqrt(4 * float(kPi) / float(count));
     for (std::size_t i = 0; i < count; ++i) {
         const Vec3f p = shapes::fibonacci(i, count);
-        shapes::add_disc(cloud, Vec3f(p.x(), p.y(), flat * p.z()), Vec3f(p.x(), p.y(), p.z() / flat).normalized(), radius);
+        shapes::add_disc(cloud, Vec3f(p.x(), p.y(), flat * p.z()), Vec3f(p.x(), p.y(), p.z() / flat).normalized(),
+                         radius);
     }
     return cloud;
 }

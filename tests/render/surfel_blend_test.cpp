@@ -211,8 +211,8 @@ TEST(SurfelBlend, LayersDoNotBlend) {
 }
 
 TEST(SurfelBlend, AttributesTakeTheWeightsOfTheHit) {
-    // Constants are met exactly, a linear field to the unevenness of the weights about the hit. m0 is met to first order
-    // along the surface, so a texture does not swim: its error along it is a hundredth of a radius.
+    // Constants are met exactly, a linear field to the unevenness of the weights about the hit. m0 is met to first
+    // order along the surface, so a texture does not swim: its error along it is a hundredth of a radius.
     SurfelSet set = shapes::one_object(shapes::sphere(5000));
     for (const Vec3f& p : set.cloud.position) {
         set.temperature.push_back(20 + 10 * p.x());
@@ -279,8 +279,8 @@ TEST(SurfelBlend, AnEmptySceneIsMissed) {
 
 TEST(SurfelBlend, TheShortWayFindsTheSurfaceOfTheGeneralOne) {
     // The same candidates as rows and as a list: the list always takes the walk. Rays from outside, and from inside of
-    // the object; to twice the tolerance of a root, 1e-5 radii, over the least slope that the short way takes, 0.1, and the
-    // rounding of t.
+    // the object; to twice the tolerance of a root, 1e-5 radii, over the least slope that the short way takes, 0.1, and
+    // the rounding of t.
     for (const SurfelCloud& cloud : {shapes::sphere(3000, 1, Vec3f::Zero(), 0.3f), shapes::torus(3000, 0.7f, 0.3f)}) {
         const SurfelSet set = shapes::one_object(cloud);
         const SurfelBlocks packed = pack_surfels(set.cloud, set.layer);
@@ -300,7 +300,8 @@ TEST(SurfelBlend, TheShortWayFindsTheSurfaceOfTheGeneralOne) {
             list.make_list(ray.tmin);
             SurfelHit a, b;
             const bool found = first_crossing(packed.blocks(), ray, interior, set.object, {}, rows, rows.end, true, a);
-            ASSERT_EQ(found, first_crossing(packed.blocks(), ray, interior, set.object, {}, list, list.end, true, b)) << i;
+            ASSERT_EQ(found, first_crossing(packed.blocks(), ray, interior, set.object, {}, list, list.end, true, b))
+                << i;
             if (!found) continue;
             ++compared;
             EXPECT_NEAR(a.t, b.t, 2e-4f * radius + 1e-6f) << i;

@@ -29,7 +29,8 @@ Counts follow(const RayScene& scene, std::uint64_t i) {
 
 Counts follow_all(const SurfelCloud& cloud, std::size_t rays) {
     const RayScene scene(shapes::one_object(cloud), {});
-    return parallel_sum<Counts>(rays, [&](std::size_t i) { return follow(scene, i); }, Counts{});
+    return parallel_sum<Counts>(
+        rays, [&](std::size_t i) { return follow(scene, i); }, Counts{});
 }
 
 TEST(SurfelBlend, TenMillionRaysFindNoHoleInASphereAndEachThatEntersLeaves) {

@@ -123,7 +123,9 @@ Body gear(float radius) {
     constexpr int teeth = 8;
     Body b;
     b.radius = radius;
-    const auto turned = [](int k, const Vec3d& x) -> Vec3d { return Eigen::AngleAxisd(-2 * kPi * k / teeth, Vec3d::UnitZ()) * x; };
+    const auto turned = [](int k, const Vec3d& x) -> Vec3d {
+        return Eigen::AngleAxisd(-2 * kPi * k / teeth, Vec3d::UnitZ()) * x;
+    };
     b.solid = [turned](const Vec3d& x) {
         double d = std::max(std::hypot(x.x(), x.y()) - 0.8, std::abs(x.z()) - 0.2);
         for (int k = 0; k < teeth; ++k) {
@@ -132,18 +134,22 @@ Body gear(float radius) {
         }
         return d;
     };
-    TrimNode wheel{Op::all, 0, {sheet(b.cylinder(0.8f)), sheet(b.plane({0, 0, 1}, 0.2f)), sheet(b.plane({0, 0, -1}, 0.2f))}};
+    TrimNode wheel{
+        Op::all, 0, {sheet(b.cylinder(0.8f)), sheet(b.plane({0, 0, 1}, 0.2f)), sheet(b.plane({0, 0, -1}, 0.2f))}};
     b.tree = {Op::except, 0, {wheel}};
     for (int k = 0; k < teeth; ++k) {
         const Eigen::AngleAxisf turn(float(2 * kPi * k / teeth), Vec3f::UnitZ());
-        b.tree.parts.push_back({Op::all, 0,
-                                {sheet(b.plane(turn * Vec3f(-1, 0, 0), -0.55f)), sheet(b.plane(turn * Vec3f(0, 1, 0), 0.13f)),
-                                 sheet(b.plane(turn * Vec3f(0, -1, 0), 0.13f))}});
+        b.tree.parts.push_back(
+            {Op::all,
+             0,
+             {sheet(b.plane(turn * Vec3f(-1, 0, 0), -0.55f)), sheet(b.plane(turn * Vec3f(0, 1, 0), 0.13f)),
+              sheet(b.plane(turn * Vec3f(0, -1, 0), 0.13f))}});
     }
     return b;
 }
 
-/// First entry of a ray into the exact solid by marching along its (never too large) distance and bisection; < 0: missed.
+/// First entry of a ray into the exact solid by marching along its (never too large) distance and bisection; < 0:
+/// missed.
 double exact_entry(const Body& body, const Ray& ray) {
     const Vec3d o = ray.origin.cast<double>(), d = ray.direction.cast<double>();
     double t = 0;
@@ -164,7 +170,8 @@ struct Outcome {
     std::int64_t hits = 0, missed = 0, phantom = 0, beyond = 0, odd = 0;
     double depth = 0, normal = 0;
     Outcome operator+(const Outcome& o) const {
-        return {hits + o.hits, missed + o.missed, phantom + o.phantom, beyond + o.beyond, odd + o.odd, depth + o.depth, normal + o.normal};
+        return {hits + o.hits, missed + o.missed, phantom + o.phantom, beyond + o.beyond,
+                odd + o.odd,   depth + o.depth,   normal + o.normal};
     }
 };
 
@@ -205,8 +212,8 @@ Outcome probe(const Body& body, std::size_t rays, float within = 0.9f) {
 class Trimmed : public testing::TestWithParam<std::pair<const char*, Body (*)(float)>> {};
 
 TEST_P(Trimmed, IsTheExactSolidToATenthOfARadius) {
-    // Flat and round sheets are met exactly by the fit; at creases a crossing may stand out by kTrimOverlap. Rays that cut
-    // a corner by less than that enter and do not leave: one in ten thousand.
+    // Flat and round sheets are met exactly by the fit; at creases a crossing may stand out by kTrimOverlap. Rays that
+    // cut a corner by less than that enter and do not leave: one in ten thousand.
     const Outcome o = probe(GetParam().second(0.06f), 100000);
     EXPECT_GT(o.hits, 20000);
     EXPECT_EQ(o.missed, 0);
@@ -242,8 +249,8 @@ TEST(Trims, ALampInATrimmedShellIsDarkOutside) {
 }
 
 TEST(Trims, AFaceThatGoesOnInsideIsNotSeenWhereItComesToAnother) {
-    // A box less a quarter: the quarter's faces go on inside the material. Where they come to the top of the box, nearer
-    // than the overlap, the top alone is the surface.
+    // A box less a quarter: the quarter's faces go on inside the material. Where they come to the top of the box,
+    // nearer than the overlap, the top alone is the surface.
     Body b;
     b.radius = 0.06f;
     const Vec3f up(0, 0, 1), along(1, 0, 0);

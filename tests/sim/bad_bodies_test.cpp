@@ -21,8 +21,7 @@ std::string cube(const std::function<Place(Place)>& place, int faces = 6, bool t
     constexpr int kQuads[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
     std::string text;
     for (int corner = 0; corner < 8; ++corner) {
-        const Place at =
-            place({corner & 4 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 1 ? 1.0 : -1.0});
+        const Place at = place({corner & 4 ? 1.0 : -1.0, corner & 2 ? 1.0 : -1.0, corner & 1 ? 1.0 : -1.0});
         text += "v " + std::to_string(at[0]) + " " + std::to_string(at[1]) + " " + std::to_string(at[2]) + "\n";
     }
     for (int f = 0; f < faces; ++f) {
@@ -98,9 +97,10 @@ TEST(ABodysMesh, IsRefusedInOneLineOrSimulatedSoundly) {
 TEST(AMaterial, OfNoMassOrThatCannotChangeItsVolumeIsRefused) {
     for (const char* matter : {"density: 0", "density: -1", "density: 1000, youngs_modulus: 1.0e5, poisson_ratio: 0.5",
                                "density: 1000, youngs_modulus: 1.0e5, poisson_ratio: -1"})
-        EXPECT_THROW(scene::parse_scene(std::string("frames: {first: 0, last: 1}\nmaterials: {stuff: {") + matter + "}}\n",
-                                 "bad.yaml"),
-                     InputError)
+        EXPECT_THROW(
+            scene::parse_scene(std::string("frames: {first: 0, last: 1}\nmaterials: {stuff: {") + matter + "}}\n",
+                               "bad.yaml"),
+            InputError)
             << matter;
 }
 

@@ -33,8 +33,8 @@ TEST(Heat, EnthalpyAndTemperatureAreInverse) {
 }
 
 TEST(Heat, OfAnInsulatedBodyIsConserved) {
-    // Random temperatures, two materials, latent heat, particles that move: to 1e-6 of sum C |T - mean|, the rounding of
-    // single-precision sums.
+    // Random temperatures, two materials, latent heat, particles that move: to 1e-6 of sum C |T - mean|, the rounding
+    // of single-precision sums.
     scene::Scene scene = block({0.1, 0.1, 0.1});
     scene.materials[0].thermal.latent_heat = 20000;
     scene.materials[0].thermal.solidus = 20;
@@ -44,7 +44,8 @@ TEST(Heat, OfAnInsulatedBodyIsConserved) {
     other.density = 800;
     other.thermal.conductivity = 10;
     scene.materials.push_back(other);
-    scene.bodies.push_back(fixture::body("oil", fixture::shape_at({0.11, 0, 0}, scene::BoxShape{{0.1, 0.1, 0.1}, 0}), {-0.3, 0, 0}));
+    scene.bodies.push_back(
+        fixture::body("oil", fixture::shape_at({0.11, 0, 0}, scene::BoxShape{{0.1, 0.1, 0.1}, 0}), {-0.3, 0, 0}));
     scene.bodies[1].material = "oil";
     Simulation s = make_simulation(scene);
     double mean = 0, spread = 0;
@@ -59,7 +60,7 @@ TEST(Heat, OfAnInsulatedBodyIsConserved) {
     double least = 1e30, most = -1e30;
     for (const double t : s.particles.temperature) least = std::min(least, t), most = std::max(most, t);
     EXPECT_LT(std::abs(fixture::heat_of(s) - before), 1e-6 * spread);
-    EXPECT_GE(least, 0);   // no new extremes
+    EXPECT_GE(least, 0);  // no new extremes
     EXPECT_LE(most, 100);
     EXPECT_GT(least, 1);  // and it did flow
 }
@@ -77,7 +78,8 @@ TEST(Heat, ASourceGivesItsPower) {
     const double before = fixture::heat_of(s);
     fixture::steps(s, 200, 1e-3);
     const double volume = static_cast<double>(s.particles.size()) * 1e-6;
-    EXPECT_NEAR(fixture::heat_of(s) - before, 5e6 * volume * 0.1, 0.015 * 5e6 * volume * 0.1);  // to a step of 1 ms at each end
+    EXPECT_NEAR(fixture::heat_of(s) - before, 5e6 * volume * 0.1,
+                0.015 * 5e6 * volume * 0.1);  // to a step of 1 ms at each end
 }
 
 TEST(Heat, AGaussianPulseSpreads) {
@@ -92,7 +94,8 @@ TEST(Heat, AGaussianPulseSpreads) {
     fixture::steps(s, 100, (later - start) / 100);
     double worst = 0;
     for (std::size_t i = 0; i < s.particles.size(); ++i)
-        worst = std::max(worst, std::abs(s.particles.temperature[i] - exact(static_cast<double>(s.particles.position[i].squaredNorm()), later)));
+        worst = std::max(worst, std::abs(s.particles.temperature[i] -
+                                         exact(static_cast<double>(s.particles.position[i].squaredNorm()), later)));
     EXPECT_LT(worst, 0.02 * exact(0, later));
 }
 

@@ -88,10 +88,10 @@ TEST(Periodic, APairAcrossAFaceFeelsEqualAndOppositeForcesThoseOfAnyPair) {
 void stir(Simulation& s, double speed) {
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         for (int a = 0; a < 3; ++a)
-            s.particles.velocity[i][a] = static_cast<Real>(
-                speed * (2 * random_unit(7, static_cast<std::uint64_t>(s.particles.id[i]), 0,
-                                         static_cast<std::uint64_t>(a)) -
-                         1));
+            s.particles.velocity[i][a] =
+                static_cast<Real>(speed * (2 * random_unit(7, static_cast<std::uint64_t>(s.particles.id[i]), 0,
+                                                           static_cast<std::uint64_t>(a)) -
+                                           1));
 }
 
 TEST(Periodic, MomentumIsConservedAcrossFaces) {
@@ -108,7 +108,8 @@ TEST(Periodic, MomentumIsConservedAcrossFaces) {
     for (const Vec3& x : s.particles.position) EXPECT_LE(x.cwiseAbs().maxCoeff(), Real(0.032));
 }
 
-// Velocities over the speed of sound after some steps, by id, of a wave that stands `shift` along x; all particles are shifted with it.
+// Velocities over the speed of sound after some steps, by id, of a wave that stands `shift` along x; all particles are
+// shifted with it.
 std::vector<Vec3> wave(const std::function<Vec3(double phase)>& velocity, double shift) {
     constexpr double kEdge = 0.128;
     scene::Scene scene = periodic_cube(kEdge);

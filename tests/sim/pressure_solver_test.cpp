@@ -34,7 +34,8 @@ std::vector<double> difference(Simulation& s, const std::vector<Vec3>& velocity,
     for (const Real sign : {Real(1), Real(-1)}) {
         for (std::size_t i = 0; i < x.size(); ++i) s.particles.position[i] = x[i] + sign * step * velocity[i];
         find_wall_effects(s.walls, s.particles.position, s.sweep.walls);
-        measure_density(s.particles, s.neighbours, s.sweep.ghosts, s.sweep.walls, s.problem.smoothing, s.pressure_system);
+        measure_density(s.particles, s.neighbours, s.sweep.ghosts, s.sweep.walls, s.problem.smoothing,
+                        s.pressure_system);
         for (std::size_t i = 0; i < x.size(); ++i)
             rate[i] += static_cast<double>(sign * s.pressure_system.excess[i]) / static_cast<double>(2 * step);
     }
@@ -48,8 +49,8 @@ TEST(PressureSystem, RateIsTheChangeOfDensityWallsIncluded) {
     Simulation s = shaken_tank();
     const std::vector<Real> rate = s.pressure_system.rate;
     const std::vector<double> seen = difference(s, s.particles.velocity, Real(4e-6));
-    // Densities are good to 3e-7, over a motion of 8e-6 of a metre: 0.04/s, of rates up to 300/s; near a wall's edge the
-    // second plane's normal is a difference over a 512th of the support.
+    // Densities are good to 3e-7, over a motion of 8e-6 of a metre: 0.04/s, of rates up to 300/s; near a wall's edge
+    // the second plane's normal is a difference over a 512th of the support.
     std::size_t off = 0;
     double worst = 0;
     for (std::size_t i = 0; i < rate.size(); ++i) {
@@ -62,7 +63,8 @@ TEST(PressureSystem, RateIsTheChangeOfDensityWallsIncluded) {
 
 TEST(PressureSystem, DiagonalIsTheAnswerOfAParticleToItsOwnPressure) {
     Simulation s = shaken_tank();
-    for (const std::size_t i : {std::size_t(0), s.particles.size() / 3, s.particles.size() / 2, s.particles.size() - 1}) {
+    for (const std::size_t i :
+         {std::size_t(0), s.particles.size() / 3, s.particles.size() / 2, s.particles.size() - 1}) {
         std::vector<Real> pressure(s.particles.size(), 0);
         pressure[i] = 1;
         for (std::size_t j = 0; j < pressure.size(); ++j)
@@ -80,8 +82,8 @@ TEST(PressureSystem, DiagonalIsTheAnswerOfAParticleToItsOwnPressure) {
 }
 
 TEST(PressureSystem, PressureDoesTheWorkOfTheCompression) {
-    // sum_i F_i.u_i = - sum_i V0 p_i s'_i / k for any pressure and velocities: the operators are transposes. Sums of some
-    // thousand terms in float: 1e-4 of the sum of their sizes.
+    // sum_i F_i.u_i = - sum_i V0 p_i s'_i / k for any pressure and velocities: the operators are transposes. Sums of
+    // some thousand terms in float: 1e-4 of the sum of their sizes.
     Simulation s = shaken_tank();
     const std::size_t n = s.particles.size();
     std::vector<Real> pressure(n);

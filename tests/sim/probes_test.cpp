@@ -25,7 +25,8 @@ double value(Simulation& s, const scene::Probe& p) {
 Simulation falling_cube() {
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -10};
-    scene.bodies = {fixture::body("cube", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}), {0.5, 0, 0})};
+    scene.bodies = {
+        fixture::body("cube", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}), {0.5, 0, 0})};
     Simulation s = make_simulation(scene);
     evaluate(s);
     return s;

@@ -54,9 +54,8 @@ TEST(Tension, IsTheStressOfItsSurface) {
         for (std::size_t j = 0; j < n; ++j)
             g += volume[j] * w.gradient_factor(between(i, j).squaredNorm()) * between(i, j);
         const Mat3 surface = g.norm() * Mat3::Identity() - g * g.transpose() / g.norm();
-        stress[i] =
-            s.problem.materials[static_cast<std::size_t>(p.material[i])].tension *
-            (scale.stress * surface + scale.deficit * std::max(1 - colour[i], Real(0)) * Mat3::Identity());
+        stress[i] = s.problem.materials[static_cast<std::size_t>(p.material[i])].tension *
+                    (scale.stress * surface + scale.deficit * std::max(1 - colour[i], Real(0)) * Mat3::Identity());
     }
     Real largest = 0, worst = 0;
     for (std::size_t i = 0; i < n; i += 7) {

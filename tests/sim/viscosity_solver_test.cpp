@@ -30,7 +30,8 @@ void stir(Simulation& s, double speed) {
 
 double energy(const Particles& p) {
     double sum = 0;
-    for (std::size_t i = 0; i < p.size(); ++i) sum += 0.5 * static_cast<double>(p.mass[i] * p.velocity[i].squaredNorm());
+    for (std::size_t i = 0; i < p.size(); ++i)
+        sum += 0.5 * static_cast<double>(p.mass[i] * p.velocity[i].squaredNorm());
     return sum;
 }
 
@@ -39,9 +40,8 @@ ViscosityReport solve_alone(Simulation& s, double dt, double tolerance) {
     evaluate(s);
     Particles& p = s.particles;
     for (std::size_t i = 0; i < p.size(); ++i) p.acceleration[i] = p.viscous_acceleration[i] = Vec3::Zero();
-    const ViscosityReport report =
-        solve_viscosity(p, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials,
-                        {.kick = dt, .tolerance = tolerance}, s.sweep, s.viscosity);
+    const ViscosityReport report = solve_viscosity(p, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials,
+                                                   {.kick = dt, .tolerance = tolerance}, s.sweep, s.viscosity);
     for (std::size_t i = 0; i < p.size(); ++i) p.velocity[i] += static_cast<Real>(dt) * p.acceleration[i];
     return report;
 }
@@ -62,8 +62,8 @@ TEST(ViscositySolver, SolvesTheFormulaWrittenPlainly) {
     EXPECT_TRUE(report.converged);
     const Particles& p = s.particles;
     const double h = s.problem.smoothing.support;
-    const double scale = 945 / (16 * kPi * std::pow(h, 5)) /
-                         packed_gradient(Poly6(static_cast<Real>(h)), s.problem.smoothing.spacing);
+    const double scale =
+        945 / (16 * kPi * std::pow(h, 5)) / packed_gradient(Poly6(static_cast<Real>(h)), s.problem.smoothing.spacing);
     const auto kernel = [&](double r) { return r < h ? scale * square(1 - square(r / h)) : 0; };
     const auto volume = [&](std::size_t i) {
         return static_cast<double>(p.mass[i] / std::max(p.density[i], Real(1000)));
@@ -173,7 +173,8 @@ TEST(ViscositySolver, AgreesWithTheExplicitForceWhereTheStepIsSmall) {
         scene::Scene scene = fixture::empty_space();
         const double edge = 12 * 0.01 * std::pow(2, 1.0 / 6);
         const double half = edge / 2;
-        scene.world.periodic = {{scene::Axis::x, -half, half}, {scene::Axis::y, -half, half}, {scene::Axis::z, -half, half}};
+        scene.world.periodic = {
+            {scene::Axis::x, -half, half}, {scene::Axis::y, -half, half}, {scene::Axis::z, -half, half}};
         scene.bodies = {fixture::body("block", fixture::shape_at({0, 0, 0}, scene::BoxShape{{edge, edge, edge}, 0}))};
         scene.materials[0].viscosity = 1;
         scene.solver.artificial_viscosity = 0;

@@ -143,16 +143,22 @@ TEST(PointGrid, OrderIsAFunctionOfCellAndIdOnly) {
 }
 
 TEST(PointGrid, OrderOfNearlySortedPointsIsThatOfAPlainSort) {
-    // One cell a point along x, so that the order is that of x and ids: few strays, rows of strays, and no order at all.
+    // One cell a point along x, so that the order is that of x and ids: few strays, rows of strays, and no order at
+    // all.
     constexpr std::size_t kCount = 3000;
     const auto stray = [](std::uint64_t kind, std::size_t i) {
         const double r = random_unit(kind, i, 0, 0);
         switch (kind) {
-            case 0: return r < 0.05 ? 4000 * random_unit(1, i, 0, 1) : static_cast<double>(i);
-            case 1: return i / 40 % 9 == 4 ? static_cast<double>(i) + 700 : static_cast<double>(i);
-            case 2: return i / 40 % 9 == 4 ? static_cast<double>(i) - 700 : static_cast<double>(i);
-            case 3: return static_cast<double>(kCount - i);
-            default: return std::floor(50 * r);
+            case 0:
+                return r < 0.05 ? 4000 * random_unit(1, i, 0, 1) : static_cast<double>(i);
+            case 1:
+                return i / 40 % 9 == 4 ? static_cast<double>(i) + 700 : static_cast<double>(i);
+            case 2:
+                return i / 40 % 9 == 4 ? static_cast<double>(i) - 700 : static_cast<double>(i);
+            case 3:
+                return static_cast<double>(kCount - i);
+            default:
+                return std::floor(50 * r);
         }
     };
     for (std::uint64_t kind = 0; kind < 5; ++kind) {

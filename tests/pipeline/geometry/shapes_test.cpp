@@ -17,7 +17,8 @@ namespace {
 const std::vector<Vec2d> kGlass = {{0, 0},          {0.045, 0},     {0.050, 0.120}, {0.0475, 0.1225}, {0.045, 0.120},
                                    {0.0405, 0.016}, {0.038, 0.011}, {0.034, 0.009}, {0, 0.008}};
 
-const std::vector<SweepPoint> kArm = {{{-0.7, -0.4, 0.1}, 0.2}, {{-0.2, 0.4, 0}, 0.15}, {{0.4, 0.2, 0.5}, 0.1}, {{0.6, -0.5, 0.2}, 0.25}};
+const std::vector<SweepPoint> kArm = {
+    {{-0.7, -0.4, 0.1}, 0.2}, {{-0.2, 0.4, 0}, 0.15}, {{0.4, 0.2, 0.5}, 0.1}, {{0.6, -0.5, 0.2}, 0.25}};
 
 struct Named {
     const char* name;
@@ -197,7 +198,8 @@ TEST(Changes, CopiesAreTheShapeWhereTheyStand) {
         const Vec3 x = random_point(k, 0.9);
         double nearest = 1e9;
         for (int copy = 0; copy < 5; ++copy) {
-            const Vec3d back = Eigen::AngleAxisd(-copy * kPi / 6, Vec3d::UnitZ()) * (x.cast<double>() - copy * Vec3d(0, 0.1, 0.15));
+            const Vec3d back =
+                Eigen::AngleAxisd(-copy * kPi / 6, Vec3d::UnitZ()) * (x.cast<double>() - copy * Vec3d(0, 0.1, 0.15));
             nearest = std::min(nearest, double(a.distance(back.cast<Real>())));
         }
         ASSERT_NEAR(row.distance(x), nearest, 2e-6);

@@ -118,8 +118,8 @@ TEST(Elasticity, AnOrthotropicLawPulledAlongAnAxisOfItsOwnHasThatAxisModulus) {
         const int b = (a + 1) % 3, c = (a + 2) % 3;
         Vec3 own = Vec3::Zero();
         own[a] = s;
-        own[b] = -static_cast<Real>(o.poisson_ratio[a]) * s;                                                 // nu_ab
-        own[c] = -static_cast<Real>(o.poisson_ratio[c] * o.youngs_modulus[a] / o.youngs_modulus[c]) * s;     // nu_ac
+        own[b] = -static_cast<Real>(o.poisson_ratio[a]) * s;                                              // nu_ab
+        own[c] = -static_cast<Real>(o.poisson_ratio[c] * o.youngs_modulus[a] / o.youngs_modulus[c]) * s;  // nu_ac
         const Mat3 strain = axes * own.asDiagonal() * axes.transpose();
         const Mat3 stress = matrix(stress_of(law, e, symmetric(strain)));
         const Mat3 expected = static_cast<Real>(o.youngs_modulus[a]) * s * axes.col(a) * axes.col(a).transpose();

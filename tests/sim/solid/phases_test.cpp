@@ -1,4 +1,5 @@
-// Solids and liquids together, and matter that is both: what is conserved, and that each end is exactly what it is alone.
+// Solids and liquids together, and matter that is both: what is conserved, and that each end is exactly what it is
+// alone.
 #include "sim/solid/phases.h"
 
 #include <gtest/gtest.h>
@@ -85,8 +86,8 @@ std::map<std::int64_t, std::pair<Vec3, Vec3>> places(const Simulation& s) {
 }
 
 TEST(SolidsAndLiquids, KeepTheirMomentumTogether) {
-    // A block of rubber flies through a ball of water in free space. Velocities are rounded to 6e-8 of themselves at every
-    // step and sub-step, and the frame of the body turns: 1e-5 of sum m|v|.
+    // A block of rubber flies through a ball of water in free space. Velocities are rounded to 6e-8 of themselves at
+    // every step and sub-step, and the frame of the body turns: 1e-5 of sum m|v|.
     scene::Scene scene = fixture::empty_space();
     scene.materials.push_back(rubber());
     scene.materials[1].density = 600;
@@ -155,8 +156,8 @@ double height(const Simulation& s) {
 }
 
 TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
-    // Melted it spreads on the floor; frozen it keeps the shape it then has, and thrown up it comes down and bounces as a
-    // whole: it leaves the floor again by more than its spacing, and the shape stays.
+    // Melted it spreads on the floor; frozen it keeps the shape it then has, and thrown up it comes down and bounces as
+    // a whole: it leaves the floor again by more than its spacing, and the shape stays.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
     scene.world.boundaries = {floor_at(0)};
@@ -175,7 +176,8 @@ TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
     for (const Kind kind : s.particles.kind) ASSERT_EQ(kind, Kind::solid);
     for (const Bond bond : s.solids.phases.bond) ASSERT_EQ(bond, Bond::rest);
     const auto shape = places(s);
-    for (auto& v : s.solids.elements.velocity) v = quad(s.solids.bodies[0].turn.cast<Real>().transpose() * Vec3(0, 0, 1.2f));
+    for (auto& v : s.solids.elements.velocity)
+        v = quad(s.solids.bodies[0].turn.cast<Real>().transpose() * Vec3(0, 0, 1.2f));
     double highest = 0, after = 0;
     for (int k = 0; k < 12; ++k) {
         advance_frame(s);
@@ -191,12 +193,14 @@ TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
     for (const auto& [id, x] : end) now += x.first / static_cast<Real>(end.size());
     double change = 0;
     for (const auto& [id, x] : end)
-        change = std::max(change, static_cast<double>(std::abs((x.first - now).norm() - (shape.at(id).first - before).norm())));
+        change = std::max(change,
+                          static_cast<double>(std::abs((x.first - now).norm() - (shape.at(id).first - before).norm())));
     EXPECT_LT(change, 0.005);  // half a spacing
 }
 
 TEST(Melting, TheColdHalfOfARodSpringsBackWhenTheHotHalfHasFlowedOff) {
-    // In free space, the hot half pulled away. The cold half's rest shape has no memory but its own: back to 1 % of its length.
+    // In free space, the hot half pulled away. The cold half's rest shape has no memory but its own: back to 1 % of its
+    // length.
     scene::Scene scene = fixture::empty_space();
     scene.materials = {wax()};
     scene.materials[0].viscosity = 60;
@@ -252,8 +256,10 @@ TEST(Melting, HeatBetweenSolidsAndLiquidsIsConserved) {
         return static_cast<double>(s.particles.mass[i]) *
                s.problem.heat.materials[static_cast<std::size_t>(s.particles.material[i])].heat_capacity;
     };
-    for (std::size_t i = 0; i < s.particles.size(); ++i) mean += weight(i) * s.particles.temperature[i], mass += weight(i);
-    for (std::size_t i = 0; i < s.particles.size(); ++i) spread += weight(i) * std::abs(s.particles.temperature[i] - mean / mass);
+    for (std::size_t i = 0; i < s.particles.size(); ++i)
+        mean += weight(i) * s.particles.temperature[i], mass += weight(i);
+    for (std::size_t i = 0; i < s.particles.size(); ++i)
+        spread += weight(i) * std::abs(s.particles.temperature[i] - mean / mass);
     const double before = fixture::heat_of(s);
     for (int k = 0; k < 8; ++k) advance_frame(s);
     EXPECT_LT(std::abs(fixture::heat_of(s) - before), 1e-6 * spread);
@@ -263,14 +269,16 @@ TEST(Melting, HeatBetweenSolidsAndLiquidsIsConserved) {
 }
 
 TEST(Melting, KeepsMomentum) {
-    // A block melts from the middle on while it spins apart in free space; elastic, viscous and pressure forces all act.
+    // A block melts from the middle on while it spins apart in free space; elastic, viscous and pressure forces all
+    // act.
     scene::Scene scene = fixture::empty_space();
     scene.materials = {wax()};
     scene.materials[0].thermal.conductivity = 400;
     scene.bodies = {of(fixture::body("block", box({0, 0, 0}, {0.08, 0.05, 0.05}), {0.5, 0.2, 0}), "wax")};
     scene.bodies[0].angular_velocity = {0, 0, 30};
     Simulation s = make_simulation(scene);
-    set_temperature(s, [](const Vec3& x) { return 20 + 100 * std::exp(-static_cast<double>(x.squaredNorm()) / square(0.03)); });
+    set_temperature(
+        s, [](const Vec3& x) { return 20 + 100 * std::exp(-static_cast<double>(x.squaredNorm()) / square(0.03)); });
     const Vec3d before = fixture::momentum(s.particles);
     const double motion = fixture::motion(s.particles);
     for (int k = 0; k < 4; ++k) advance_frame(s);

@@ -10,7 +10,9 @@ namespace thixo::fixture {
 class Discs {
   public:
     /// No axis is longer than `radius` [m].
-    Discs(const SurfelCloud& cloud, double radius) : cloud_(cloud), radius_(radius) { grid_.build(cloud.position, Real(2 * radius)); }
+    Discs(const SurfelCloud& cloud, double radius) : cloud_(cloud), radius_(radius) {
+        grid_.build(cloud.position, Real(2 * radius));
+    }
 
     bool hit(const Vec3& origin, const Vec3& direction, double length) const {
         // Discs about points within a radius of the ray: balls half a radius apart along it hold them.
@@ -40,7 +42,8 @@ class Discs {
 
 /// The k-th of many directions, even over the sphere.
 inline Vec3 random_direction(std::size_t k) {
-    const double z = 2 * random_unit(7, k, 0, 0) - 1, angle = 2 * kPi * random_unit(7, k, 0, 1), ring = std::sqrt(1 - z * z);
+    const double z = 2 * random_unit(7, k, 0, 0) - 1, angle = 2 * kPi * random_unit(7, k, 0, 1),
+                 ring = std::sqrt(1 - z * z);
     return {Real(ring * std::cos(angle)), Real(ring * std::sin(angle)), Real(z)};
 }
 

@@ -238,7 +238,9 @@ TEST_F(Tank, TheLiquidReachesIntoTheWallsButNotFar) {
     int coat = 0;
     for (std::size_t i = 0; i < surface.size(); ++i) {
         const Vec3d x = surface.surfels.position[i].cast<double>();
-        EXPECT_GT(wall(x), -0.3 * d);  // 0.15 and what the free surface overlaps its crease by; half of the thinnest wall is 0.325
+        EXPECT_GT(
+            wall(x),
+            -0.3 * d);  // 0.15 and what the free surface overlaps its crease by; half of the thinnest wall is 0.325
         if (faces_up(i)) continue;
         ++coat;
         // 0.15 deep; what faces a wall leaves no film of air.

@@ -37,14 +37,15 @@ struct TensionScratch {
 ///   S_i = a gamma_i (|g_i| 1 - g_i g_i/|g_i|) + b gamma_i (1 - c_i)+ 1
 ///   f_i = V_i sum_j V_j (S_i + S_j) grad w_ij
 /// The second term, a smaller part of the energy, pulls on whatever lacks neighbours: single drops hold on to the
-/// others. a and b are such that the surface of a packing has the tension gamma of the scene (TensionScale); what
-/// settles in drops is within a fifth of it. Pair forces of a liquid's inside vanish but for its disorder. (The
+/// others. a and b (TensionScale) are such that drops of 7 to 11 spacings that have settled have the tension gamma of
+/// the scene: within a tenth with `dfsph`, a quarter with `eos` (gate drop). Smaller drops have more, as have thick
+/// liquids at rest; agitated ones have less. Pair forces of a liquid's inside vanish but for its disorder. (The
 /// cohesion of dissertation 4.15, and any pairwise attraction of its range, needs an inner pressure of dozens of times
 /// that of a drop; under it particles are as stiff as a soft solid, and drops do not swing.) Linear momentum is
-/// conserved; pairs have a torque, which vanishes with the spacing. Two liquids that touch have no tension between
-/// them. Walls have no colour: a liquid by itself wets none. A wall attracts it with the energy, per area, of 2 gamma
-/// beta, beta = (1 + cos theta)/2, which by Young and Dupre is the contact angle theta:
-///   E = - sum_i V0_i 2 gamma_i e sum_walls beta integral over the wall of w_spiky
+/// conserved; pairs need not lie along their force, and angular momentum drifts (the gate reports it). Two liquids that
+/// touch have no tension between them. Walls have no colour: a liquid by itself wets none. A wall attracts it with the
+/// energy, per area, of 2 gamma beta, beta = (1 + cos theta)/2, which by Young and Dupre is the contact angle theta:
+///   E = - sum_i V0_i 2 gamma_i e sum_walls beta integral over the wall of w_spiky,   e = TensionScale::adhesion
 /// What melts takes part with its liquid share of volume, solids not at all.
 /// In: sweep.place. Adds to particles.acceleration [m/s^2]. Nothing where no material has tension.
 void add_tension(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,

@@ -153,8 +153,10 @@ Tensions measure(Drop& drop) {
 }
 
 TEST(Drop, SwingsWithTheTensionOfItsPressure) {
-    // Two measurements that know nothing of each other, at radii of 7 to 10 spacings. That the pressure is linear in
-    // 1/R is to say that the tension does not depend on R: 5 %.
+    // Two measurements that know nothing of each other, at radii of 7 to 10 spacings (of 6 they are 13 % apart). The
+    // scale of the tension is set by the pressure in such drops (sim/tension.cpp), so that what is told anew is the
+    // swing, and that all radii agree. That the pressure is linear in 1/R is to say that the tension does not depend on
+    // R: 5 %.
     std::vector<Tensions> all;
     double by_pressure = 0, by_swing = 0;
     for (const double wanted : {0.036, 0.044, 0.052}) {
@@ -177,8 +179,8 @@ TEST(Drop, SwingsWithTheTensionOfItsPressure) {
 }
 
 TEST(Drop, HasThePressureOfItsTensionByTheEquationOfState) {
-    // Radii of 8 to 11 spacings (of 6: half as much again). The packing of a stiff liquid scatters: 25 % for one drop,
-    // 15 % for the mean.
+    // Radii of 8 to 11 spacings (of 6: 60 % too much); the scale is set by the mean of such drops. The packing of a
+    // stiff liquid scatters: 25 % for one drop, 15 % for the mean.
     double mean = 0;
     for (const double wanted : {0.038, 0.046, 0.055}) {
         Drop drop = make_drop(wanted, scene::Pressure::eos);

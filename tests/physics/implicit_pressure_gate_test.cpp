@@ -117,7 +117,8 @@ TEST(DamFront, IsThatOfAnIdealFluid) {
 }
 
 TEST(PotentialFlow, OfACollapsingColumnKeepsAreaAndEnergy) {
-    // To a fifth of a percent, which is centimetres where the dam's front is held to six.
+    // To a fifth of a percent. (From 100 to 200 nodes the toe moves by less than a millimetre; the dam's front is held
+    // to 6 cm.)
     for (const auto& state : potential_flow::collapse({1, 2, 9.81}, 0.7, 0.004, 120)) {
         EXPECT_NEAR(state.area, 2, 0.004) << "at " << state.time << " s";
         EXPECT_NEAR(state.energy, 1, 0.002) << "at " << state.time << " s";

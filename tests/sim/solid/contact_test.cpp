@@ -8,7 +8,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/implicit_surface.h"
-#include "sim/checkpoint.h"
+#include "tests/sim/identity.h"
 #include "tests/sim/solid/rubber.h"
 
 namespace thixo {
@@ -27,31 +27,19 @@ scene::Scene busy() {
 }
 
 TEST(Contact, StateIsTheSameAtAnyThreadCount) {
-    std::string first;
-    for (const int threads : {1, 2, 3}) {
-        set_thread_count(threads);
-        Simulation s = make_simulation(busy());
+    fixture::expect_same_at_any_thread_count(busy(), [](Simulation& s) {
         for (int k = 0; k < 2; ++k) advance_frame(s);
         EXPECT_GT(s.solids.contacts.nodes.size(), 20u);
-        const std::string state = print_checkpoint(s, "hash");
-        if (first.empty()) first = state;
-        EXPECT_TRUE(state == first) << threads << " threads";
-    }
-    set_thread_count(0);
+    });
 }
 
 TEST(Contact, ResumedRunEqualsTheUninterruptedOneBitForBit) {
     Simulation whole = make_simulation(busy());
     for (int k = 0; k < 2; ++k) advance_frame(whole);
-    const std::string half = print_checkpoint(whole, "hash");
     Real slip = 0;
     for (const Vec3& s : whole.solids.contacts.nodes.slip) slip = std::max(slip, s.norm());
     EXPECT_GT(slip, 0);  // friction remembers
-    for (int k = 0; k < 2; ++k) advance_frame(whole);
-    Simulation resumed = make_simulation(busy());
-    parse_checkpoint(half, "half", "hash", resumed);
-    for (int k = 0; k < 2; ++k) advance_frame(resumed);
-    EXPECT_TRUE(print_checkpoint(whole, "hash") == print_checkpoint(resumed, "hash"));
+    fixture::expect_resumes(whole, 2);
 }
 
 /// The largest speed of any particle within a second of two bodies that are placed into each other, and how far apart

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/parallel.h"
-#include "sim/checkpoint.h"
 #include "sim/solid/stable_step.h"
+#include "tests/sim/identity.h"
 #include "tests/sim/solid/rubber.h"
 
 namespace thixo {
@@ -83,36 +83,24 @@ scene::Scene busy() {
 }
 
 TEST(ImplicitSolids, StateIsTheSameAtAnyThreadCount) {
-    std::string first;
-    for (const int threads : {1, 2, 3}) {
-        set_thread_count(threads);
-        Simulation s = make_simulation(busy());
+    fixture::expect_same_at_any_thread_count(busy(), [](Simulation& s) {
         std::size_t met = 0;
         for (int k = 0; k < 2; ++k) {
             advance_frame(s);
             met = std::max(met, s.solids.contacts.nodes.size());
         }
         EXPECT_GT(met, 20u);
-        const std::string state = print_checkpoint(s, "hash");
-        if (first.empty()) first = state;
-        EXPECT_TRUE(state == first) << threads << " threads";
-    }
-    set_thread_count(0);
+    });
 }
 
 TEST(ImplicitSolids, ResumedRunEqualsTheUninterruptedOneBitForBit) {
     Simulation whole = make_simulation(busy());
     for (int k = 0; k < 2; ++k) advance_frame(whole);
-    const std::string half = print_checkpoint(whole, "hash");
-    for (int k = 0; k < 2; ++k) advance_frame(whole);
-    Simulation resumed = make_simulation(busy());
-    parse_checkpoint(half, "half", "hash", resumed);
-    for (int k = 0; k < 2; ++k) advance_frame(resumed);
+    fixture::expect_resumes(whole, 2);
     Real dent = 0;
     for (const Symmetric& p : whole.solids.elements.plastic) dent = std::max(dent, norm(p));
     EXPECT_GT(dent, 1e-4);
     EXPECT_EQ(whole.stats.solid_unconverged, 0);
-    EXPECT_TRUE(print_checkpoint(whole, "hash") == print_checkpoint(resumed, "hash"));
 }
 
 }  // namespace

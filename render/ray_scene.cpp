@@ -20,8 +20,7 @@ float rounding(const Vec3f& position) { return 4e-6f * std::max(position.cwiseAb
 /// Embree's ray context with what the surfel callback collects. The base comes first: Embree hands it back by address.
 struct Query {
     RTCIntersectContext context;
-    const Ray* ray;
-    const Interior* interior;
+    const Gathering* from;
     Candidates candidates;
 };
 
@@ -151,10 +150,8 @@ struct RayScene::Impl {
     /// Collects; what the surfels blend to is found when the whole window is known. Only the end of the search moves.
     static void meet_block(const RTCIntersectFunctionNArguments* args) {
         if (!args->valid[0]) return;
-        const Impl& self = *static_cast<const Impl*>(args->geometryUserPtr);
         Query& query = *reinterpret_cast<Query*>(args->context);
-        gather(self.packed.storage[args->primID], args->primID, *query.ray, *query.interior, self.surfels.object,
-               query.candidates);
+        gather(*query.from, args->primID, query.candidates);
         float& tfar = reinterpret_cast<RTCRayHit*>(args->rayhit)->ray.tfar;
         tfar = std::min(tfar, query.candidates.end);
     }
@@ -164,8 +161,8 @@ struct RayScene::Impl {
         const MeshObject& object = *static_cast<const MeshObject*>(args->geometryUserPtr);
         const Query& query = *reinterpret_cast<const Query*>(args->context);
         const Index triangle = reinterpret_cast<const RTCHit*>(args->hit)->primID;
-        const bool entering = face_normal(object.mesh, triangle).dot(query.ray->direction) < 0;
-        if (entering == query.interior->contains(object.object)) args->valid[0] = 0;
+        const bool entering = face_normal(object.mesh, triangle).dot(query.from->ray.direction) < 0;
+        if (entering == query.from->interior.contains(object.object)) args->valid[0] = 0;
     }
 
     bool intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const;
@@ -257,13 +254,13 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
 
 bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const {
     Ray window = ray;
+    const Gathering from{packed, window, interior, surfels.object};
     // A window that held discs but no surface ends at most a support's length on; a ray that never gets through a
     // thousand of them is inside damaged data, and is let go.
     for (int windows = 0; windows < 1000; ++windows) {
         Query query;
         rtcInitIntersectContext(&query.context);
-        query.ray = &window;
-        query.interior = &interior;
+        query.from = &from;
         RTCRayHit found;
         found.ray = {ray.origin.x(),
                      ray.origin.y(),
@@ -280,12 +277,12 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(scene, &query.context, &found);
-        query.candidates.settle(window.tmin);
+        const bool faced = complete(from, query.candidates);
         const float window_end = query.candidates.end;
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (query.candidates.faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims,
+        if (faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims,
                                                      query.candidates, end, attributes, surfel)) {
             surfel_hit(ray, interior, surfel, hit);
             if (attributes) blend_attributes(surfel, hit);

@@ -23,16 +23,18 @@ class Sampler {
         const std::uint64_t hash = mix64(key_ ^ ++pair_);
         const std::uint32_t a = std::uint32_t(hash), b = std::uint32_t(hash >> 32);
         const std::uint32_t index = scramble(sample_, a ^ 0x9e3779b9u);
-        return {unit(scramble_reversed(index, a)), unit(scramble(sobol_y(index), b))};
+        return {unit(scramble_reversed(index, a)), unit(scramble_reversed(sobol_y_reversed(index), b))};
     }
 
   private:
-    /// Second dimension of the Sobol sequence: rows of the Pascal matrix modulo 2.
-    static std::uint32_t sobol_y(std::uint32_t index) {
-        std::uint32_t result = 0;
-        for (std::uint32_t column = 1u << 31; index != 0; index >>= 1, column ^= column >> 1)
-            if (index & 1) result ^= column;
-        return result;
+    /// Second dimension of the Sobol sequence with its bits reversed: the Pascal matrix modulo 2. Binomial (k, j) is odd
+    /// where j has no bit that k has not (Lucas), so that bit j is the parity of all index bits k that hold j.
+    static std::uint32_t sobol_y_reversed(std::uint32_t v) {
+        v ^= v >> 1 & 0x55555555u;
+        v ^= v >> 2 & 0x33333333u;
+        v ^= v >> 4 & 0x0f0f0f0fu;
+        v ^= v >> 8 & 0x00ff00ffu;
+        return v ^ (v >> 16);
     }
     static std::uint32_t reverse(std::uint32_t v) {
         v = (v >> 1 & 0x55555555u) | (v & 0x55555555u) << 1;

@@ -168,6 +168,25 @@ void clear_lane(SurfelBlock& block, int lane) {
     block.source[lane] = kNone;
 }
 
+BlockSummary summarise(const SurfelBlock& block, int lanes) {
+    const auto normal = [&](int lane) {
+        return Vec3f(block.height[lane] * Vec3f(block.to_unit[2][0][lane], block.to_unit[2][1][lane],
+                                                block.to_unit[2][2][lane]));
+    };
+    Vec3f lower = normal(0), upper = lower;
+    std::uint32_t layer = block.layer[0];
+    for (int lane = 1; lane < lanes; ++lane) {
+        lower = lower.cwiseMin(normal(lane));
+        upper = upper.cwiseMax(normal(lane));
+        if (block.layer[lane] != layer) layer = kNone;
+    }
+    const Vec3f centre = 0.5f * (lower + upper);
+    float radius2 = 0;
+    for (int lane = 0; lane < lanes; ++lane) radius2 = std::max(radius2, (normal(lane) - centre).squaredNorm());
+    // With room for the rounding of n.d and of what it is compared with.
+    return {{centre.x(), centre.y(), centre.z()}, std::sqrt(radius2) + 1e-5f, layer};
+}
+
 }  // namespace
 
 SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_t> layer) {
@@ -179,6 +198,7 @@ SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_
     packed.dropped = cloud.size() - order.size();
     packed.bounds.resize((order.size() + kLanes - 1) / kLanes);
     packed.storage = std::make_unique_for_overwrite<SurfelBlock[]>(packed.bounds.size());
+    packed.summary = std::make_unique_for_overwrite<BlockSummary[]>(packed.bounds.size());
     parallel_for(packed.bounds.size(), [&](std::size_t b) {
         Box3& bounds = packed.bounds[b];
         bounds = {Vec3f::Constant(3e38f), Vec3f::Constant(-3e38f)};
@@ -189,6 +209,7 @@ SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_
             else
                 clear_lane(packed.storage[b], lane);
         }
+        packed.summary[b] = summarise(packed.storage[b], int(std::min<std::size_t>(kLanes, order.size() - b * kLanes)));
     });
     return packed;
 }

@@ -26,8 +26,16 @@ struct alignas(32) SurfelBlock {
     std::uint32_t source[kLanes];  // index in the cloud; kNone in an unused lane
 };
 
+/// What most rays need not look into a block for: its unit normals lie in this ball, so that n.d is within radius of
+/// centre.d.
+struct BlockSummary {
+    float centre[3], radius;
+    std::uint32_t layer;  // of all its surfels; kNone: of several
+};
+
 struct SurfelBlocks {
     std::unique_ptr<SurfelBlock[]> storage;  // not a vector: it is first touched by the threads that fill it
+    std::unique_ptr<BlockSummary[]> summary;
     std::vector<Box3> bounds;                // of each block's supports
     std::size_t dropped = 0;                 // surfels with no finite frame of their own: they cannot be seen
     std::span<const SurfelBlock> blocks() const { return {storage.get(), bounds.size()}; }

@@ -31,15 +31,13 @@ void insert(Candidates& found, const Candidate& candidate, float tmin) {
 }
 
 /// Lanes whose supports the ray crosses within [tmin, end]; `disc`: whose discs it hits. Fills all of the row but block
-/// and lanes. `outside`: the ray is inside of nothing.
-unsigned cross(const SurfelBlock& block, const Ray& ray, bool outside, float end, Row& row, unsigned& disc) {
+/// and lanes.
+unsigned cross(const SurfelBlock& block, const Ray& ray, float end, Row& row, unsigned& disc) {
     const __m256 dx = _mm256_set1_ps(ray.direction.x()), dy = _mm256_set1_ps(ray.direction.y()),
                  dz = _mm256_set1_ps(ray.direction.z());
     const __m256* const normal = reinterpret_cast<const __m256*>(block.to_unit[2]);
     const __m256 along = _mm256_fmadd_ps(normal[0], dx, _mm256_fmadd_ps(normal[1], dy, _mm256_mul_ps(normal[2], dz)));
     row.facing = _mm256_mul_ps(along, _mm256_load_ps(block.height));
-    // Rays that leave a surface meet many that look away from them: those cost no more than this.
-    if (outside && bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(kLimitSine), _CMP_LE_OQ)) == 0) return 0;
     __m256 x = _mm256_sub_ps(_mm256_load_ps(block.centre[0]), _mm256_set1_ps(ray.origin.x()));
     __m256 y = _mm256_sub_ps(_mm256_load_ps(block.centre[1]), _mm256_set1_ps(ray.origin.y()));
     __m256 z = _mm256_sub_ps(_mm256_load_ps(block.centre[2]), _mm256_set1_ps(ray.origin.z()));
@@ -83,12 +81,22 @@ unsigned cross(const SurfelBlock& block, const Ray& ray, bool outside, float end
 }
 
 /// Lanes whose object the ray is inside of.
-unsigned inside_lanes(const SurfelBlock& block, const Interior& interior, std::span<const Index> object) {
-    if (interior.count() == 0) return 0;
-    unsigned inside = 0;
+unsigned inside_lanes(const Gathering& from, Index block) {
+    if (from.interior.count() == 0) return 0;
+    const auto inside = [&](std::uint32_t layer) { return from.interior.contains(from.object[layer]); };
+    const std::uint32_t layer = from.packed.summary[block].layer;
+    if (layer != kNone) return inside(layer) ? 0xffu : 0;
+    unsigned lanes = 0;
     for (int lane = 0; lane < kLanes; ++lane)
-        if (interior.contains(object[block.layer[lane]])) inside |= 1u << lane;
-    return inside;
+        if (inside(from.packed.storage[block].layer[lane])) lanes |= 1u << lane;
+    return lanes;
+}
+
+/// No more than this n.d have the normals of a block, measured towards the side the ray is going to, of those that look
+/// most against it.
+float most_facing(const BlockSummary& block, const Vec3f& d, bool inside) {
+    const float along = block.centre[0] * d.x() + block.centre[1] * d.y() + block.centre[2] * d.z();
+    return (inside ? -along : along) - block.radius;
 }
 
 void add_to_list(Candidates& found, const Row& row, float tmin) {
@@ -110,25 +118,22 @@ void Candidates::make_list(float tmin) {
     row_count = 0;
 }
 
-void Candidates::settle(float tmin) {
-    int candidates = 0;
-    for (int i = 0; i < row_count; ++i) candidates += std::popcount(rows[i].lanes);
-    if (candidates > kCapacity) make_list(tmin);
-}
+namespace {
 
-void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const Interior& interior,
-            std::span<const Index> object, Candidates& found) {
+void gather_lanes(const Gathering& from, Index block_index, unsigned inside, Candidates& found) {
+    const SurfelBlock& block = from.packed.storage[block_index];
+    const Ray& ray = from.ray;
     if (!found.listed && found.row_count == Candidates::kRows) found.make_list(ray.tmin);
     Row beyond;
     Row& row = found.listed ? beyond : found.rows[found.row_count];
     unsigned disc = 0;
-    row.lanes = cross(block, ray, interior.count() == 0, std::min(ray.tmax, found.end), row, disc);
+    row.lanes = cross(block, ray, std::min(ray.tmax, found.end), row, disc);
     if (row.lanes == 0) return;
     // A ray outside an object can only enter it, one inside only leave it: n.d towards the side it is going to.
     const __m256 zero = _mm256_setzero_ps();
     unsigned facing = row.lanes & bits(_mm256_cmp_ps(row.facing, zero, _CMP_LT_OQ));
     unsigned near_enough = bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(kLimitSine), _CMP_LE_OQ));
-    if (const unsigned inside = inside_lanes(block, interior, object)) {
+    if (inside != 0) {
         facing = (facing & ~inside) | (row.lanes & inside & bits(_mm256_cmp_ps(row.facing, zero, _CMP_GT_OQ)));
         near_enough = (near_enough & ~inside) |
                       (inside & bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(-kLimitSine), _CMP_GE_OQ)));
@@ -142,6 +147,33 @@ void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const I
         add_to_list(found, row, ray.tmin);
     else
         ++found.row_count;
+}
+
+}  // namespace
+
+void gather(const Gathering& from, Index block, Candidates& found) {
+    const unsigned inside = inside_lanes(from, block);
+    const BlockSummary& summary = from.packed.summary[block];
+    if (inside == 0 || summary.layer != kNone) {
+        const float facing = most_facing(summary, from.ray.direction, inside != 0);
+        if (facing > kLimitSine) return;
+        // What a ray has just bounced off is met by most of them and serves few.
+        if (facing >= 0 && found.averted_count < Candidates::kAverted) {
+            found.averted[found.averted_count++] = block;
+            return;
+        }
+    }
+    gather_lanes(from, block, inside, found);
+}
+
+bool complete(const Gathering& from, Candidates& found) {
+    if (!found.faced) return false;
+    for (int i = 0; i < found.averted_count; ++i)
+        gather_lanes(from, found.averted[i], inside_lanes(from, found.averted[i]), found);
+    int candidates = 0;
+    for (int i = 0; i < found.row_count; ++i) candidates += std::popcount(found.rows[i].lanes);
+    if (candidates > Candidates::kCapacity) found.make_list(from.ray.tmin);
+    return true;
 }
 
 }  // namespace thixo::render

@@ -27,13 +27,15 @@ struct Row {
     unsigned lanes;  // a bit for each that is a candidate
 };
 
-/// Candidates of one window [ray.tmin, end]. Every surfel whose support begins before `end` is here; `end` is where the
-/// ray leaves the support of the first disc it hits from the side it is on, so that the surface is met before it or not
-/// in this window.
+/// Candidates of one window [ray.tmin, end]. Once it is complete, every surfel whose support begins before `end` is
+/// here; `end` is where the ray leaves the support of the first disc it hits from the side it is on, so that the surface
+/// is met before it or not in this window.
 struct Candidates {
-    static constexpr int kCapacity = 64, kRows = 12;
+    static constexpr int kCapacity = 64, kRows = 12, kAverted = 32;
     Row rows[kRows];
     int row_count = 0;
+    Index averted[kAverted];  // blocks that look away from the ray: nothing is met there unless another faces it
+    int averted_count = 0;
     bool listed = false;  // the rows became too many: `list` holds the candidates, and there are no rows
     Candidate list[kCapacity];
     int count = 0;
@@ -43,8 +45,6 @@ struct Candidates {
     /// Makes the list of the rows. Where there are more candidates than it holds, the first are kept, and the window
     /// ends where the first dropped one begins. The result does not depend on the order of the rows.
     void make_list(float tmin);
-    /// make_list where the end of the window depends on it.
-    void settle(float tmin);
 };
 
 /// Normals that take part in one surface are within this of their mean (weights fade from kFullCosine on).
@@ -53,9 +53,20 @@ inline constexpr float kFullCosine = 0.81915204f;   // 35 degrees
 /// n.d beyond which a surfel's normal is too far from any normal that faces the other way: sin of the above.
 inline constexpr float kLimitSine = 0.81915204f;
 
-/// Adds the surfels of one block to the candidates and draws the window's end in. `object` is indexed by layer; the ray
-/// is inside the objects of `interior`. The result does not depend on the order of calls.
-void gather(const SurfelBlock& block, Index block_index, const Ray& ray, const Interior& interior,
-            std::span<const Index> object, Candidates& found);
+/// The surfels a ray outside of all but the objects of `interior` goes by. `object` is indexed by layer.
+struct Gathering {
+    const SurfelBlocks& packed;
+    const Ray& ray;
+    const Interior& interior;
+    std::span<const Index> object;
+};
+
+/// Adds the surfels of one block to the candidates and draws the window's end in. The result does not depend on the
+/// order of calls.
+void gather(const Gathering& from, Index block, Candidates& found);
+
+/// To be called after all blocks: adds what was left aside, makes the list where the window's end depends on it. False:
+/// nothing faces the ray, so that it cannot cross the surface in this window; its end may then be later than need be.
+bool complete(const Gathering& from, Candidates& found);
 
 }  // namespace thixo::render

@@ -85,9 +85,11 @@ class BlockGather {
 
     /// Number of blocks with candidates in the first window.
     int gather(const render::Ray& ray) const {
+        const render::Interior nothing;
+        const render::Gathering from{packed_, ray, nothing, {}};
         Query query;
         rtcInitIntersectContext(&query.context);
-        query.ray = &ray;
+        query.from = &from;
         RTCRayHit found;
         found.ray = {ray.origin.x(),
                      ray.origin.y(),
@@ -104,13 +106,14 @@ class BlockGather {
         found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         rtcIntersect1(scene_, &query.context, &found);
+        render::complete(from, query.candidates);
         return query.candidates.row_count;
     }
 
   private:
     struct Query {
         RTCIntersectContext context;
-        const render::Ray* ray;
+        const render::Gathering* from;
         render::Candidates candidates;
     };
     static void bounds(const RTCBoundsFunctionArguments* args) {
@@ -118,9 +121,8 @@ class BlockGather {
         *args->bounds_o = {b.lower.x(), b.lower.y(), b.lower.z(), 0, b.upper.x(), b.upper.y(), b.upper.z(), 0};
     }
     static void meet(const RTCIntersectFunctionNArguments* args) {
-        const auto& self = *static_cast<const BlockGather*>(args->geometryUserPtr);
         Query& query = *reinterpret_cast<Query*>(args->context);
-        render::gather(self.packed_.storage[args->primID], args->primID, *query.ray, {}, {}, query.candidates);
+        render::gather(*query.from, args->primID, query.candidates);
         float& tfar = reinterpret_cast<RTCRayHit*>(args->rayhit)->ray.tfar;
         tfar = std::min(tfar, query.candidates.end);
     }

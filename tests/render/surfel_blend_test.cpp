@@ -292,10 +292,10 @@ TEST(SurfelBlend, TheShortWayFindsTheSurfaceOfTheGeneralOne) {
             Ray ray{from, (0.9f * on_sphere(i, 1) - from).normalized()};
             Interior interior;
             if (within) interior.add(0);
+            const Gathering gathering{packed, ray, interior, set.object};
             Candidates rows;
-            for (Index b = 0; b < packed.blocks().size(); ++b)
-                gather(packed.blocks()[b], b, ray, interior, set.object, rows);
-            if (rows.listed || !rows.faced) continue;
+            for (Index b = 0; b < packed.blocks().size(); ++b) gather(gathering, b, rows);
+            if (!complete(gathering, rows) || rows.listed) continue;
             Candidates list = rows;
             list.make_list(ray.tmin);
             SurfelHit a, b;

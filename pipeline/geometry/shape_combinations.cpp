@@ -30,8 +30,22 @@ std::optional<Vec3f> colour_of_nearest(const std::vector<Shape>& shapes, const V
     return nearest ? nearest->node().colour(x) : std::nullopt;
 }
 
+/// The boxes of shapes: no shape is nearer than its box, which is quickly told.
+class Boxes {
+  public:
+    explicit Boxes(const std::vector<Shape>& shapes) {
+        for (const Shape& s : shapes) boxes_.push_back(s.bounds());
+    }
+    bool farther(std::size_t k, const Vec3& x, Real than) const {
+        return boxes_[k] && distance_to(*boxes_[k], x) > std::max(than, Real(0));
+    }
+
+  private:
+    std::vector<std::optional<Box3>> boxes_;
+};
+
 struct Union final : Shape::Node {
-    Union(std::vector<Shape> list, Real radius) : shapes(std::move(list)), smooth(radius) {
+    Union(std::vector<Shape> list, Real radius) : shapes(std::move(list)), boxes(shapes), smooth(radius) {
         box = shapes[0].bounds();
         for (const Shape& s : shapes) {
             const auto other = s.bounds();
@@ -43,6 +57,7 @@ struct Union final : Shape::Node {
     Real distance(const Vec3& x) const override {
         Real d = shapes[0].distance(x);
         for (std::size_t k = 1; k < shapes.size(); ++k) {
+            if (boxes.farther(k, x, d + smooth)) continue;
             const Real other = shapes[k].distance(x);
             d = smooth > 0 ? smooth_min(d, other, smooth) : std::min(d, other);
         }
@@ -57,6 +72,7 @@ struct Union final : Shape::Node {
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
     std::vector<Shape> shapes;
+    Boxes boxes;
     Real smooth;
     std::optional<Box3> box;
 };
@@ -64,7 +80,7 @@ struct Union final : Shape::Node {
 /// Intersection of the first with the others, or (less) with their complements.
 struct Intersection final : Shape::Node {
     Intersection(std::vector<Shape> list, Real radius, bool less_)
-        : shapes(std::move(list)), smooth(radius), less(less_) {
+        : shapes(std::move(list)), boxes(shapes), smooth(radius), less(less_) {
         box = shapes[0].bounds();
         for (std::size_t k = 1; k < shapes.size() && !less; ++k) {
             const auto other = shapes[k].bounds();
@@ -74,6 +90,7 @@ struct Intersection final : Shape::Node {
     Real distance(const Vec3& x) const override {
         Real d = shapes[0].distance(x);
         for (std::size_t k = 1; k < shapes.size(); ++k) {
+            if (less && boxes.farther(k, x, smooth - d)) continue;
             const Real other = less ? -shapes[k].distance(x) : shapes[k].distance(x);
             d = smooth > 0 ? -smooth_min(-d, -other, smooth) : std::max(d, other);
         }
@@ -96,6 +113,7 @@ struct Intersection final : Shape::Node {
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
     std::vector<Shape> shapes;
+    Boxes boxes;
     Real smooth;
     bool less;
     std::optional<Box3> box;

@@ -10,19 +10,20 @@ namespace thixo {
 namespace {
 
 /// Distance of y (all components >= 0) to the ellipsoid with the half axes e. The closest point is c_k = e_k^2 y_k/(t +
-/// e_k^2) with t the largest root of sum (e_k y_k/(t + e_k^2))^2 = 1 (Eberly 2013); that function falls for t > -min
-/// e^2, so that bisection is safe.
+/// e_k^2) with t the largest root of |p(t)| = 1, p_k = e_k y_k/(t + e_k^2) (Eberly 2013). From the left of the root
+/// Newton's steps on 1/|p|, which is concave there and nearly a straight line, never pass it (More and Sorensen 1983).
 double ellipsoid_distance(const Vec3d& e, const Vec3d& y) {
     int shortest;
     e.minCoeff(&shortest);
     const Eigen::Array3d e2 = e.array().square(), ey = e.array() * y.array();
-    const auto excess = [&](double t) { return (ey / (t + e2)).square().sum() - 1; };
-    double low = -e2[shortest] + ey[shortest], high = -e2[shortest] + ey.matrix().norm();
-    for (int i = 0; i < 120 && high - low > 1e-15 * (std::abs(low) + std::abs(high)); ++i) {
-        const double middle = (low + high) / 2;
-        (excess(middle) > 0 ? low : high) = middle;
+    double t = (ey - e2).maxCoeff();  // one |p_k| is 1 there
+    for (int i = 0; i < 40; ++i) {
+        const Eigen::Array3d p = (ey > 0).select(ey / (t + e2), 0.0);
+        const double size2 = p.square().sum(), bend = (ey > 0).select(p.square() / (t + e2), 0.0).sum();
+        const double step = size2 * (std::sqrt(size2) - 1) / bend;
+        if (!(step > 1e-16 * std::abs(t))) break;
+        t += step;
     }
-    const double t = (low + high) / 2;
     Eigen::Array3d closest = Eigen::Array3d::Zero();
     for (int k = 0; k < 3; ++k)
         if (ey[k] > 0 && t + e2[k] > 0) closest[k] = e2[k] * y[k] / (t + e2[k]);

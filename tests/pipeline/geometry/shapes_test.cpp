@@ -279,6 +279,37 @@ TEST(Revolve, SignIsRightAtTheHeightOfEveryCorner) {
         }
 }
 
+TEST(Ellipsoid, FromItsAxesTheNearestPointLeavesThem) {
+    // At x on the long axis a the nearest point of the ellipse (a, b) is off the axis while |x| < a - b^2/a, at a
+    // distance of b sqrt(1 - x^2/(a^2 - b^2)), and the vertex after that. Third axis longer than b. To rounding of Real.
+    const double a = 0.9, b = 0.3;
+    const Shape shape = ellipsoid({a, 0.5, b});
+    for (const double x : {0.0, 1e-9, 0.1, 0.4, 0.79, 0.8, 0.81, 0.9, 1.5, 100.0}) {
+        const double exact = x < a - b * b / a ? -b * std::sqrt(1 - x * x / (a * a - b * b)) : x - a;
+        EXPECT_NEAR(double(shape.distance(Vec3(Real(x), 0, 0))), exact, 1e-6 * std::max(x, 0.3)) << x;
+        EXPECT_NEAR(double(shape.distance(Vec3(Real(x), Real(1e-7), Real(-1e-7)))), exact, 2e-6 * std::max(x, 0.3)) << x;
+    }
+}
+
+TEST(Combinations, LookOnlyAtWhatIsNearEnough) {
+    // Far shapes are passed over by their boxes; the value is that of the sum over all.
+    const Shape near = sphere(0.3), far = translated(ellipsoid({0.2, 0.1, 0.1}), {1, 0, 0});
+    const double blend = 0.2;
+    const Shape both = union_of({near, far}, blend), less = difference_of({near, far}, blend);
+    const auto mixed = [&](double p, double q) {
+        const double overlap = blend - std::abs(p - q);
+        return std::min(p, q) - (overlap > 0 ? overlap * overlap / (4 * blend) : 0);
+    };
+    for (int i = 0; i < 2000; ++i) {
+        const Vec3 x(Real(-0.5 + 0.1 * (i % 20)), Real(-0.5 + 0.1 * (i / 20 % 10)), Real(-0.5 + 0.1 * (i / 200)));
+        const double p = double(near.distance(x)), q = double(far.distance(x));
+        EXPECT_NEAR(double(both.distance(x)), mixed(p, q), 1e-6);
+        // Its box holds the difference from below where that is far too low.
+        const double outside = (x.cwiseAbs() - Vec3::Constant(Real(0.3))).cwiseMax(Real(0)).cast<double>().norm();
+        EXPECT_NEAR(double(less.distance(x)), std::max(-mixed(-p, q), outside > 0 ? outside : -1e9), 1e-6);
+    }
+}
+
 TEST(Constructors, RefuseWhatIsNoShape) {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_THROW(sphere(0), InputError);

@@ -65,6 +65,7 @@ struct Found {
     Vec3 normal{0, 0, 0};
     Real gap = 0;
     Real area = 0;
+    Real steepness = 1;  // of the distance at rest over a way in the world
     bool slides = true;
     std::vector<Index> element;  // the owner's, then from `middle` on the partner's
     std::vector<Real> weight;
@@ -137,6 +138,7 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     out.owner = s.owner[sample];
     out.partner = partner;
     out.gap = d / steepness;
+    out.steepness = steepness;
     out.normal = slope / steep;
     out.area = s.area[sample] / 2;
     const auto first = static_cast<std::ptrdiff_t>(s.weights.begin[sample]),
@@ -291,9 +293,9 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
         n.normal.push_back(f.normal);
         n.gap.push_back(f.gap);
         const PairLaw law = pair_law(solids, f.owner, f.partner);
-        n.stiffness.push_back(law.pressure * f.area);
-        n.damping.push_back(law.damping * f.area);
-        n.drag.push_back(f.slides ? law.grip * f.area : Real(0));
+        n.stiffness.push_back(law.pressure * f.area * square(f.steepness));
+        n.damping.push_back(law.damping * f.area * f.steepness);
+        n.drag.push_back(f.slides ? law.grip * f.area * f.steepness : Real(0));
         n.friction.push_back(f.slides ? law.friction : Real(0));
         n.memory.push_back(law.memory);
         n.area.push_back(f.area);

@@ -61,6 +61,20 @@ TEST(ImplicitSolids, AreStableAtManyTimesTheExplicitStepAndNeverGainEnergy) {
     EXPECT_LT(s.solids.stretch2, 1.01);
 }
 
+TEST(ImplicitSolids, KnowWhenOnlyRoundingIsLeft) {
+    // In flight nothing pulls at a body, and steps so short make accelerations of the last bits of places. There is an
+    // end to the search for what cannot be found.
+    scene::Scene scene = implicit_scene(1e5);
+    scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.1, 0.05, 0.06}, 0}),
+                                  {1, -0.5, 0.3})};
+    scene.bodies[0].angular_velocity = {5, 20, 10};
+    Simulation s = make_simulation(scene);
+    fixture::steps(s, 20, 1e-3);
+    for (int k = 0; k < 20; ++k) fixture::steps(s, 1, 1e-5);
+    EXPECT_EQ(s.stats.solid_unconverged, 0);
+    EXPECT_EQ(s.stats.solid_sub_steps, 40);
+}
+
 /// Two bodies that fall onto each other and a floor, one of them dents and is held for a while.
 scene::Scene busy() {
     scene::Scene s = implicit_scene(2e6);

@@ -25,6 +25,7 @@
 #include "pipeline/geometry/point_grid.h"
 #include "pipeline/geometry/shape.h"
 #include "sim/solid/elements.h"
+#include "sim/solid/rest_shape.h"
 
 namespace thixo {
 
@@ -116,6 +117,11 @@ struct Contacts {
     std::vector<PointGrid> grid;  // by body
     std::vector<std::uint8_t> gridded;
 };
+
+/// Two elements hang together where no place between them is farther out of their body's shape at rest than this part
+/// of a particle's width: not across the gap between two limbs or parts of it. (The visibility criterion of
+/// Belytschko et al. 1994.) Bodies that have no such shape any more: all of them.
+HangTogether hang_together_in_shapes(const Solids& solids);
 
 /// Shapes of all bodies, and samples of their surfaces three to a particle's width.
 Contacts make_contacts(const scene::Scene& scene, const Solids& solids);

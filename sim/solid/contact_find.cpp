@@ -13,7 +13,7 @@ namespace thixo {
 namespace {
 
 constexpr Real kSteepest = 3;             // most that the distance may change over a way in the world
-constexpr Real kStirred = Real(0.05);   // least displacement by which elements of one body can meet, in widths
+constexpr Real kStirred = Real(0.05);     // least displacement by which elements of one body can meet, in widths
 constexpr Real kInside = Real(0.1);       // how far ahead the face is looked for that a sample meets, in widths
 constexpr Real kSameFace = Real(0.99);    // cosine between its normals at that depth and at half of it
 constexpr Real kFacing = Real(0.2);       // least cosine between the surfaces' normals, one of them turned round
@@ -389,7 +389,8 @@ void find_contacts(double time, double dt, Solids& solids) {
     parallel_for(
         count,
         [&](std::size_t b) {
-            if (meets[b] != Meets::not_at_all) extents[b] = extent_of(solids.bodies[b], poses[b], solids.elements, c.place);
+            if (meets[b] != Meets::not_at_all)
+                extents[b] = extent_of(solids.bodies[b], poses[b], solids.elements, c.place);
         },
         1);
     const View view{solids, poses, extents};

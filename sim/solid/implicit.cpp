@@ -132,6 +132,7 @@ class Step {
         ImplicitReport report;
         s_.boundaries.frozen = false;
         find_diagonal_of_elasticity();
+        if (s_.two_levels) s_.coarse.prepare(solids_.laws, solids_.bodies, e_, solids_.held);
         Norms norms = evaluate();
         while (norms.residual > square(tolerance_) * norms.forces + norms.rounding) {
             if (report.newton == kMostNewton || !std::isfinite(norms.residual)) {
@@ -212,10 +213,14 @@ class Step {
                                   a.xy + per * b.xy,           a.yz + per * b.yz,           a.zx + per * b.zx};
             },
             1024);
-        add_boundary_diagonal(solids_, s_.boundaries, s_.diagonal);
+        const bool bounded = s_.boundaries.walls || solids_.contacts.nodes.size() > 0;
+        s_.bounds.assign(bounded ? e_.size() : 0, {});
+        if (bounded) add_boundary_diagonal(solids_, s_.boundaries, s_.bounds);
+        if (s_.two_levels) s_.coarse.factor(dt_, s_.bounds);
         parallel_for(
             e_.size(),
             [&](std::size_t i) {
+                if (bounded) s_.diagonal[i] = symmetric(Mat3(matrix(s_.diagonal[i]) + matrix(s_.bounds[i])));
                 s_.inverse[i] = symmetric(Mat3(matrix(s_.diagonal[i]).cast<double>().inverse().cast<Real>()));
             },
             512);
@@ -238,10 +243,12 @@ class Step {
         std::vector<Vec3>& left = s_.preconditioned;  // P r
         std::vector<Vec3> r = s_.residual;
         const auto apply = [&] {
+            parallel_for(
+                e_.size(), [&](std::size_t i) { left[i] = matrix(s_.inverse[i]) * r[i]; }, 1024);
+            if (s_.two_levels) s_.coarse.add_correction(r, left);
             return parallel_sum<Slopes>(
                 e_.size(),
                 [&](std::size_t i) {
-                    left[i] = matrix(s_.inverse[i]) * r[i];
                     return Slopes{dot(r[i], left[i]), 0, dot(r[i], r[i]) / static_cast<double>(e_.mass[i])};
                 },
                 Slopes{});

@@ -47,16 +47,14 @@ Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
 
 }  // namespace
 
-void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements,
-                          const HangTogether& hang_together) {
+void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements, const HangTogether& hang_together) {
     const std::size_t n = elements.size();
     std::vector<std::vector<Index>> lists(n);
     for (std::size_t b = 0; b < bodies.size(); ++b)
-        list_body(
-            bodies[b], elements,
-            hang_together ? [&](Index i, Index j) { return hang_together(b, i, j); }
-                          : std::function<bool(Index, Index)>(),
-            lists);
+        list_body(bodies[b], elements,
+                  hang_together ? [&](Index i, Index j) { return hang_together(b, i, j); }
+                                : std::function<bool(Index, Index)>(),
+                  lists);
     elements.begin.assign(n + 1, 0);
     for (std::size_t i = 0; i < n; ++i)
         elements.begin[i + 1] = elements.begin[i] + (lists[i].size() + kLanes - 1) / kLanes * kLanes;

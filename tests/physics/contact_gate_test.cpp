@@ -167,14 +167,15 @@ TEST(AFastBall, GivesBackWhatPressesIt) {
     // Without friction and damping contact keeps energy: what its springs take they give back, however much softer or
     // stiffer the matter about them has become meanwhile. Half of it is strain, of a density that leapfrog's velocities
     // of half a step before know to a part in a hundred.
-    Simulation s = make_simulation(
-        gate::load("shot", {"materials.plate.friction=0", "materials.ball.friction=0",
-                            "materials.plate.contact_damping=0", "materials.ball.contact_damping=0"}));
+    Simulation s =
+        make_simulation(gate::load("shot", {"materials.plate.friction=0", "materials.ball.friction=0",
+                                            "materials.plate.contact_damping=0", "materials.ball.contact_damping=0"}));
     evaluate(s);
     const auto energy = [&] {
         double sum = 0;
         for (const Motion& m : motions(s)) sum += m.kinetic;
-        return s.solids.laws.empty() ? sum : sum + static_cast<double>(fixture::energy(s.solids.laws, s.solids.elements));
+        return s.solids.laws.empty() ? sum
+                                     : sum + static_cast<double>(fixture::energy(s.solids.laws, s.solids.elements));
     };
     const double before = energy();
     while (s.clock.frame < s.problem.scene.frames.last) advance_frame(s);

@@ -275,7 +275,8 @@ TEST(Melting, WhatIsSolidStillMeetsWhatIsSolid) {
         scene::Scene scene = fixture::empty_space();
         scene.materials = {wax()};
         scene.frames.fps = 200;
-        const scene::Shape left = box({-0.036, 0, 0}, {0.06, 0.06, 0.06}), right = box({0.036, 0, 0}, {0.06, 0.06, 0.06});
+        const scene::Shape left = box({-0.036, 0, 0}, {0.06, 0.06, 0.06}),
+                           right = box({0.036, 0, 0}, {0.06, 0.06, 0.06});
         scene::Union both;
         both.shapes = {left, right};
         if (one_body)

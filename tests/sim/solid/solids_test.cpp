@@ -121,7 +121,8 @@ TEST(Solids, PartsOfABodyHangTogetherThroughMatterAlone) {
     for (Index i = 0; i < e.size(); ++i)
         for (Index j = 0; j < i; ++j) {
             const Vec3 way = xyz(e.rest[i]) - xyz(e.rest[j]);
-            apart += way.norm() < e.support[i] && std::abs(way.x()) > 0.009f && xyz(e.rest[i]).x() * xyz(e.rest[j]).x() < 0;
+            apart +=
+                way.norm() < e.support[i] && std::abs(way.x()) > 0.009f && xyz(e.rest[i]).x() * xyz(e.rest[j]).x() < 0;
         }
     EXPECT_EQ(across, 0);
     EXPECT_GT(joined, 0);

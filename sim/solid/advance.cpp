@@ -103,9 +103,10 @@ struct Kept {
 };
 
 /// Implicit steps to `end`, as long as contact is foreseen, or half as long where Newton's method does not find its
-/// end.
+/// end; but no shorter for that than a part of the whole way, so that there is an end to it.
 void step_implicitly_to(double end, double time, double tolerance, Walls& walls, Solids& solids, SolidReport& report) {
-    constexpr int kMostHalvings = 6;
+    constexpr double kMostParts = 64;
+    const double shortest = (end - time) / kMostParts;
     double now = time;
     while (now < end) {
         {
@@ -115,11 +116,11 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
         const Elements& e = solids.elements;
         const Kept kept{solids.bodies, e.displacement, e.velocity, solids.external, solids.contacts.nodes};
         double step = std::min(end, solids.contacts.next) - now;
-        for (int halvings = 0;; ++halvings, step /= 2) {
+        for (;; step = std::max(step / 2, shortest)) {
             const ImplicitReport done = step_implicitly(now, step, tolerance, walls, solids);
             report.newton += done.newton;
             report.iterations += done.iterations;
-            if (done.converged || halvings == kMostHalvings) {
+            if (done.converged || step <= shortest) {
                 report.unconverged += done.converged ? 0 : 1;
                 break;
             }

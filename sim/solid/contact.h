@@ -25,6 +25,7 @@
 #include "pipeline/geometry/point_grid.h"
 #include "pipeline/geometry/shape.h"
 #include "sim/solid/elements.h"
+#include "sim/solid/rest_shape.h"
 
 namespace thixo {
 
@@ -117,6 +118,11 @@ struct Contacts {
     std::vector<std::uint8_t> gridded;
 };
 
+/// Two elements hang together where no place between them is farther out of their body's shape at rest than this part
+/// of a particle's width: not across the gap between two limbs or parts of it. (The visibility criterion of
+/// Belytschko et al. 1994.) Bodies that have no such shape any more: all of them.
+HangTogether hang_together_in_shapes(const Solids& solids);
+
 /// Shapes of all bodies, and samples of their surfaces three to a particle's width.
 Contacts make_contacts(const scene::Scene& scene, const Solids& solids);
 
@@ -128,9 +134,11 @@ Contacts make_contacts(const scene::Scene& scene, const Solids& solids);
 void find_contacts(double time, double dt, Solids& solids);
 
 /// Adds the nodes' forces to solids.force, for the sub-step dt [s] to come:
-///   f_n = max(k (excess - gap) - c v_n, 0),  k = k_1 k_2/(k_1 + k_2) area/2        as each surface has its own nodes
-/// with k_i the bodies' contact_pressure, and friction by a spring and damper that slip (Kelvin and Voigt's, returned
-/// to the cone within the sub-step: only what is there is given back),
+///   f_n = max(k (excess - gap) - c v_n, 0),  k = k_1 k_2/(k_1 + k_2) |G^T grad D|^2 area/2
+/// as each surface has its own nodes, with k_i the bodies' contact_pressure. So the energy of a node is that of the
+/// depth in the rest shape, k D^2/2 but for the square: it depends on where the matter is alone, and contact without
+/// damping and friction gives back all it took, although matter is pressed flat meanwhile. And friction by a spring and
+/// damper that slip (Kelvin and Voigt's, returned to the cone within the sub-step: only what is there is given back),
 ///   f_t = -k slip - c_t d(slip)/dt,  |f_t| <= mu p,   dp/dt = (f_n - p)/min(a, a_m)
 /// p the mean of f_n over the last a seconds of contact, at most a_m = kMemory radians of the contact's spring (4 ms in
 /// rubber of 1 MPa and particles of 10 mm). So bodies stick, without creeping. What is deeper than a quarter of a

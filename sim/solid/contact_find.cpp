@@ -13,6 +13,7 @@ namespace thixo {
 namespace {
 
 constexpr Real kSteepest = 3;             // most that the distance may change over a way in the world
+constexpr Real kStirred = Real(0.05);     // least displacement by which elements of one body can meet, in widths
 constexpr Real kInside = Real(0.1);       // how far ahead the face is looked for that a sample meets, in widths
 constexpr Real kSameFace = Real(0.99);    // cosine between its normals at that depth and at half of it
 constexpr Real kFacing = Real(0.2);       // least cosine between the surfaces' normals, one of them turned round
@@ -65,6 +66,7 @@ struct Found {
     Vec3 normal{0, 0, 0};
     Real gap = 0;
     Real area = 0;
+    Real steepness = 1;  // of the distance at rest over a way in the world
     bool slides = true;
     std::vector<Index> element;  // the owner's, then from `middle` on the partner's
     std::vector<Real> weight;
@@ -137,6 +139,7 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     out.owner = s.owner[sample];
     out.partner = partner;
     out.gap = d / steepness;
+    out.steepness = steepness;
     out.normal = slope / steep;
     out.area = s.area[sample] / 2;
     const auto first = static_cast<std::ptrdiff_t>(s.weights.begin[sample]),
@@ -183,22 +186,34 @@ void find_between(const View& view, std::int32_t owner, std::int32_t partner, st
         if (m) found.push_back(std::move(*m));
 }
 
-/// Surface elements of one body that were no neighbours at rest and have come near (5.9).
-void find_within(const View& view, std::int32_t number, std::vector<Found>& found) {
+/// How much of an element meets others as a solid: its surface, or where matter melts off, all that is left of it.
+Real solid_share(const View& view, Index i, Real width) {
+    const Phases& phases = view.solids.phases;
+    if (!phases.any) return view.solids.elements.depth[i] > width ? Real(0) : Real(1);
+    return phases.bond[i] == Bond::rest ? 1 - phases.melt[i] : Real(0);
+}
+
+bool neighbours(const Elements& e, Index i, Index j) {
+    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k)
+        if (e.neighbour[k] == j) return true;
+    return false;
+}
+
+/// Elements of two bodies, or of one (5.9), that have come near and are no neighbours in a rest shape.
+void find_elements(const View& view, std::int32_t owner, std::int32_t partner, std::vector<Found>& found) {
     const Contacts& c = view.solids.contacts;
     const Elements& e = view.solids.elements;
-    const SolidBody& body = view.solids.bodies[at(number)];
-    const Real width = view.extents[at(number)].width;
+    const SolidBody &body = view.solids.bodies[at(owner)], &other = view.solids.bodies[at(partner)];
+    const Real width = (view.extents[at(owner)].width + view.extents[at(partner)].width) / 2;
     const std::size_t count = body.end - body.begin;
     std::vector<std::vector<Index>> near(count);
     parallel_for(count, [&](std::size_t k) {
         const Index i = body.begin + static_cast<Index>(k);
-        if (e.depth[i] > width) return;
-        c.grid[at(number)].for_each_neighbour(c.place[i], (1 + kContactMargin) * width, [&](Index other, Real) {
-            const Index j = body.begin + other;
-            if (j <= i || e.depth[j] > width) return;
-            const Real apart = (xyz(e.rest[i]) - xyz(e.rest[j])).norm();
-            if (apart >= std::max(e.support[i], e.support[j])) near[k].push_back(j);
+        if (!(solid_share(view, i, width) > 0)) return;
+        c.grid[at(partner)].for_each_neighbour(c.place[i], (1 + kContactMargin) * width, [&](Index number, Real) {
+            const Index j = other.begin + number;
+            if (owner == partner && (j <= i || neighbours(e, i, j))) return;
+            if (solid_share(view, j, width) > 0) near[k].push_back(j);
         });
     });
     for (std::size_t k = 0; k < count; ++k)
@@ -208,10 +223,11 @@ void find_within(const View& view, std::int32_t number, std::vector<Found>& foun
             const Real distance = between.norm();
             if (!(distance > 0)) continue;
             Found f;
-            f.owner = f.partner = number;
+            f.owner = owner;
+            f.partner = partner;
             f.normal = between / distance;
             f.gap = distance - width;
-            f.area = square(width);
+            f.area = square(width) * std::min(solid_share(view, i, width), solid_share(view, j, width));
             f.slides = false;
             f.element = {i, j};
             f.weight = {1, -1};
@@ -291,9 +307,9 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
         n.normal.push_back(f.normal);
         n.gap.push_back(f.gap);
         const PairLaw law = pair_law(solids, f.owner, f.partner);
-        n.stiffness.push_back(law.pressure * f.area);
-        n.damping.push_back(law.damping * f.area);
-        n.drag.push_back(f.slides ? law.grip * f.area : Real(0));
+        n.stiffness.push_back(law.pressure * f.area * square(f.steepness));
+        n.damping.push_back(law.damping * f.area * f.steepness);
+        n.drag.push_back(f.slides ? law.grip * f.area * f.steepness : Real(0));
         n.friction.push_back(f.slides ? law.friction : Real(0));
         n.memory.push_back(law.memory);
         n.area.push_back(f.area);
@@ -317,20 +333,26 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
     n.last = n.start;
 }
 
-/// Bodies that have melted, froze in another shape or were released by an emitter have no shape that contact could ask
-/// for: they meet others by the pressure of what is liquid.
-std::vector<std::uint8_t> keep_their_shape(const Solids& solids) {
+/// How bodies meet others: by their shapes, those that still have them; what has softened, melted in part or frozen
+/// in another shape, element by element, and what is liquid, not at all: it meets others by its pressure.
+enum class Meets : std::uint8_t { not_at_all, by_elements, by_shape };
+std::vector<Meets> ways_to_meet(const Solids& solids) {
     const Phases& phases = solids.phases;
-    std::vector<std::uint8_t> keeps(solids.bodies.size(), 0);
-    for (std::size_t b = 0; b < solids.contacts.shape.size(); ++b) {
+    std::vector<Meets> ways(solids.bodies.size(), Meets::not_at_all);
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
-        keeps[b] = body.begin != body.end;
+        if (body.begin == body.end) continue;
+        ways[b] = Meets::by_shape;
         if (!phases.any) continue;
-        if (phases.refrozen[b]) keeps[b] = 0;
-        for (Index i = body.begin; i < body.end; ++i)
-            if (phases.bond[i] != Bond::rest || phases.melt[i] > 0) keeps[b] = 0;
+        bool whole = b < solids.contacts.shape.size() && !phases.refrozen[b], any = false;
+        for (Index i = body.begin; i < body.end; ++i) {
+            const bool bound = phases.bond[i] == Bond::rest;
+            whole = whole && bound && !(phases.melt[i] > 0);
+            any = any || (bound && phases.melt[i] < 1);
+        }
+        ways[b] = whole ? Meets::by_shape : any ? Meets::by_elements : Meets::not_at_all;
     }
-    return keeps;
+    return ways;
 }
 
 /// No shorter than this are the times between finds, however fast a body that has gone wrong is [s].
@@ -362,12 +384,13 @@ void find_contacts(double time, double dt, Solids& solids) {
     const std::size_t count = solids.bodies.size();
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
     c.place.resize(solids.elements.size());
-    const std::vector<std::uint8_t> meets = keep_their_shape(solids);
+    const std::vector<Meets> meets = ways_to_meet(solids);
     std::vector<Extent> extents(count);
     parallel_for(
         count,
         [&](std::size_t b) {
-            if (meets[b]) extents[b] = extent_of(solids.bodies[b], poses[b], solids.elements, c.place);
+            if (meets[b] != Meets::not_at_all)
+                extents[b] = extent_of(solids.bodies[b], poses[b], solids.elements, c.place);
         },
         1);
     const View view{solids, poses, extents};
@@ -381,16 +404,15 @@ void find_contacts(double time, double dt, Solids& solids) {
     std::vector<Found> found;
     std::vector<Real> explained(count * count, 0);
     for (std::int32_t a = 0; a < static_cast<std::int32_t>(count); ++a) {
-        if (!meets[at(a)]) continue;
+        if (meets[at(a)] == Meets::not_at_all) continue;
         const Extent& ea = extents[at(a)];
-        // Elements that were no neighbours at rest were two widths apart.
-        if (ea.shift > kContactMargin * ea.width) {
+        if (ea.shift > kStirred * ea.width) {
             make_grid(a, solids);
-            find_within(view, a, found);
+            find_elements(view, a, a, found);
             last_for(kContactMargin * ea.width, 2 * ea.spread);
         }
         for (std::int32_t b = a + 1; b < static_cast<std::int32_t>(count); ++b) {
-            if (!meets[at(b)]) continue;
+            if (meets[at(b)] == Meets::not_at_all) continue;
             const Extent& eb = extents[at(b)];
             const Real speed = (ea.mean - eb.mean).norm() + ea.spread + eb.spread;
             const Real gap = gap_of(ea.box, eb.box) - view.reach(a) - view.reach(b);
@@ -404,6 +426,10 @@ void find_contacts(double time, double dt, Solids& solids) {
                 speed * static_cast<Real>(solids.last_dt);
             make_grid(a, solids);
             make_grid(b, solids);
+            if (meets[at(a)] == Meets::by_elements || meets[at(b)] == Meets::by_elements) {
+                find_elements(view, a, b, found);
+                continue;
+            }
             find_between(view, a, b, found);
             find_between(view, b, a, found);
         }

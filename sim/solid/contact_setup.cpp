@@ -77,6 +77,22 @@ void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const Con
 
 }  // namespace
 
+HangTogether hang_together_in_shapes(const Solids& solids) {
+    constexpr Real kOutside = Real(0.25);
+    return [&solids](std::size_t b, Index i, Index j) {
+        const Elements& e = solids.elements;
+        if (solids.phases.any && solids.phases.refrozen[b]) return true;
+        const Vec3 from = xyz(e.rest[i]), way = xyz(e.rest[j]) - from;
+        const Real outside = kOutside * std::cbrt(e.volume[i]);
+        // Distance changes by no more than the way does: most lie too deep for that.
+        if (e.depth[i] + e.depth[j] + 2 * outside >= way.norm()) return true;
+        const Shape& shape = solids.contacts.shape[b];
+        for (const Real part : {Real(0.5), Real(0.25), Real(0.75)})
+            if (shape.distance(from + part * way + solids.contacts.origin[b]) > outside) return false;
+        return true;
+    };
+}
+
 Contacts make_contacts(const scene::Scene& scene, const Solids& solids) {
     Contacts c;
     c.rates.resize(solids.bodies.size());

@@ -1,6 +1,7 @@
 #include "sim/solid/implicit.h"
 
 #include <cmath>
+#include <limits>
 
 #include "pipeline/base/parallel.h"
 #include "sim/solid/contact_node.h"
@@ -13,6 +14,7 @@ constexpr int kFree = 4;  // iterations in which friction follows; then it keeps
 constexpr int kMostNewton = 16, kMostIterations = 2000, kMostSearch = 4;
 constexpr double kForcing = 0.1;    // of its right hand side that a linear system may leave
 constexpr double kOvershoot = 0.5;  // of the slope along a direction that may be left
+constexpr Real kRounding = 4 * std::numeric_limits<Real>::epsilon();
 
 double dot(const Vec3& a, const Vec3& b) { return a.cast<double>().dot(b.cast<double>()); }
 
@@ -129,8 +131,10 @@ class Step {
     ImplicitReport solve() {
         ImplicitReport report;
         s_.boundaries.frozen = false;
+        find_diagonal_of_elasticity();
+        if (s_.two_levels) s_.coarse.prepare(solids_.laws, solids_.bodies, e_, solids_.held);
         Norms norms = evaluate();
-        while (norms.residual > square(tolerance_) * norms.forces) {
+        while (norms.residual > square(tolerance_) * norms.forces + norms.rounding) {
             if (report.newton == kMostNewton || !std::isfinite(norms.residual)) {
                 report.converged = false;
                 break;
@@ -146,15 +150,18 @@ class Step {
 
   private:
     struct Norms {  // squares, over masses
-        double residual = 0, forces = 0;
-        Norms operator+(const Norms& b) const { return {residual + b.residual, forces + b.forces}; }
+        double residual = 0, forces = 0, rounding = 0;
+        Norms operator+(const Norms& b) const {
+            return {residual + b.residual, forces + b.forces, rounding + b.rounding};
+        }
     };
     struct Slopes {
         double residual = 0, work = 0, norm = 0;
         Slopes operator+(const Slopes& b) const { return {residual + b.residual, work + b.work, norm + b.norm}; }
     };
 
-    /// residual = f - M (v' - v)/dt at the present displacements.
+    /// residual = f - M (v' - v)/dt at the present displacements. Of that no more can be known than what displacements
+    /// and velocities are rounded by makes of it: where nothing pulls, that is all there is.
     Norms evaluate() {
         const Real per = static_cast<Real>(1 / dt_);
         parallel_for(
@@ -177,17 +184,24 @@ class Step {
                 const Vec3 r = solids_.force[i] + given - gain;
                 s_.residual[i] = r;
                 const double mass = static_cast<double>(m);
+                const Symmetric& k = s_.elastic[i];
+                const double rounded = static_cast<double>(
+                    kRounding * ((m * per * per + std::max({k.xx, k.yy, k.zz})) * xyz(e_.displacement[i]).norm() +
+                                 m * per * xyz(e_.velocity[i]).norm()));
                 return Norms{dot(r, r) / mass,
-                             (dot(gain, gain) + dot(given, given) + dot(solids_.force[i], solids_.force[i])) / mass};
+                             (dot(gain, gain) + dot(given, given) + dot(solids_.force[i], solids_.force[i])) / mass,
+                             square(rounded) / mass};
             },
             Norms{});
     }
 
+    void find_diagonal_of_elasticity() {
+        if (s_.laws == solids_.laws && s_.elastic.size() == e_.size()) return;
+        find_diagonal(solids_.laws, e_, s_.elastic, s_.viscous);
+        s_.laws = solids_.laws;
+    }
+
     void precondition() {
-        if (s_.laws != solids_.laws || s_.elastic.size() != e_.size()) {
-            find_diagonal(solids_.laws, e_, s_.elastic, s_.viscous);
-            s_.laws = solids_.laws;
-        }
         const Real per = static_cast<Real>(1 / dt_);
         s_.diagonal.resize(e_.size());
         parallel_for(
@@ -199,10 +213,14 @@ class Step {
                                   a.xy + per * b.xy,           a.yz + per * b.yz,           a.zx + per * b.zx};
             },
             1024);
-        add_boundary_diagonal(solids_, s_.boundaries, s_.diagonal);
+        const bool bounded = s_.boundaries.walls || solids_.contacts.nodes.size() > 0;
+        s_.bounds.assign(bounded ? e_.size() : 0, {});
+        if (bounded) add_boundary_diagonal(solids_, s_.boundaries, s_.bounds);
+        if (s_.two_levels) s_.coarse.factor(dt_, s_.bounds);
         parallel_for(
             e_.size(),
             [&](std::size_t i) {
+                if (bounded) s_.diagonal[i] = symmetric(Mat3(matrix(s_.diagonal[i]) + matrix(s_.bounds[i])));
                 s_.inverse[i] = symmetric(Mat3(matrix(s_.diagonal[i]).cast<double>().inverse().cast<Real>()));
             },
             512);
@@ -225,10 +243,12 @@ class Step {
         std::vector<Vec3>& left = s_.preconditioned;  // P r
         std::vector<Vec3> r = s_.residual;
         const auto apply = [&] {
+            parallel_for(
+                e_.size(), [&](std::size_t i) { left[i] = matrix(s_.inverse[i]) * r[i]; }, 1024);
+            if (s_.two_levels) s_.coarse.add_correction(r, left);
             return parallel_sum<Slopes>(
                 e_.size(),
                 [&](std::size_t i) {
-                    left[i] = matrix(s_.inverse[i]) * r[i];
                     return Slopes{dot(r[i], left[i]), 0, dot(r[i], r[i]) / static_cast<double>(e_.mass[i])};
                 },
                 Slopes{});

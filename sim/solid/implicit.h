@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/solid/boundary_terms.h"
+#include "sim/solid/coarse_grid.h"
 #include "sim/solid/stiffness.h"
 
 namespace thixo {
@@ -23,6 +24,9 @@ struct ImplicitScratch {
     std::vector<Vec3> residual, product;       // [N]
     std::vector<Vec3> preconditioned;          // [m]
     std::vector<Symmetric> diagonal, inverse;  // of M/dt^2 + K [N/m], [m/N]
+    std::vector<Symmetric> bounds;             // of contact and walls [N/m]
+    CoarseGrid coarse;
+    bool two_levels = true;  // to measure what the coarse grid is good for
     // Of the laws they were made for.
     std::vector<StressLaw> laws;
     std::vector<Symmetric> elastic, viscous;
@@ -31,13 +35,12 @@ struct ImplicitScratch {
 /// From t to t + dt [s]: u' and v' = (u' - u)/dt with
 ///   M (v' - v)/dt = f(u', v')                       f of elasticity, contact, walls and what is held over the step
 /// by Newton's method with a search along each direction, which solves (M/dt^2 + K) du = f - M (v' - v)/dt by conjugate
-/// gradients, preconditioned with the inverse 3x3 blocks, until what is left is no more than `tolerance` of the forces
-/// (norms sqrt(sum |.|^2/m)). Stable at any step; damps what vibrates faster than it. The bodies' frames go ahead with
-/// their rigid motion first, in which u and v are: so displacements stay small, turning is no strain, and spin is not
-/// damped. The momenta of each body that
-/// nothing holds change by the forces to rounding, whatever the tolerance.
-/// Requires contacts found at t; walls are left at t + dt. Elements' velocities are those of t, not of half a step
-/// before.
+/// gradients, preconditioned with the inverse 3x3 blocks plus a coarse grid's, until what is left is no more than
+/// `tolerance` of the forces (norms sqrt(sum |.|^2/m)). Stable at any step; damps what vibrates faster than it. The
+/// bodies' frames go ahead with their rigid motion first, in which u and v are: so displacements stay small, turning is
+/// no strain, and spin is not damped. The momenta of each body that nothing holds change by the forces to rounding,
+/// whatever the tolerance. Requires contacts found at t; walls are left at t + dt. Elements' velocities are those of t,
+/// not of half a step before.
 ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, Solids& solids);
 
 }  // namespace thixo

@@ -121,7 +121,7 @@ void find_refrozen_neighbours(Solids& solids) {
     Phases& s = solids.phases;
     Elements& e = solids.elements;
     if (!s.any || std::ranges::none_of(s.refrozen, [](std::uint8_t r) { return r != 0; })) return;
-    find_rest_neighbours(solids.bodies, e);
+    find_rest_neighbours(solids.bodies, e, hang_together_in_shapes(solids));
     s.weight = e.weight;
     s.weight_back = e.weight_back;
     std::vector<std::uint8_t> which(e.size());

@@ -10,7 +10,8 @@ namespace thixo {
 namespace {
 
 /// Neighbours of the elements of one body, appended to `lists` from its first element on.
-void list_body(const SolidBody& body, const Elements& elements, std::vector<std::vector<Index>>& lists) {
+void list_body(const SolidBody& body, const Elements& elements, const std::function<bool(Index, Index)>& hang_together,
+               std::vector<std::vector<Index>>& lists) {
     const std::size_t n = body.body < 0 ? 0 : body.end - body.begin;
     if (n == 0) return;
     std::vector<Vec3> place(n);
@@ -25,7 +26,8 @@ void list_body(const SolidBody& body, const Elements& elements, std::vector<std:
         const Index i = body.begin + static_cast<Index>(k);
         grid.for_each_neighbour(place[k], widest, [&](Index near, Real r2) {
             const Index j = body.begin + near;
-            if (j != i && r2 < square(std::max(elements.support[i], elements.support[j]))) lists[i].push_back(j);
+            if (j == i || !(r2 < square(std::max(elements.support[i], elements.support[j])))) return;
+            if (!hang_together || hang_together(std::min(i, j), std::max(i, j))) lists[i].push_back(j);
         });
     });
 }
@@ -45,10 +47,14 @@ Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
 
 }  // namespace
 
-void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements) {
+void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements, const HangTogether& hang_together) {
     const std::size_t n = elements.size();
     std::vector<std::vector<Index>> lists(n);
-    for (const SolidBody& body : bodies) list_body(body, elements, lists);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        list_body(bodies[b], elements,
+                  hang_together ? [&](Index i, Index j) { return hang_together(b, i, j); }
+                                : std::function<bool(Index, Index)>(),
+                  lists);
     elements.begin.assign(n + 1, 0);
     for (std::size_t i = 0; i < n; ++i)
         elements.begin[i + 1] = elements.begin[i] + (lists[i].size() + kLanes - 1) / kLanes * kLanes;

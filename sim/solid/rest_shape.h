@@ -1,13 +1,19 @@
 // Rest neighbourhoods and their moment matrices. Dissertation 5.3, 5.9.1.
 #pragma once
 
+#include <functional>
+
 #include "sim/solid/elements.h"
 
 namespace thixo {
 
+/// Whether elements i < j of a body (by its index) hang together: there is matter all the way between them.
+using HangTogether = std::function<bool(std::size_t, Index, Index)>;
+
 /// Lists of every element's neighbours in its own body, with weights w_spiky(|r_ij|, h) for both ends' supports, from
-/// rest and support.
-void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements);
+/// rest and support. Those that `hang_together` (none given: all) denies are none.
+void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements,
+                          const HangTogether& hang_together = nullptr);
 
 inline constexpr double kFlat = 1e-3;  // eigenvalue of A in parts of the largest: squared extents
 

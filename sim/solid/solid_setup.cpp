@@ -92,10 +92,10 @@ Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const 
     if (s.empty()) return s;
     if (scene.handles.size() > 255)
         throw InputError("the scene has {} handles; 255 are possible", scene.handles.size());
-    find_rest_neighbours(s.bodies, s.elements);
+    s.contacts = make_contacts(scene, s);
+    find_rest_neighbours(s.bodies, s.elements, hang_together_in_shapes(s));
     measure_moments(s.elements);
     for (const scene::Handle& h : scene.handles) s.grips.push_back(make_grip(scene, h, s));
-    s.contacts = make_contacts(scene, s);
     return s;
 }
 

@@ -42,9 +42,8 @@ Mat3 stress_change(const StressLaw& law, const Elements& e, const Stiffness::At&
 
 /// Adds what a displacement of an element changes of its own force, by way of one stencil in which it has H = du b^T.
 void add_block(const StressLaw& law, const Elements& e, std::size_t stencil, const Vec3& b, Mat3& block) {
-    const Stiffness::At rest{projection_of(e, stencil), {}, 0};
     for (int a = 0; a < 3; ++a)
-        block.col(a) += e.volume[stencil] * (stress_change(law, e, rest, stencil, Vec3::Unit(a) * b.transpose()) * b);
+        block.col(a) += e.volume[stencil] * (stress_change_at_rest(law, e, stencil, Vec3::Unit(a) * b.transpose()) * b);
 }
 
 /// Sum over the stencils with element i: its own, in which du moves the middle, and those it is a neighbour in.
@@ -98,6 +97,10 @@ void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<
         kElements);
     parallel_for(
         n, [&](std::size_t i) { out[i] = s.own[i] + force_of_neighbours(elements, s.stencil.data(), i); }, kElements);
+}
+
+Mat3 stress_change_at_rest(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& dh) {
+    return stress_change(law, elements, {projection_of(elements, i), {}, 0}, i, dh);
 }
 
 void find_diagonal(const std::vector<StressLaw>& laws, const Elements& elements, std::vector<Symmetric>& elastic,

@@ -37,6 +37,9 @@ void linearise(const std::vector<StressLaw>& laws, const Elements& elements, dou
 /// and each stencil's -V dP A+ in the place of its F. Symmetric.
 void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<Quad>& du, std::vector<Vec3>& out);
 
+/// dP of element i unstrained, for the gradient dh.
+Mat3 stress_change_at_rest(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& dh);
+
 /// The 3x3 blocks of K on the diagonal, in the unstrained rest shape: of elasticity, and of a viscosity of 1/s.
 void find_diagonal(const std::vector<StressLaw>& laws, const Elements& elements, std::vector<Symmetric>& elastic,
                    std::vector<Symmetric>& viscous);

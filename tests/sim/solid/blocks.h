@@ -66,6 +66,37 @@ inline void shake(Elements& e, Real distance, Real size) {
             (&e.displacement[i].x)[a] += size * distance * static_cast<Real>(random_unit(3, i, a, 2) - 0.5);
 }
 
+/// The energy as elasticity.h states it, neighbour by neighbour with plain matrices: readable, not fast.
+inline Real energy(const std::vector<StressLaw>& laws, const Elements& e) {
+    Real total = 0;
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        const StressLaw& law = laws[e.law_of(i)];
+        const auto neighbours = [&](auto&& f) {
+            for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
+                const Index j = e.neighbour[k];
+                f(e.weight[k], Vec3(xyz(e.rest[j]) - xyz(e.rest[i])),
+                  Vec3(xyz(e.displacement[j]) - xyz(e.displacement[i])));
+            }
+        };
+        Mat3 a = Mat3::Zero(), b = Mat3::Zero();
+        neighbours([&](Real w, const Vec3& r, const Vec3& u) {
+            a += w * r * r.transpose();
+            b += w * (r + u) * r.transpose();
+        });
+        const Mat3 inverse = matrix(e.moment[i].inverse), j = b * inverse;
+        const Mat3 strain = Real(0.5) * (j.transpose() * j - a * inverse) - matrix(e.plastic[i]);
+        const Mat3 stress = law.lambda * strain.trace() * Mat3::Identity() + 2 * law.mu * strain;
+        total += e.volume[i] / 2 * strain.cwiseProduct(stress).sum();
+        if (e.moment[i].full) total += e.volume[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);
+        if (!(a.trace() > 0)) continue;
+        const Real c = law.zero_energy * e.volume[i] / a.trace();
+        neighbours([&](Real w, const Vec3& r, const Vec3& u) {
+            total += c / 2 * w * (r + u - j * r - (r - a * inverse * r)).squaredNorm();
+        });
+    }
+    return total;
+}
+
 inline StressLaw rubber() {
     const Real modulus = 1e5, nu = Real(0.3);
     return {.lambda = modulus * nu / ((1 + nu) * (1 - 2 * nu)),

@@ -12,6 +12,7 @@ namespace thixo {
 namespace {
 
 using fixture::block;
+using fixture::energy;
 using fixture::prepared;
 using fixture::rubber;
 
@@ -31,36 +32,6 @@ Real largest(const std::vector<Vec3>& force) {
     return most;
 }
 
-/// The energy as elasticity.h states it, neighbour by neighbour with plain matrices: readable, not fast.
-Real energy(const StressLaw& law, const Elements& e) {
-    Real total = 0;
-    for (std::size_t i = 0; i < e.size(); ++i) {
-        const auto neighbours = [&](auto&& f) {
-            for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
-                const Index j = e.neighbour[k];
-                f(e.weight[k], Vec3(xyz(e.rest[j]) - xyz(e.rest[i])),
-                  Vec3(xyz(e.displacement[j]) - xyz(e.displacement[i])));
-            }
-        };
-        Mat3 a = Mat3::Zero(), b = Mat3::Zero();
-        neighbours([&](Real w, const Vec3& r, const Vec3& u) {
-            a += w * r * r.transpose();
-            b += w * (r + u) * r.transpose();
-        });
-        const Mat3 inverse = matrix(e.moment[i].inverse), j = b * inverse;
-        const Mat3 strain = Real(0.5) * (j.transpose() * j - a * inverse) - matrix(e.plastic[i]);
-        const Mat3 stress = law.lambda * strain.trace() * Mat3::Identity() + 2 * law.mu * strain;
-        total += e.volume[i] / 2 * strain.cwiseProduct(stress).sum();
-        if (e.moment[i].full) total += e.volume[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);
-        if (!(a.trace() > 0)) continue;
-        const Real c = law.zero_energy * e.volume[i] / a.trace();
-        neighbours([&](Real w, const Vec3& r, const Vec3& u) {
-            total += c / 2 * w * (r + u - j * r - (r - a * inverse * r)).squaredNorm();
-        });
-    }
-    return total;
-}
-
 /// Compares the forces with central differences of the energy. Differences over 1e-6 distances leave 1e-16/1e-6
 /// rounding and 1e-12 truncation, relative to energies some thousand times the largest term: 1e-6 of the largest force.
 void expect_forces_of_energy(const StressLaw& law, Elements e) {
@@ -72,9 +43,9 @@ void expect_forces_of_energy(const StressLaw& law, Elements e) {
             Real& u = (&e.displacement[i].x)[a];
             const Real here = u;
             u = here + step;
-            const Real more = energy(law, e);
+            const Real more = energy({law}, e);
             u = here - step;
-            const Real less = energy(law, e);
+            const Real less = energy({law}, e);
             u = here;
             EXPECT_NEAR(force[i][a], (less - more) / (2 * step), 1e-6 * scale) << "particle " << i << " axis " << a;
         }
@@ -144,7 +115,7 @@ TEST(Elasticity, ForcesAreMinusTheGradientOfTheEnergy) {
     Elements e = prepared(block(5, 4, 5, kDistance, Real(0.3)), law);
     for (std::size_t i = 0; i < e.size(); ++i) e.plastic[i] = {Real(0.05), Real(-0.02), 0, Real(0.03), 0, Real(0.01)};
     fixture::shake(e, kDistance, Real(0.2));
-    expect_forces_of_energy(law, e);
+    expect_forces_of_energy({law}, e);
 }
 
 TEST(Elasticity, SupportsOfTheirOwnKeepForcesTheGradientOfTheEnergy) {

@@ -268,6 +268,50 @@ TEST(Melting, HeatBetweenSolidsAndLiquidsIsConserved) {
     EXPECT_TRUE(melted && cold);
 }
 
+TEST(Melting, WhatIsSolidStillMeetsWhatIsSolid) {
+    // Two cubes of wax meet at 1 m/s in free space, as bodies and as two parts of one, while a far corner of each is
+    // liquid. As long as contact was for whole bodies alone they went through each other.
+    for (const bool one_body : {false, true}) {
+        scene::Scene scene = fixture::empty_space();
+        scene.materials = {wax()};
+        scene.frames.fps = 200;
+        const scene::Shape left = box({-0.036, 0, 0}, {0.06, 0.06, 0.06}),
+                           right = box({0.036, 0, 0}, {0.06, 0.06, 0.06});
+        scene::Union both;
+        both.shapes = {left, right};
+        if (one_body)
+            scene.bodies = {of(fixture::body("both", fixture::shape_at({0, 0, 0}, both)), "wax")};
+        else
+            scene.bodies = {of(fixture::body("left", left), "wax"), of(fixture::body("right", right), "wax")};
+        Simulation s = make_simulation(scene);
+        std::map<std::int64_t, bool> is_left;
+        Elements& e = s.solids.elements;
+        for (std::size_t i = 0; i < s.particles.size(); ++i) {
+            const bool side = is_left[s.particles.id[i]] = s.particles.position[i].x() < 0;
+            s.particles.velocity[i].x() = side ? 0.5f : -0.5f;
+            e.velocity[s.solids.element(s.particles.id[i])].x = side ? 0.5f : -0.5f;
+        }
+        set_temperature(s, [](const Vec3& x) { return std::abs(x.x()) > 0.055f && x.z() > 0.02f ? 80.0 : 20.0; });
+        const Real width = std::cbrt(s.particles.rest_volume[0]);
+        Real nearest = 1;
+        for (int k = 0; k < 16; ++k) {
+            advance_frame(s);
+            for (std::size_t i = 0; i < s.particles.size(); ++i)
+                for (std::size_t j = 0; j < i; ++j)
+                    if (is_left[s.particles.id[i]] != is_left[s.particles.id[j]])
+                        nearest = std::min(nearest, (s.particles.position[i] - s.particles.position[j]).norm());
+        }
+        EXPECT_LT(nearest, width);  // they met
+        EXPECT_GT(nearest, Real(0.5) * width);
+        Real gone = 0;
+        for (std::size_t i = 0; i < s.particles.size(); ++i)
+            if (s.particles.melt[i] == 0)
+                gone += is_left[s.particles.id[i]] ? -s.particles.velocity[i].x() : s.particles.velocity[i].x();
+        EXPECT_GT(gone, 0);  // and fly apart
+        EXPECT_LT(fixture::momentum(s.particles).norm(), 1e-5 * fixture::motion(s.particles));
+    }
+}
+
 TEST(Melting, KeepsMomentum) {
     // A block melts from the middle on while it spins apart in free space; elastic, viscous and pressure forces all
     // act.

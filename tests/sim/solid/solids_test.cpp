@@ -96,6 +96,39 @@ TEST(Solids, ABodyHasTheVolumeAndMassOfItsShape) {
     EXPECT_NEAR(mass, 1000 * 4 / 3.0 * kPi * cube(0.053), 1e-3 * mass);  // the volume of shapes is found to that
 }
 
+TEST(Solids, PartsOfABodyHangTogetherThroughMatterAlone) {
+    // Two cubes 9 mm apart, closer than the support of 20 mm, and a bar that joins two more.
+    scene::Scene scene = fixture::rubber_scene();
+    const auto box = [](const Vec3d& at, const Vec3d& size) { return fixture::shape_at(at, scene::BoxShape{size, 0}); };
+    scene::Union parts;
+    parts.shapes = {box({-0.0345, 0, 0}, {0.06, 0.06, 0.06}), box({0.0345, 0, 0}, {0.06, 0.06, 0.06}),
+                    box({0, 0, 0.1}, {0.13, 0.06, 0.06})};
+    scene.bodies = {fixture::body("parts", fixture::shape_at({0, 0, 0}, parts))};
+    const Simulation s = make_simulation(scene);
+    const Elements& e = s.solids.elements;
+    int across = 0, joined = 0, apart = 0;
+    for (Index i = 0; i < e.size(); ++i)
+        for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
+            const Index j = e.neighbour[k];
+            const Vec3 a = xyz(e.rest[i]) + s.solids.bodies[0].place.cast<Real>(),
+                       b = xyz(e.rest[j]) + s.solids.bodies[0].place.cast<Real>();
+            const bool other_side = a.x() * b.x() < 0;
+            if (a.z() > 0.05f || b.z() > 0.05f)
+                joined += other_side;
+            else
+                across += other_side;
+        }
+    for (Index i = 0; i < e.size(); ++i)
+        for (Index j = 0; j < i; ++j) {
+            const Vec3 way = xyz(e.rest[i]) - xyz(e.rest[j]);
+            apart +=
+                way.norm() < e.support[i] && std::abs(way.x()) > 0.009f && xyz(e.rest[i]).x() * xyz(e.rest[j]).x() < 0;
+        }
+    EXPECT_EQ(across, 0);
+    EXPECT_GT(joined, 0);
+    EXPECT_GT(apart, 0);  // some are near enough
+}
+
 TEST(Solids, AHandleHoldsMovesAndLetsGo) {
     scene::Scene scene = fixture::rubber_scene();
     scene.bodies = {fixture::body("block", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))};

@@ -1,0 +1,362 @@
+#include "sim/solid/coarse_grid.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/base/parallel.h"
+#include "sim/solid/stiffness.h"
+
+namespace thixo {
+namespace {
+
+constexpr double kCell = 3;          // least size of a cell, in particle widths
+constexpr double kMostNodes = 300;   // of a body: more cost more than they save
+constexpr double kFewest = 64;       // elements of a body for which a grid is worth its while
+constexpr double kShift = 1e-9;      // on the diagonal, of the diagonal
+constexpr std::size_t kCorners = 8;  // of a cell
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+/// Neighbours of a node are no farther than this along each axis, as stencils reach no farther than a cell.
+constexpr int kReach = 3, kSide = 2 * kReach + 1, kSlots = kSide * kSide * kSide;
+
+struct Lattice {
+    Vec3d origin{0, 0, 0};
+    double cell = 0;  // [m]; 0: none
+    std::array<int, 3> count{0, 0, 0};
+    std::size_t first = 0;  // node
+    std::size_t nodes() const { return static_cast<std::size_t>(count[0] * count[1] * count[2]); }
+    std::array<int, 3> place(std::size_t node) const {
+        const int k = static_cast<int>(node - first);
+        return {k % count[0], k / count[0] % count[1], k / count[0] / count[1]};
+    }
+};
+
+Lattice lattice_of(const SolidBody& body, const Elements& e, std::size_t first) {
+    Lattice lattice;
+    lattice.first = first;
+    if (static_cast<double>(body.end - body.begin) < kFewest) return lattice;
+    Vec3d lower = Vec3d::Constant(1e30), upper = -lower;
+    double support = 0, volume = 0;
+    for (Index i = body.begin; i < body.end; ++i) {
+        const Vec3d m = xyz(e.rest[i]).cast<double>();
+        lower = lower.cwiseMin(m);
+        upper = upper.cwiseMax(m);
+        support = std::max(support, static_cast<double>(e.support[i]));
+        volume += static_cast<double>(e.volume[i]);
+    }
+    const double width = std::cbrt(volume / static_cast<double>(body.end - body.begin));
+    lattice.cell = std::max({kCell * width, support, std::cbrt(volume / kMostNodes)});
+    for (int a = 0; a < 3; ++a)
+        lattice.count[static_cast<std::size_t>(a)] =
+            static_cast<int>(std::floor((upper[a] - lower[a]) / lattice.cell)) + 2;
+    for (int a = 0; a < 3; ++a)  // about the middle
+        lattice.origin[a] = (lower[a] + upper[a] - (lattice.count[static_cast<std::size_t>(a)] - 1) * lattice.cell) / 2;
+    return lattice;
+}
+
+struct Corner {
+    Index node = 0;
+    Real weight = 0;
+};
+
+/// A symmetric matrix of 3x3 blocks, by rows of nodes and the places of their neighbours.
+struct Blocks {
+    std::vector<Index> slot;  // kSlots of every node: index of a block, or kNone
+    std::vector<Mat3d> block;
+    void start(std::size_t nodes) {
+        slot.assign(nodes * kSlots, kNone);
+        block.clear();
+    }
+    Mat3d& at(const Lattice& lattice, Index row, Index column) {
+        const auto a = lattice.place(row), b = lattice.place(column);
+        const int x = b[0] - a[0] + kReach, y = b[1] - a[1] + kReach, z = b[2] - a[2] + kReach;
+        Index& k = slot[row * std::size_t(kSlots) + static_cast<std::size_t>((z * kSide + y) * kSide + x)];
+        if (k == kNone) {
+            k = static_cast<Index>(block.size());
+            block.push_back(Mat3d::Zero());
+        }
+        return block[k];
+    }
+};
+
+}  // namespace
+
+struct CoarseGrid::State {
+    // What it was made for.
+    std::vector<StressLaw> laws;
+    std::vector<std::uint8_t> held;
+    double dt = 0;
+    bool bounded = false;
+    // N: eight corners of every element, and the elements of every node.
+    std::vector<Lattice> lattice;
+    std::size_t nodes = 0;
+    std::vector<Corner> corner;
+    std::vector<std::size_t> begin;
+    std::vector<std::pair<Index, Real>> member;
+    Sparse elastic, viscous, mass, matrix;
+    Eigen::SimplicialLLT<Sparse> factor;
+    bool usable = false;
+    Eigen::VectorXd right, left;
+
+    std::vector<SolidBody> bodies;
+};
+
+namespace {
+
+void place_corners(const Lattice& lattice, const SolidBody& body, const Elements& e,
+                   const std::vector<std::uint8_t>& held, std::vector<Corner>& corner) {
+    if (!(lattice.cell > 0)) return;
+    parallel_for(body.end - body.begin, [&](std::size_t k) {
+        const std::size_t i = body.begin + k;
+        const Vec3d at = (xyz(e.rest[i]).cast<double>() - lattice.origin) / lattice.cell;
+        std::array<int, 3> cell{};
+        Vec3d part;
+        for (int a = 0; a < 3; ++a) {
+            const auto c = static_cast<std::size_t>(a);
+            cell[c] = std::clamp(static_cast<int>(std::floor(at[a])), 0, lattice.count[c] - 2);
+            part[a] = at[a] - cell[c];
+        }
+        for (int c = 0; c < 8; ++c) {
+            const int dx = c & 1, dy = c >> 1 & 1, dz = c >> 2;
+            const double weight =
+                (dx ? part[0] : 1 - part[0]) * (dy ? part[1] : 1 - part[1]) * (dz ? part[2] : 1 - part[2]);
+            const int node = ((cell[2] + dz) * lattice.count[1] + cell[1] + dy) * lattice.count[0] + cell[0] + dx;
+            corner[kCorners * i + static_cast<std::size_t>(c)] = {
+                static_cast<Index>(lattice.first) + static_cast<Index>(node),
+                held[i] ? Real(0) : static_cast<Real>(weight)};
+        }
+    });
+}
+
+/// The elements of every node.
+void list_members(const std::vector<Corner>& corner, std::size_t nodes, std::vector<std::size_t>& begin,
+                  std::vector<std::pair<Index, Real>>& member) {
+    begin.assign(nodes + 1, 0);
+    for (const Corner& c : corner)
+        if (c.weight > 0) ++begin[c.node + 1];
+    for (std::size_t n = 0; n < nodes; ++n) begin[n + 1] += begin[n];
+    member.resize(begin[nodes]);
+    std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+    for (std::size_t k = 0; k < corner.size(); ++k)
+        if (corner[k].weight > 0) member[next[corner[k].node]++] = {static_cast<Index>(k / kCorners), corner[k].weight};
+}
+
+/// What one stencil sees of the nodes about it.
+struct Seen {
+    std::vector<Index> node;
+    std::vector<Vec3d> moment;   // q_n = sum_j w_ij (N_n(j) - N_n(i)) r_ij
+    std::vector<Vec3d> slope;    // g_n = A+ q_n: H = sum_n U_n g_n^T
+    std::vector<double> square;  // sum_j w_ij (N_n(j) - N_n(i)) (N_m(j) - N_m(i)), n m
+    std::size_t find(Index n) {
+        for (std::size_t k = 0; k < node.size(); ++k)
+            if (node[k] == n) return k;
+        node.push_back(n);
+        return node.size() - 1;
+    }
+};
+
+void see(const Elements& e, const std::vector<Corner>& corner, std::size_t i, Seen& s) {
+    s.node.clear();
+    const auto corners = [&](std::size_t j) { return corner.data() + kCorners * j; };
+    const Corner* own = corners(i);
+    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k)
+        for (std::size_t c = 0; c < kCorners; ++c)
+            if (corners(e.neighbour[k])[c].weight > 0) s.find(corners(e.neighbour[k])[c].node);
+    for (std::size_t c = 0; c < kCorners; ++c)
+        if (own[c].weight > 0) s.find(own[c].node);
+    const std::size_t n = s.node.size();
+    s.moment.assign(n, Vec3d::Zero());
+    s.square.assign(n * n, 0);
+    std::vector<double> difference(n);
+    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
+        const double w = static_cast<double>(e.weight[k]);
+        if (!(w > 0)) continue;
+        const Index j = e.neighbour[k];
+        std::fill(difference.begin(), difference.end(), 0.0);
+        for (std::size_t c = 0; c < kCorners; ++c) {
+            if (corners(j)[c].weight > 0)
+                difference[s.find(corners(j)[c].node)] += static_cast<double>(corners(j)[c].weight);
+            if (own[c].weight > 0) difference[s.find(own[c].node)] -= static_cast<double>(own[c].weight);
+        }
+        const Vec3d r = xyz(e.rest[j]).cast<double>() - xyz(e.rest[i]).cast<double>();
+        for (std::size_t a = 0; a < n; ++a) {
+            if (difference[a] == 0) continue;
+            s.moment[a] += w * difference[a] * r;
+            for (std::size_t b = 0; b < n; ++b) s.square[a * n + b] += w * difference[a] * difference[b];
+        }
+    }
+    const Mat3d inverse = matrix(e.moment[i].inverse).cast<double>();
+    s.slope.resize(n);
+    for (std::size_t a = 0; a < n; ++a) s.slope[a] = inverse * s.moment[a];
+}
+
+/// Adds the stencil's stiffness to the blocks of all pairs of its nodes.
+void add_stencil(const StressLaw& law, const Elements& e, std::size_t i, bool zero_energy, const Lattice& lattice,
+                 const Seen& s, Blocks& to) {
+    const std::size_t n = s.node.size();
+    for (std::size_t b = 0; b < n; ++b) {
+        std::array<Mat3d, 3> change;
+        for (int a = 0; a < 3; ++a)
+            change[static_cast<std::size_t>(a)] =
+                static_cast<double>(e.volume[i]) *
+                stress_change_at_rest(law, e, i, Vec3::Unit(a) * s.slope[b].cast<Real>().transpose()).cast<double>();
+        for (std::size_t a = 0; a < n; ++a) {
+            Mat3d& block = to.at(lattice, s.node[a], s.node[b]);
+            for (int c = 0; c < 3; ++c) block.col(c) += change[static_cast<std::size_t>(c)] * s.slope[a];
+            if (zero_energy)
+                block.diagonal().array() +=
+                    static_cast<double>(e.rest[i].w) * (s.square[a * n + b] - s.moment[a].dot(s.slope[b]));
+        }
+    }
+}
+
+Sparse sparse(const Blocks& blocks, const std::vector<Lattice>& lattices, std::size_t nodes) {
+    std::vector<Eigen::Triplet<double>> list;
+    for (const Lattice& lattice : lattices)
+        for (std::size_t row = lattice.first; row < lattice.first + lattice.nodes(); ++row)
+            for (int k = 0; k < kSlots; ++k) {
+                const Index at = blocks.slot[row * std::size_t(kSlots) + static_cast<std::size_t>(k)];
+                if (at == kNone) continue;
+                const int dx = k % kSide - kReach, dy = k / kSide % kSide - kReach, dz = k / kSide / kSide - kReach;
+                const auto column = static_cast<std::size_t>(static_cast<int>(row) +
+                                                             (dz * lattice.count[1] + dy) * lattice.count[0] + dx);
+                for (int a = 0; a < 3; ++a)
+                    for (int b = 0; b < 3; ++b)
+                        list.emplace_back(static_cast<int>(3 * row) + a, static_cast<int>(3 * column) + b,
+                                          blocks.block[at](a, b));
+            }
+    const int n = static_cast<int>(3 * nodes);
+    for (int k = 0; k < n; ++k) list.emplace_back(k, k, 0.0);  // the diagonal is there, whatever is on it
+    Sparse out(n, n);
+    out.setFromTriplets(list.begin(), list.end());
+    return out;
+}
+
+/// N^T B N of blocks on the diagonal.
+template <class F>
+void add_elements(const Lattice& lattice, const SolidBody& body, const std::vector<Corner>& corner, F&& block,
+                  Blocks& to) {
+    if (!(lattice.cell > 0)) return;
+    for (std::size_t i = body.begin; i < body.end; ++i) {
+        const Mat3d b = block(i);
+        if (b.isZero(0)) continue;
+        const Corner* own = corner.data() + kCorners * i;
+        for (std::size_t c = 0; c < kCorners; ++c)
+            for (std::size_t d = 0; d < kCorners; ++d)
+                if (own[c].weight * own[d].weight > 0)
+                    to.at(lattice, own[c].node, own[d].node) += static_cast<double>(own[c].weight * own[d].weight) * b;
+    }
+}
+
+}  // namespace
+
+void CoarseGrid::prepare(const std::vector<StressLaw>& laws, const std::vector<SolidBody>& bodies, const Elements& e,
+                         const std::vector<std::uint8_t>& held) {
+    if (state_ && state_->laws == laws && state_->held == held) return;
+    state_ = std::make_shared<State>();
+    State& s = *state_;
+    s.laws = laws;
+    s.held = held;
+    for (const SolidBody& body : bodies) {
+        s.lattice.push_back(lattice_of(body, e, s.nodes));
+        s.nodes += s.lattice.back().nodes();
+    }
+    if (s.nodes == 0) return;
+    s.corner.assign(kCorners * e.size(), {});
+    for (std::size_t b = 0; b < bodies.size(); ++b) place_corners(s.lattice[b], bodies[b], e, held, s.corner);
+    list_members(s.corner, s.nodes, s.begin, s.member);
+    std::vector<StressLaw> rates;
+    bool viscous = false;
+    for (const StressLaw& law : laws) {
+        rates.push_back({.mu = law.viscosity});
+        viscous = viscous || law.viscosity > 0;
+    }
+    Blocks elastic, viscosity, mass;
+    for (Blocks* b : {&elastic, &viscosity, &mass}) b->start(s.nodes);
+    Seen seen;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const Lattice& lattice = s.lattice[b];
+        if (!(lattice.cell > 0)) continue;
+        for (std::size_t i = bodies[b].begin; i < bodies[b].end; ++i) {
+            see(e, s.corner, i, seen);
+            add_stencil(laws[e.law_of(i)], e, i, true, lattice, seen, elastic);
+            if (viscous) add_stencil(rates[e.law_of(i)], e, i, false, lattice, seen, viscosity);
+        }
+        add_elements(
+            lattice, bodies[b], s.corner,
+            [&](std::size_t i) { return Mat3d(static_cast<double>(e.mass[i]) * Mat3d::Identity()); }, mass);
+    }
+    s.elastic = sparse(elastic, s.lattice, s.nodes);
+    s.viscous = sparse(viscosity, s.lattice, s.nodes);
+    s.mass = sparse(mass, s.lattice, s.nodes);
+    s.matrix = s.elastic + s.viscous + s.mass;
+    s.factor.analyzePattern(s.matrix);
+    s.right.resize(static_cast<Eigen::Index>(3 * s.nodes));
+    s.bodies = bodies;
+}
+
+void CoarseGrid::factor(double dt, const std::vector<Symmetric>& boundary) {
+    State& s = *state_;
+    if (s.nodes == 0 || (s.usable && s.dt == dt && !s.bounded && boundary.empty())) return;
+    s.dt = dt;
+    s.bounded = !boundary.empty();
+    s.matrix = s.elastic + (1 / dt) * s.viscous + (1 / square(dt)) * s.mass;
+    if (s.bounded) {
+        Blocks walls;
+        walls.start(s.nodes);
+        for (std::size_t b = 0; b < s.lattice.size(); ++b)
+            add_elements(
+                s.lattice[b], s.bodies[b], s.corner,
+                [&](std::size_t i) { return Mat3d(matrix(boundary[i]).cast<double>()); }, walls);
+        s.matrix += sparse(walls, s.lattice, s.nodes);
+    }
+    for (Eigen::Index k = 0; k < s.matrix.rows(); ++k) {
+        double& d = s.matrix.coeffRef(k, k);
+        d = d > 0 ? (1 + kShift) * d : 1;
+    }
+    s.factor.factorize(s.matrix);
+    s.usable = s.factor.info() == Eigen::Success;
+}
+
+void CoarseGrid::add_correction(const std::vector<Vec3>& r, std::vector<Vec3>& z) {
+    State& s = *state_;
+    if (!s.usable) return;
+    parallel_for(
+        s.nodes,
+        [&](std::size_t n) {
+            Vec3d sum(0, 0, 0);
+            for (std::size_t k = s.begin[n]; k < s.begin[n + 1]; ++k)
+                sum += static_cast<double>(s.member[k].second) * r[s.member[k].first].cast<double>();
+            s.right.segment<3>(static_cast<Eigen::Index>(3 * n)) = sum;
+        },
+        64);
+    s.left = s.factor.solve(s.right);
+    parallel_for(
+        z.size(),
+        [&](std::size_t i) {
+            Vec3d sum(0, 0, 0);
+            for (std::size_t c = 0; c < kCorners; ++c) {
+                const Corner& at = s.corner[kCorners * i + c];
+                sum += static_cast<double>(at.weight) * s.left.segment<3>(3 * static_cast<Eigen::Index>(at.node));
+            }
+            z[i] += sum.cast<Real>();
+        },
+        1024);
+}
+
+std::size_t CoarseGrid::nodes() const { return state_ ? state_->nodes : 0; }
+
+std::size_t CoarseGrid::bytes() const {
+    if (nodes() == 0) return 0;
+    const State& s = *state_;
+    constexpr std::size_t kEntry = sizeof(double) + sizeof(int);
+    std::size_t entries =
+        static_cast<std::size_t>(s.elastic.nonZeros() + s.viscous.nonZeros() + s.mass.nonZeros() + s.matrix.nonZeros());
+    entries += static_cast<std::size_t>(s.factor.matrixL().nestedExpression().nonZeros());
+    return entries * kEntry + s.corner.size() * sizeof(Corner) + s.member.size() * sizeof(s.member[0]);
+}
+
+}  // namespace thixo

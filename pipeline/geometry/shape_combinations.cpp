@@ -34,7 +34,8 @@ struct Union final : Shape::Node {
     Union(std::vector<Shape> list, Real radius) : shapes(std::move(list)), smooth(radius) {
         box = shapes[0].bounds();
         for (const Shape& s : shapes) {
-            const auto other = s.bounds();
+            boxes.push_back(s.bounds());
+            const auto& other = boxes.back();
             box = box && other ? std::optional(joined(*box, *other)) : std::nullopt;
         }
         // Every fold lowers the value by smooth/4 at most.
@@ -43,6 +44,11 @@ struct Union final : Shape::Node {
     Real distance(const Vec3& x) const override {
         Real d = shapes[0].distance(x);
         for (std::size_t k = 1; k < shapes.size(); ++k) {
+            // Outside of its box a shape is no nearer than that.
+            if (boxes[k]) {
+                const Vec3 away = (boxes[k]->lower - x).cwiseMax(x - boxes[k]->upper).cwiseMax(Real(0));
+                if (away.squaredNorm() > square(std::max(d + smooth, Real(0)))) continue;
+            }
             const Real other = shapes[k].distance(x);
             d = smooth > 0 ? smooth_min(d, other, smooth) : std::min(d, other);
         }
@@ -58,6 +64,7 @@ struct Union final : Shape::Node {
     std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
     std::vector<Shape> shapes;
     Real smooth;
+    std::vector<std::optional<Box3>> boxes;  // of the shapes
     std::optional<Box3> box;
 };
 

@@ -100,7 +100,8 @@ void take_over(const EmbeddedSurface& embedded, const Solids& solids, const Surf
 
 SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& solids, Particles& particles,
                                    const Walls& walls, const scene::Surface& params, Real spacing, Real support,
-                                   MixedSurface& state, SurfaceState& shown, std::vector<Index>& source) {
+                                   const std::vector<Mould>& moulds, MixedSurface& state, SurfaceState& shown,
+                                   std::vector<Index>& source) {
     if (state.animated.next_id < kFirstAnimated) state.animated.next_id = kFirstAnimated;
     state.taken.resize(solids.bodies.size(), 0);
     displace_embedded(embedded, solids, state.taken, shown, source);
@@ -129,7 +130,7 @@ SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& soli
     for_each_array(matter, [&](const char*, auto& array) { keep(array, members); });
     SurfaceReport report;
     if (!members.empty() || state.animated.size() > 0)
-        report = update_surface(state.animated, matter, walls, params, spacing, support);
+        report = update_surface(state.animated, matter, walls, params, spacing, support, moulds);
     particles.surface_position = particles.position;
     for_each_pair(shown, state.animated,
                   [](auto& array, const auto& from) { array.insert(array.end(), from.begin(), from.end()); });

@@ -25,6 +25,7 @@ inline constexpr std::int64_t kFirstAnimated = std::int64_t(1) << 40;
 /// potentials and are resampled: s = (1 - b) s_displaced + b s_deformed.
 SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& solids, Particles& particles,
                                    const Walls& walls, const scene::Surface& params, Real spacing, Real support,
-                                   MixedSurface& state, SurfaceState& shown, std::vector<Index>& source);
+                                   const std::vector<Mould>& moulds, MixedSurface& state, SurfaceState& shown,
+                                   std::vector<Index>& source);
 
 }  // namespace thixo

@@ -20,10 +20,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/base/lanes.h"
 #include "pipeline/base/math.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/contract/scene.h"
-#include "sim/lanes.h"
 #include "sim/particles.h"
 
 namespace thixo {

@@ -27,6 +27,13 @@ int index_of(const std::vector<T>& list, const std::string& name, const char* wh
     throw InputError("there is no {} named '{}'", what, name);
 }
 
+std::vector<Mould> make_moulds(const scene::Scene& scene) {
+    std::vector<Mould> moulds;
+    for (const scene::Mould& m : scene.surface.moulds)
+        moulds.push_back({make_shape(scene, m.shape), static_cast<Real>(m.weight), static_cast<Real>(m.reach)});
+    return moulds;
+}
+
 double fastest_of(const scene::Scene& scene) {
     double fastest = 0;
     for (const scene::Body& b : scene.bodies) {
@@ -174,6 +181,7 @@ Simulation make_simulation(const scene::Scene& scene) {
                     .tension = TensionScale(smoothing, scene.solver.pressure),
                     .materials = resolve_materials(scene.materials, static_cast<Real>(speed), scene.solver.pressure),
                     .heat = make_heat(scene),
+                    .moulds = make_moulds(scene),
                     .gravity = scene.world.gravity.cast<Real>(),
                     .periodic = make_periodic(scene.world, smoothing.support),
                     .expected_speed = speed,

@@ -37,6 +37,7 @@ struct Problem {
     TensionScale tension;
     std::vector<MaterialParams> materials;
     HeatParams heat;
+    std::vector<Mould> moulds;
     Vec3 gravity{0, 0, 0};  // [m/s^2]
     Periodic periodic;
     double expected_speed = 0;            // U [m/s]

@@ -309,10 +309,11 @@ void refresh_surface(Simulation& s) {
     ScopedTimer timer(s.stats.surface_seconds);
     const Smoothing& smoothing = s.problem.smoothing;
     const scene::Surface& params = s.problem.scene.surface;
+    const Real spacing = smoothing.spacing, support = smoothing.support;
     const SurfaceReport report =
-        s.solids.empty() ? update_surface(s.surface, s.particles, s.walls, params, smoothing.spacing, smoothing.support)
-                         : update_mixed_surface(s.embedded, s.solids, s.particles, s.walls, params, smoothing.spacing,
-                                                smoothing.support, s.mixed_surface, s.surface, s.embedded_source);
+        s.solids.empty() ? update_surface(s.surface, s.particles, s.walls, params, spacing, support, s.problem.moulds)
+                         : update_mixed_surface(s.embedded, s.solids, s.particles, s.walls, params, spacing, support,
+                                                s.problem.moulds, s.mixed_surface, s.surface, s.embedded_source);
     if (!s.solids.empty() && !s.solids.phases.any)
         draw_contacts(s.embedded, s.embedded_source, s.walls, s.solids, s.surface);
     SurfaceReport& sum = s.stats.surface;

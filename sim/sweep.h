@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/lanes.h"
+#include "pipeline/base/lanes.h"
 #include "sim/materials.h"
 #include "sim/particles.h"
 #include "sim/periodic.h"

@@ -234,6 +234,21 @@ void visit(V& v, Solver& s) {
     v.key("checkpoint_every", s.checkpoint_every, "frames", between(1, 999999), "frames between two checkpoints");
 }
 
+/// The external potential: a shape that the surfaces of liquids are drawn to.
+struct Mould {
+    std::string name;
+    Shape shape;
+    double weight = 1;  // 1
+    double reach = 0;   // m
+};
+template <class V>
+void visit(V& v, Mould& m) {
+    v.shape("shape", m.shape, required(), "draws surfels near its surface, from outside and from within, to it");
+    v.key("weight", m.weight, "1", between(0, 1e6),
+          "weight beside those of the other potentials; where they add up to more than 1 each counts by its part");
+    v.key("reach", m.reach, "m", required(above(0)), "how far from its surface it draws");
+}
+
 struct Surface {
     bool enabled = true;
     double radius = 0.5;                              // surfel radius r_s in spacings
@@ -241,6 +256,7 @@ struct Surface {
     double iso = 0.5;                                 // iso-value of the colour field
     double guide = 0.2, attract = 0.1, smooth = 0.6;  // weights of the potentials
     int iterations = 6;                               // at most, per update
+    std::vector<Mould> moulds;
 };
 template <class V>
 void visit(V& v, Surface& s) {
@@ -252,6 +268,7 @@ void visit(V& v, Surface& s) {
     v.key("attract", s.attract, "1", between(0, 1), "weight of the potential that draws surfels to the particles");
     v.key("smooth", s.smooth, "1", between(0, 1), "weight of the smoothing potential");
     v.key("iterations", s.iterations, "", between(1, 1000), "deformation steps of one update, at most");
+    v.named("moulds", s.moulds, "shapes that the surfaces of liquids and of what has melted take on");
 }
 
 }  // namespace thixo::scene

@@ -2,37 +2,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
-#include "pipeline/geometry/implicit_surface.h"
+#include "pipeline/base/random.h"
+#include "pipeline/geometry/near_runs.h"
 
 namespace thixo {
 namespace {
 
 constexpr float kUnknown = -1;
-constexpr std::size_t kMostCells = std::size_t(1) << 30;
+// Cells whose centre is this near to a surfel are looked at, in edges: with surfels no farther apart than discs that
+// overlap no path from face to face leads through the surface beside them, and what the surface cuts is among them.
+constexpr Real kBand = Real(1.3);
+constexpr int kBits = 21;  // of a cell's coordinate in its key
+constexpr double kMostCells = (1 << kBits) - 1;
+constexpr std::uint64_t kRowMask = (std::uint64_t(1) << kBits) - 1;
 
-/// Cells of the box of a cloud, with a free rim of one support around it.
+/// Cells of half a support along the axes, from below the cloud on.
 struct Lattice {
     Vec3 origin{0, 0, 0};
     Real edge = 0;
-    std::size_t nx = 0, ny = 0, nz = 0;
-    std::size_t size() const { return nx * ny * nz; }
-    Vec3 centre(std::size_t c) const {
-        return origin +
-               edge * Vec3(Real(c % nx) + Real(0.5), Real(c / nx % ny) + Real(0.5), Real(c / (nx * ny)) + Real(0.5));
-    }
-    template <class F>
-    void for_each_face_neighbour(std::size_t c, F&& f) const {
-        const std::size_t x = c % nx, y = c / nx % ny, z = c / (nx * ny);
-        if (x > 0) f(c - 1);
-        if (x + 1 < nx) f(c + 1);
-        if (y > 0) f(c - nx);
-        if (y + 1 < ny) f(c + nx);
-        if (z > 0) f(c - nx * ny);
-        if (z + 1 < nz) f(c + nx * ny);
+    Vec3 centre(std::uint64_t key) const {
+        const auto part = [&](int n) { return static_cast<Real>(key >> (n * kBits) & kRowMask) + Real(0.5); };
+        return origin + edge * Vec3(part(0), part(1), part(2));
     }
 };
 
@@ -46,147 +41,383 @@ Lattice lattice_around(std::span<const Vec3> positions, Real support) {
     lattice.edge = support / 2;
     lattice.origin = lower - Vec3::Constant(Real(1.5) * support);
     const Vec3 extent = (upper - lower + Vec3::Constant(3 * support)) / lattice.edge;
-    if (!(double(extent.x()) * double(extent.y()) * double(extent.z()) < double(kMostCells)))
+    if (!(double(extent.maxCoeff()) < kMostCells))
         throw ResourceError("the enclosed volume of {} surfels spread over {} x {} x {} cells is too large to compute",
                             positions.size(), extent.x(), extent.y(), extent.z());
-    lattice.nx = static_cast<std::size_t>(extent.x()) + 1;
-    lattice.ny = static_cast<std::size_t>(extent.y()) + 1;
-    lattice.nz = static_cast<std::size_t>(extent.z()) + 1;
     return lattice;
+}
+
+/// The distinct keys put in, by an open-addressed table.
+class KeySet {
+  public:
+    explicit KeySet(std::size_t expected) : slot_(64, kNoKey) { grow(2 * expected); }
+    void add(std::uint64_t key) {
+        if (2 * keys_.size() >= slot_.size()) grow(2 * slot_.size());
+        std::uint64_t& slot = find(key);
+        if (slot == key) return;
+        slot = key;
+        keys_.push_back(key);
+    }
+    std::vector<std::uint64_t> sorted() && {
+        std::sort(keys_.begin(), keys_.end());
+        return std::move(keys_);
+    }
+
+  private:
+    static constexpr std::uint64_t kNoKey = ~std::uint64_t(0);
+    std::uint64_t& find(std::uint64_t key) {
+        std::size_t k = mix64(key) & (slot_.size() - 1);
+        while (slot_[k] != kNoKey && slot_[k] != key) k = (k + 1) & (slot_.size() - 1);
+        return slot_[k];
+    }
+    void grow(std::size_t least) {
+        std::size_t size = slot_.size();
+        while (size < least) size *= 2;
+        slot_.assign(size, kNoKey);
+        for (const std::uint64_t key : keys_) find(key) = key;
+    }
+    std::vector<std::uint64_t> slot_, keys_;
+};
+
+/// Keys of the cells beside the surface, ascending by (z, y, x).
+std::vector<std::uint64_t> band_of(const Lattice& lattice, std::span<const Vec3> positions) {
+    KeySet set(4 * positions.size());
+    const auto first = [](Real from) { return static_cast<std::int64_t>(std::ceil(from - Real(0.5))); };
+    const auto last = [](Real to) { return static_cast<std::int64_t>(std::floor(to - Real(0.5))); };
+    for (const Vec3& p : positions) {
+        const Vec3 at = (p - lattice.origin) / lattice.edge;
+        for (std::int64_t z = first(at.z() - kBand); z <= last(at.z() + kBand); ++z) {
+            const Real plane2 = square(kBand) - square(static_cast<Real>(z) + Real(0.5) - at.z());
+            const Real tall = std::sqrt(std::max(plane2, Real(0)));
+            for (std::int64_t y = first(at.y() - tall); y <= last(at.y() + tall); ++y) {
+                const Real row2 = plane2 - square(static_cast<Real>(y) + Real(0.5) - at.y());
+                const Real wide = std::sqrt(std::max(row2, Real(0)));
+                const auto row = (static_cast<std::uint64_t>(z) << kBits | static_cast<std::uint64_t>(y)) << kBits;
+                for (std::int64_t x = first(at.x() - wide); x <= last(at.x() + wide); ++x)
+                    set.add(row | static_cast<std::uint64_t>(x));
+            }
+        }
+    }
+    return std::move(set).sorted();
 }
 
 /// Part of a cell on the inner side of a plane `value` cell edges outside its centre, as a ramp. A cut oblique to the
 /// axes has another profile, but the ramp's error is odd in `value` and cancels over the cells of a surface.
 float inner_part(Real value) { return static_cast<float>(clamp01(Real(0.5) - value)); }
 
-/// Part of a cell inside one side of the surface.
-float inner_part(const ImplicitSurface::Sample& s, Real edge) {
-    const Real slope = s.gradient.norm();
-    // On a bent surface the average of the surfels lies on its hollow side, the average of their planes as far on
-    // the other: the mean of the two distances is free of that error, which would be a per cent of a drop's volume.
-    if (slope > Real(0.2)) return inner_part((s.value + s.planes) / ((slope + 1) * edge));
-    return s.value < 0 ? 1.0f : 0.0f;  // on a ridge of F, as far from the surface as it goes
+/// F and what it is made of as one side of the surface has it, at a point; see ImplicitSurface::Sample.
+struct Side {
+    bool defined = false;
+    Real value = 0, planes = 0;  // [m]
+    Vec3 average{0, 0, 0};       // a, relative to the point [m]
+    Vec3 normal{0, 0, 0};        // unit
+    Real slope = 0;              // |grad F|
+    /// Part of a cell inside of it.
+    float part(Real edge) const {
+        // On a bent surface the average of the surfels lies on its hollow side, the average of their planes as far on
+        // the other: the mean of the two distances is free of that error, which would be a per cent of a drop's volume.
+        if (slope > Real(0.2)) return inner_part((value + planes) / ((slope + 1) * edge));
+        return value < 0 ? 1.0f : 0.0f;  // on a ridge of F, as far from the surface as it goes
+    }
+    /// Whether all within an edge is on one side of it, too.
+    bool far(Real edge) const { return slope > Real(0.2) && std::abs(value + planes) > (slope + 1) * edge; }
+};
+
+/// Sums of weights, offsets and normals.
+struct Sums {
+    Lanes w{}, x{}, y{}, z{}, nx{}, ny{}, nz{}, planes{};
+    void add(Lanes a, Lanes dx, Lanes dy, Lanes dz, Lanes mx, Lanes my, Lanes mz) {
+        w += a;
+        x += a * dx;
+        y += a * dy;
+        z += a * dz;
+        nx += a * mx;
+        ny += a * my;
+        nz += a * mz;
+        planes -= a * (mx * dx + my * dy + mz * dz);
+    }
+    Real weight() const { return sum_of(w); }
+    Vec3 offset() const { return {sum_of(x), sum_of(y), sum_of(z)}; }
+    Vec3 normal() const { return {sum_of(nx), sum_of(ny), sum_of(nz)}; }
+};
+bool cancels(Real weight, const Vec3& normal) {
+    return !(weight > 0) || !(normal.squaredNorm() > square(Real(1e-6) * weight));
 }
+
+/// The surfels about a cell, relative to its centre, and those beyond the last far away.
+struct Near {
+    std::vector<Real> x, y, z, nx, ny, nz;
+    std::size_t count = 0;
+    void clear() {
+        for (auto* a : {&x, &y, &z, &nx, &ny, &nz}) a->clear();
+        count = 0;
+    }
+    void close() {
+        count = x.size();
+        for (auto* a : {&x, &y, &z}) a->resize(count + kLanes, Real(1e15));
+        for (auto* a : {&nx, &ny, &nz}) a->resize(count + kLanes, 0);
+    }
+};
 
 constexpr Real kOneSide = Real(0.9);   // agreement of normals from which on a cell sees one side alone
 constexpr Real kOpposite = Real(0.5);  // cosine between the normals of two sides, at least, reversed
 
-struct CellPart {
-    float part = kUnknown;
-    bool one_side = true;
+class CellParts {
+  public:
+    CellParts(std::span<const Vec3> positions, std::span<const Vec3> normals, Real support)
+        : support_(support), edge_(support / 2), per_h2_(1 / square(support)) {
+        // A refined cell's parts are looked at from their own centres.
+        grid_.build(positions, support + Real(0.44) * edge_);
+        for (auto* a : {&nx_, &ny_, &nz_}) a->resize(positions.size() + PointGrid::kPadding, 0);
+        for (Index s = 0; s < positions.size(); ++s) {
+            const Vec3& n = normals[grid_.index(s)];
+            nx_[s] = n.x();
+            ny_[s] = n.y();
+            nz_[s] = n.z();
+        }
+    }
+
+    /// Part of a cell inside, in eight parts where the cell sees more than one side, or a small drop.
+    float part(const Vec3& centre, Near& near) const {
+        Sums sums;
+        for_each_near_run(grid_, centre, support_, [&](Index s, Lanes x, Lanes y, Lanes z, Lanes r2) {
+            const Lanes q = positive(1 - r2 * per_h2_);
+            sums.add(q * q * q, x, y, z, load_lanes(&nx_[s]), load_lanes(&ny_[s]), load_lanes(&nz_[s]));
+        });
+        const Real weight = sums.weight();
+        if (!(weight > 0)) return kUnknown;
+        const Vec3 normal = sums.normal();
+        const Real length = normal.norm();
+        // One side is no ridge: F has a slope of one.
+        if (length > kOneSide * weight)
+            return inner_part((sum_of(sums.planes) - normal.dot(sums.offset()) / length) / (2 * weight * edge_));
+        gather(centre, near);
+        bool settled = false;
+        const float whole = of_two_sides(near, Vec3(0, 0, 0), edge_, settled);
+        if (whole == kUnknown || settled) return whole;
+        float sum = 0;
+        for (unsigned k = 0; k < 8; ++k) {
+            const auto way = [&](unsigned axis) { return k >> axis & 1 ? Real(0.25) : Real(-0.25); };
+            const float part = of_two_sides(near, edge_ * Vec3(way(0), way(1), way(2)), edge_ / 2, settled);
+            sum += part == kUnknown ? std::round(whole) : part;
+        }
+        return sum / 8;
+    }
+
+  private:
+    void gather(const Vec3& centre, Near& near) const {
+        near.clear();
+        for_each_in_box(grid_, centre, grid_.cell(), [&](Index s, Real) {
+            near.x.push_back(grid_.x()[s] - centre.x());
+            near.y.push_back(grid_.y()[s] - centre.y());
+            near.z.push_back(grid_.z()[s] - centre.z());
+            near.nx.push_back(nx_[s]);
+            near.ny.push_back(ny_[s]);
+            near.nz.push_back(nz_[s]);
+        });
+        near.close();
+    }
+    template <class F>
+    void for_each_of(const Near& near, const Vec3& at, F&& f) const {
+        for (std::size_t k = 0; k < near.count; k += kLanes) {
+            const Lanes x = load_lanes(&near.x[k]) - at.x(), y = load_lanes(&near.y[k]) - at.y(),
+                        z = load_lanes(&near.z[k]) - at.z();
+            f(k, x, y, z, positive(1 - (x * x + y * y + z * z) * per_h2_));
+        }
+    }
+    /// Of the nearest; false where none is within the support.
+    bool nearest_normal(const Near& near, const Vec3& at, Vec3& n) const {
+        Lanes most{}, which{};
+        Lanes number;
+        for (std::size_t l = 0; l < kLanes; ++l) number[l] = static_cast<Real>(l);
+        for_each_of(near, at, [&](std::size_t k, Lanes, Lanes, Lanes, Lanes q) {
+            which = q > most ? number + static_cast<Real>(k) : which;
+            most = q > most ? q : most;
+        });
+        std::size_t best = 0;
+        for (std::size_t l = 1; l < kLanes; ++l)
+            if (most[l] > most[best] || (most[l] == most[best] && which[l] < which[best])) best = l;
+        if (!(most[best] > 0)) return false;
+        const auto i = static_cast<std::size_t>(which[best]);
+        n = {near.nx[i], near.ny[i], near.nz[i]};
+        return true;
+    }
+    /// Of the surfels with n.reference >= least, or with a negative sign <= -least.
+    Side side(const Near& near, const Vec3& at, const Vec3& reference, Real least) const {
+        const auto agrees = [&](std::size_t k, Lanes a) {
+            const Lanes along = reference.x() * load_lanes(&near.nx[k]) + reference.y() * load_lanes(&near.ny[k]) +
+                                reference.z() * load_lanes(&near.nz[k]);
+            return along >= least ? a : Lanes{};
+        };
+        Sums sums;
+        Lanes sx{}, sy{}, sz{};  // sum of grad w_i, over 6/h^2
+        for_each_of(near, at, [&](std::size_t k, Lanes x, Lanes y, Lanes z, Lanes q) {
+            const Lanes q2 = agrees(k, q * q);
+            sums.add(q2 * q, x, y, z, load_lanes(&near.nx[k]), load_lanes(&near.ny[k]), load_lanes(&near.nz[k]));
+            sx += q2 * x;
+            sy += q2 * y;
+            sz += q2 * z;
+        });
+        Side s;
+        const Real weight = sums.weight();
+        const Vec3 total = sums.normal();
+        if (cancels(weight, total)) return s;
+        const Real length = total.norm();
+        s.defined = true;
+        s.normal = total / length;
+        s.average = sums.offset() / weight;
+        s.planes = sum_of(sums.planes) / weight;
+        s.value = -s.normal.dot(s.average);
+        // grad F = n - (grad a)^T n + (grad n)^T (x - a), with grad a = sum (s_i - a) grad w_i^T / sum w_i and
+        // grad n = (1 - n n^T) sum n_i grad w_i^T / |sum w_i n_i|
+        const Vec3 tilt = (s.average + s.value * s.normal) / length;
+        Lanes gx{}, gy{}, gz{};
+        for_each_of(near, at, [&](std::size_t k, Lanes x, Lanes y, Lanes z, Lanes q) {
+            const Lanes along = x * s.normal.x() + y * s.normal.y() + z * s.normal.z();
+            const Lanes turned = load_lanes(&near.nx[k]) * tilt.x() + load_lanes(&near.ny[k]) * tilt.y() +
+                                 load_lanes(&near.nz[k]) * tilt.z();
+            const Lanes a = agrees(k, q * q) * (along / weight + turned);
+            gx += a * x;
+            gy += a * y;
+            gz += a * z;
+        });
+        const Vec3 slope(sum_of(sx), sum_of(sy), sum_of(sz)), bend(sum_of(gx), sum_of(gy), sum_of(gz));
+        s.slope = (s.normal - 6 * per_h2_ * (bend + s.value / weight * slope)).norm();
+        return s;
+    }
+    /// Where a cell sees two sides, of a sheet or across a gap, they are not averaged. The side of the nearest surfel
+    /// leads; where the other lies behind it, inside is what is inside of both, where it lies before it, what is inside
+    /// of either. `settled`: no part of the cell has another answer.
+    float of_two_sides(const Near& near, const Vec3& at, Real edge, bool& settled) const {
+        Vec3 n;
+        settled = false;
+        if (!nearest_normal(near, at, n)) return kUnknown;
+        const Side front = side(near, at, n, -kOpposite);
+        if (!front.defined) return kUnknown;
+        const Side back = side(near, at, -n, kOpposite);
+        settled = front.far(edge) && (!back.defined || back.far(edge));
+        const float a = front.part(edge);
+        if (!back.defined) return a;
+        const float b = back.part(edge);
+        const bool behind = (back.average - front.average).dot(front.normal) < 0;
+        return behind ? std::max(0.0f, a + b - 1) : std::min(1.0f, a + b);
+    }
+
+    Real support_, edge_, per_h2_;
+    PointGrid grid_;
+    std::vector<Real> nx_, ny_, nz_;  // by slot
 };
 
-/// Where a cell sees two sides, of a sheet or across a gap, they are not averaged. The side of the nearest surfel
-/// leads; where the other lies behind it, inside is what is inside of both, where it lies before it, what is inside of
-/// either.
-CellPart part_of_cell(const ImplicitSurface& surface, const Vec3& centre, Real edge) {
-    const auto all = surface.evaluate(centre);
-    // One side is no ridge: F has a slope of one.
-    if (all && all->agreement > kOneSide) return {inner_part((all->value + all->planes) / (2 * edge)), true};
-    const auto n = surface.nearest_normal(centre);
-    if (!n) return {kUnknown, true};
-    const auto near = surface.evaluate_gradient(centre, {.reference = *n, .least_cosine = -kOpposite});
-    const auto far = surface.evaluate_gradient(centre, {.reference = -*n, .least_cosine = kOpposite});
-    if (!near) return {kUnknown, false};
-    if (!far) return {inner_part(*near, edge), false};
-    const float a = inner_part(*near, edge), b = inner_part(*far, edge);
-    const bool behind = (far->average - near->average).dot(near->normal) < 0;
-    return {behind ? std::max(0.0f, a + b - 1) : std::min(1.0f, a + b), false};
-}
+/// Cells side by side along x of which nothing is known, between two that are known.
+struct Gap {
+    std::uint64_t first, last;  // x
+    Index parent;
+    std::int64_t votes = 0;  // > 0: the rim is inside
+    bool border = false;     // it is open to the outside
+};
+
+/// The cells between those beside the surface: regions that are joined to the border are outside, closed ones take the
+/// side most of their rim is on. Returns how many are inside.
+class Gaps {
+  public:
+    Gaps(const std::vector<std::uint64_t>& keys, const std::vector<float>& part) : keys_(keys), part_(part) {
+        for (std::size_t k = 0; k < keys.size(); ++k) {
+            if (k == 0 || keys[k] >> kBits != keys[k - 1] >> kBits)
+                rows_.push_back({keys[k] >> kBits, k, gaps_.size()});
+            else if (keys[k] > keys[k - 1] + 1)
+                gaps_.push_back({(keys[k - 1] & kRowMask) + 1, (keys[k] & kRowMask) - 1, Index(gaps_.size()),
+                                 vote(k - 1) + vote(k)});
+        }
+        rows_.push_back({~std::uint64_t(0), keys.size(), gaps_.size()});
+        for (std::size_t r = 0; r + 1 < rows_.size(); ++r) {
+            if (rows_[r].gap == rows_[r + 1].gap) continue;
+            for (const std::int64_t beside : {-1, 1, -(1 << kBits), 1 << kBits})
+                join(r, static_cast<std::uint64_t>(static_cast<std::int64_t>(rows_[r].key) + beside));
+        }
+    }
+    double cells_inside() {
+        for (std::size_t g = 0; g < gaps_.size(); ++g) {
+            Gap& top = gaps_[root(static_cast<Index>(g))];
+            if (&top == &gaps_[g]) continue;
+            top.votes += gaps_[g].votes;
+            top.border |= gaps_[g].border;
+        }
+        double inside = 0;
+        for (std::size_t g = 0; g < gaps_.size(); ++g) {
+            const Gap& top = gaps_[root(static_cast<Index>(g))];
+            if (!top.border && top.votes > 0) inside += static_cast<double>(gaps_[g].last - gaps_[g].first + 1);
+        }
+        return inside;
+    }
+
+  private:
+    struct Row {
+        std::uint64_t key;      // (z, y)
+        std::size_t cell, gap;  // the first of it
+    };
+    std::int64_t vote(std::size_t k) const { return part_[k] > 0.5f ? 1 : -1; }
+    Index root(Index g) {
+        while (gaps_[g].parent != g) g = gaps_[g].parent = gaps_[gaps_[g].parent].parent;
+        return g;
+    }
+    /// The gaps of row r with what lies beside them in the row of a key.
+    void join(std::size_t r, std::uint64_t beside) {
+        const auto other = std::lower_bound(rows_.begin(), rows_.end() - 1, beside,
+                                            [](const Row& row, std::uint64_t key) { return row.key < key; });
+        const bool none = other->key != beside;
+        const std::size_t begin = other->cell, end = none ? begin : (other + 1)->cell;
+        for (std::size_t g = rows_[r].gap; g < rows_[r + 1].gap; ++g) {
+            Gap& gap = gaps_[g];
+            if (none || gap.first < (keys_[begin] & kRowMask) || gap.last > (keys_[end - 1] & kRowMask))
+                gap.border = true;
+            if (none) continue;
+            const std::uint64_t row = beside << kBits;
+            const auto at = std::lower_bound(keys_.begin() + static_cast<std::ptrdiff_t>(begin),
+                                             keys_.begin() + static_cast<std::ptrdiff_t>(end), row | gap.first);
+            for (auto k = static_cast<std::size_t>(at - keys_.begin()); k < end && (keys_[k] & kRowMask) <= gap.last;
+                 ++k)
+                gap.votes += vote(k);
+            for (std::size_t b = other->gap; b < (other + 1)->gap; ++b)
+                if (gaps_[b].first <= gap.last && gaps_[b].last >= gap.first)
+                    gaps_[root(static_cast<Index>(g))].parent = root(static_cast<Index>(b));
+        }
+    }
+    const std::vector<std::uint64_t>& keys_;
+    const std::vector<float>& part_;
+    std::vector<Row> rows_;
+    std::vector<Gap> gaps_;
+};
 
 using Room = std::function<Real(const Vec3&)>;
-
-/// The same in eight parts where the cell sees more than one side, or a small drop.
-float part_of_refined_cell(const ImplicitSurface& surface, const Vec3& centre, Real edge) {
-    const CellPart whole = part_of_cell(surface, centre, edge);
-    if (whole.part == kUnknown || whole.one_side) return whole.part;
-    float sum = 0;
-    for (unsigned k = 0; k < 8; ++k) {
-        const auto way = [&](unsigned axis) { return k >> axis & 1 ? Real(0.25) : Real(-0.25); };
-        const float part = part_of_cell(surface, centre + edge * Vec3(way(0), way(1), way(2)), edge / 2).part;
-        sum += part == kUnknown ? std::round(whole.part) : part;
-    }
-    return sum / 8;
-}
-
-float part_in_room(const ImplicitSurface& surface, const Room& room, const Vec3& centre, Real edge) {
-    const float part = part_of_refined_cell(surface, centre, edge);
-    return room && part > 0 ? std::min(part, inner_part(-room(centre) / edge)) : part;
-}
-
-/// The cells that a surfel's support may reach, ascending.
-std::vector<std::size_t> cells_near(const Lattice& lattice, std::span<const Vec3> positions, Real support) {
-    std::vector<char> near(lattice.size(), 0);
-    std::vector<std::size_t> cells;
-    const auto along = [&](Real x, std::size_t n) {
-        return std::min(n - 1, static_cast<std::size_t>(std::max(Real(0), x / lattice.edge)));
-    };
-    for (const Vec3& p : positions) {
-        const Vec3 lower = p - lattice.origin - Vec3::Constant(support), upper = lower + Vec3::Constant(2 * support);
-        for (std::size_t z = along(lower.z(), lattice.nz); z <= along(upper.z(), lattice.nz); ++z)
-            for (std::size_t y = along(lower.y(), lattice.ny); y <= along(upper.y(), lattice.ny); ++y)
-                for (std::size_t x = along(lower.x(), lattice.nx); x <= along(upper.x(), lattice.nx); ++x) {
-                    const std::size_t c = (z * lattice.ny + y) * lattice.nx + x;
-                    if (!near[c]) cells.push_back(c);
-                    near[c] = 1;
-                }
-    }
-    std::sort(cells.begin(), cells.end());
-    return cells;
-}
-
-/// Settles the region of cells of unknown part about one: outside where it meets the border, otherwise as the majority
-/// of its rim.
-void settle_region(const Lattice& lattice, std::size_t start, std::vector<float>& part, std::vector<char>& seen) {
-    std::vector<std::size_t> region, stack(1, start);
-    seen[start] = 1;
-    bool border = false;
-    std::int64_t votes = 0;  // > 0: the rim is inside
-    while (!stack.empty()) {
-        const std::size_t c = stack.back();
-        stack.pop_back();
-        region.push_back(c);
-        int faces = 0;
-        lattice.for_each_face_neighbour(c, [&](std::size_t other) {
-            ++faces;
-            if (part[other] != kUnknown) {
-                votes += part[other] > 0.5f ? 1 : -1;
-            } else if (!seen[other]) {
-                seen[other] = 1;
-                stack.push_back(other);
-            }
-        });
-        border = border || faces < 6;
-    }
-    if (border || votes <= 0) return;  // unknown counts as outside
-    for (const std::size_t c : region) part[c] = 1;
-}
-
-/// Only regions beside a cell that is inside can be inside.
-void flood_unknown(const Lattice& lattice, const std::vector<std::size_t>& cells, std::vector<float>& part) {
-    std::vector<char> seen(part.size(), 0);
-    for (const std::size_t c : cells) {
-        if (!(part[c] > 0.5f)) continue;
-        lattice.for_each_face_neighbour(c, [&](std::size_t other) {
-            if (part[other] == kUnknown && !seen[other]) settle_region(lattice, other, part, seen);
-        });
-    }
-}
 
 double volume_of_one(std::span<const Vec3> positions, std::span<const Vec3> normals, Real support, const Room& room) {
     if (positions.empty()) return 0;
     const Lattice lattice = lattice_around(positions, support);
-    ImplicitSurface surface;
-    surface.build(positions, normals, support);
-    const std::vector<std::size_t> cells = cells_near(lattice, positions, support);
-    std::vector<float> part(lattice.size(), kUnknown);
-    parallel_for(
-        cells.size(),
-        [&](std::size_t k) { part[cells[k]] = part_in_room(surface, room, lattice.centre(cells[k]), lattice.edge); },
+    const CellParts cells(positions, normals, support);
+    std::vector<std::uint64_t> keys = band_of(lattice, positions);
+    std::vector<float> part(keys.size());
+    parallel_chunks(
+        keys.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            Near near;
+            for (std::size_t k = begin; k < end; ++k) {
+                const Vec3 centre = lattice.centre(keys[k]);
+                part[k] = cells.part(centre, near);
+                if (room && part[k] > 0) part[k] = std::min(part[k], inner_part(-room(centre) / lattice.edge));
+            }
+        },
         256);
-    flood_unknown(lattice, cells, part);
-    return parallel_sum(part.size(), [&](std::size_t c) { return std::max(0.0, static_cast<double>(part[c])); }) *
-           cube(static_cast<double>(lattice.edge));
+    std::size_t known = 0;
+    for (std::size_t k = 0; k < keys.size(); ++k) {
+        if (part[k] == kUnknown) continue;
+        keys[known] = keys[k];
+        part[known++] = part[k];
+    }
+    keys.resize(known);
+    part.resize(known);
+    if (known == 0) return 0;
+    const double beside = parallel_sum(known, [&](std::size_t k) { return static_cast<double>(part[k]); });
+    return (beside + Gaps(keys, part).cells_inside()) * cube(static_cast<double>(lattice.edge));
 }
 
 }  // namespace

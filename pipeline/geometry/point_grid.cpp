@@ -14,7 +14,7 @@ namespace {
 // A table of cells is used up to this many cells per point: 32 bytes a point; beyond, the occupied cells alone are
 // kept.
 constexpr double kCellsPerPoint = 8;
-constexpr double kCellsAlways = 4096;
+constexpr double kCellsAlways = 65536;
 
 /// Parts the indices 0..n - 1 into many that ascend and few strays (after Emil Ernerfeldt's drop-merge sort). Gives up
 /// where strays are more than a quarter.
@@ -159,7 +159,7 @@ void PointGrid::index_cells(std::span<const Vec3> points) {
     const double cells = static_cast<double>(columns_) * static_cast<double>(rows_) * static_cast<double>(layers);
     if (cells > std::max(kCellsAlways, kCellsPerPoint * static_cast<double>(count_))) {
         if (keys_.empty()) store_keys(points);
-        return;
+        return index_rows(layers);
     }
     // start_[c] is the first slot whose cell is c or later: slot s fills the cells after its predecessor's up to its
     // own.
@@ -175,9 +175,28 @@ void PointGrid::index_cells(std::span<const Vec3> points) {
     });
 }
 
+/// A splash with a few drops far away has a large box, but few rows across it.
+void PointGrid::index_rows(std::size_t layers) {
+    row_start_.clear();
+    const double rows = static_cast<double>(rows_) * static_cast<double>(layers);
+    if (rows > std::max(kCellsAlways, kCellsPerPoint * static_cast<double>(count_))) return;
+    row_start_.resize(static_cast<std::size_t>(rows) + 1);
+    parallel_for(row_start_.size(), [&](std::size_t r) {
+        const Cell first{lower_.x, lower_.y + static_cast<std::int32_t>(r % rows_),
+                         lower_.z + static_cast<std::int32_t>(r / rows_)};
+        row_start_[r] = static_cast<Index>(std::ranges::lower_bound(keys_, key(first)) - keys_.begin());
+    });
+}
+
 PointGrid::Range PointGrid::sparse_row(std::int32_t x0, std::int32_t x1, std::int32_t y, std::int32_t z) const {
-    const auto begin = std::lower_bound(keys_.begin(), keys_.end(), key({x0, y, z}));
-    const auto end = std::upper_bound(begin, keys_.end(), key({x1, y, z}));
+    auto from = keys_.begin(), to = keys_.end();
+    if (!row_start_.empty()) {
+        const std::size_t r = static_cast<std::size_t>(z - lower_.z) * rows_ + static_cast<std::size_t>(y - lower_.y);
+        to = from + row_start_[r + 1];
+        from += row_start_[r];
+    }
+    const auto begin = std::lower_bound(from, to, key({x0, y, z}));
+    const auto end = std::upper_bound(begin, to, key({x1, y, z}));
     return {static_cast<Index>(begin - keys_.begin()), static_cast<Index>(end - keys_.begin())};
 }
 

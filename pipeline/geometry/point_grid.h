@@ -16,9 +16,9 @@ namespace thixo {
 /// A grid of cubic cells, aligned to the world's origin. It holds its own copy of the points, sorted by (z, y, x) of
 /// their cells, so that three cells side by side along x are one contiguous range: a query walks nine ranges. Indices
 /// reported are those of the caller's points. Memory is bounded by the number of points, wherever they lie: where the
-/// occupied box has far more cells than points, the occupied cells are found by binary search over sorted keys instead
-/// of a table. Results depend neither on the thread count nor on which of the two is in use. Points that are not finite
-/// are never found and do no harm.
+/// occupied box has far more cells than points, the occupied cells are found by binary search over sorted keys, of a
+/// row where a table of the rows is small enough, instead of a table. Results depend neither on the thread count nor on
+/// which of the two is in use. Points that are not finite are never found and do no harm.
 class PointGrid {
   public:
     /// Grid over `points` with cells of edge `cell` > 0 [m]. Points already in cell order (see `sort_order`) are
@@ -96,6 +96,7 @@ class PointGrid {
     Range sparse_row(std::int32_t x0, std::int32_t x1, std::int32_t y, std::int32_t z) const;
     void store_keys(std::span<const Vec3> points);
     void index_cells(std::span<const Vec3> points);
+    void index_rows(std::size_t layers);
 
     Real cell_ = 0;
     double edge_inv_ = 0;  // 1 / edge [1/m]; the edge exceeds `cell` by a part in 10^5, so that rounding loses no pair
@@ -106,6 +107,7 @@ class PointGrid {
     std::vector<Index> order_;         // slot -> caller's index; empty: the same
     std::vector<Index> start_;         // dense: first slot of each cell of the box, and the end
     std::vector<std::uint64_t> keys_;  // sparse: key of each slot
+    std::vector<Index> row_start_;     // sparse: first slot of each row of cells along x, and the end; may be empty
 };
 
 template <class F>

@@ -37,7 +37,9 @@ class Boxes {
         for (const Shape& s : shapes) boxes_.push_back(s.bounds());
     }
     bool farther(std::size_t k, const Vec3& x, Real than) const {
-        return boxes_[k] && distance_to(*boxes_[k], x) > std::max(than, Real(0));
+        if (!boxes_[k]) return false;
+        const Vec3 away = (boxes_[k]->lower - x).cwiseMax(x - boxes_[k]->upper).cwiseMax(Real(0));
+        return away.squaredNorm() > square(std::max(than, Real(0)));
     }
 
   private:

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "pipeline/base/lanes.h"
 #include "pipeline/base/math.h"
-#include "sim/lanes.h"
 
 namespace thixo {
 

@@ -1,39 +1,88 @@
 #include "sim/surface/displace.h"
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/geometry/kernels.h"
-#include "pipeline/geometry/point_grid.h"
+#include "pipeline/geometry/near_runs.h"
 
 namespace thixo {
 namespace {
+
+/// What a sum over particles about a place reads, in the order of a grid of them.
+struct Carriers {
+    PointGrid grid;
+    std::vector<Real> weight, x, y, z, extra, component;  // by slot, and room for lanes
+
+    template <class F>
+    Carriers(const std::vector<Vec3>& places, Real support, const Particles& p, F&& vector_of) {
+        grid.build(places, support);
+        for (auto* a : {&weight, &x, &y, &z, &extra, &component}) a->resize(places.size() + PointGrid::kPadding, 0);
+        parallel_for(places.size(), [&](std::size_t s) {
+            const Index j = grid.index(static_cast<Index>(s));
+            const Vec3 v = vector_of(j);
+            weight[s] = p.rest_volume[j];
+            x[s] = v.x();
+            y[s] = v.y();
+            z[s] = v.z();
+            extra[s] = static_cast<Real>(p.temperature[j]);
+            component[s] = static_cast<Real>(p.material[j]);
+        });
+    }
+    /// Calls f(slot, a, dx, dy, dz) for runs of the particles about a place, a = V0 (1 - r^2/h^2)^3 for those of the
+    /// component, else 0.
+    template <class F>
+    void for_each_run(const Vec3& at, std::int32_t of, F&& f) const {
+        const Real h = grid.cell(), per_h2 = 1 / square(h);
+        const Lanes same = all_lanes(static_cast<Real>(of));
+        for_each_near_run(grid, at, h, [&](Index slot, Lanes dx, Lanes dy, Lanes dz, Lanes r2) {
+            const Lanes q = positive(1 - r2 * per_h2);
+            const Lanes a = load_lanes(&weight[slot]) * q * q * q;
+            f(slot, load_lanes(&component[slot]) == same ? a : Lanes{}, dx, dy, dz);
+        });
+    }
+};
 
 struct LocalMotion {
     Vec3 shift{0, 0, 0};           // u(s) [m]
     Mat3 gradient = Mat3::Zero();  // G [1]
 };
 
-LocalMotion motion_at(const Vec3& s, std::int32_t component, const Particles& p, const PointGrid& old_grid,
-                      Real support) {
-    const Poly6 w(support);
-    Real weight = 0;
-    Vec3 mean(0, 0, 0), mean_shift(0, 0, 0);
-    Mat3 spread = Mat3::Zero(), covariance = Mat3::Zero();
-    old_grid.for_each_neighbour(s, support, [&](Index j, Real r2) {
-        if (p.material[j] != component) return;
-        const Real a = p.rest_volume[j] * w.value(r2);
-        const Vec3 x = p.surface_position[j] - s, u = p.position[j] - p.surface_position[j];
-        weight += a;
-        mean += a * x;
-        mean_shift += a * u;
-        covariance += (a * u) * x.transpose();
-        spread += (a * x) * x.transpose();
+LocalMotion motion_at(const Vec3& s, std::int32_t component, const Carriers& particles) {
+    Lanes w{}, mx{}, my{}, mz{}, ux{}, uy{}, uz{};
+    Lanes xx{}, xy{}, xz{}, yy{}, yz{}, zz{}, c[3][3]{};
+    particles.for_each_run(s, component, [&](Index slot, Lanes a, Lanes x, Lanes y, Lanes z) {
+        const Lanes ax = a * x, ay = a * y, az = a * z;
+        w += a;
+        mx += ax;
+        my += ay;
+        mz += az;
+        xx += ax * x;
+        xy += ax * y;
+        xz += ax * z;
+        yy += ay * y;
+        yz += ay * z;
+        zz += az * z;
+        const Lanes u[3] = {load_lanes(&particles.x[slot]), load_lanes(&particles.y[slot]),
+                            load_lanes(&particles.z[slot])};
+        ux += a * u[0];
+        uy += a * u[1];
+        uz += a * u[2];
+        for (int k = 0; k < 3; ++k) {
+            c[k][0] += ax * u[k];
+            c[k][1] += ay * u[k];
+            c[k][2] += az * u[k];
+        }
     });
     LocalMotion motion;
+    const Real weight = sum_of(w), support = particles.grid.cell();
     if (!(weight > 0)) return motion;
+    const Vec3 mean = Vec3(sum_of(mx), sum_of(my), sum_of(mz)) / weight;
+    const Vec3 mean_shift = Vec3(sum_of(ux), sum_of(uy), sum_of(uz)) / weight;
+    Mat3 covariance, spread;
+    for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l) covariance(k, l) = sum_of(c[k][l]);
+    const Real sxy = sum_of(xy), sxz = sum_of(xz), syz = sum_of(yz);
+    spread << sum_of(xx), sxy, sxz, sxy, sum_of(yy), syz, sxz, syz, sum_of(zz);
     // Per unit of weight and of h^2, or the determinant of a stencil that has only points near the rim underflows.
     const Real scale = 1 / square(support);
-    mean /= weight;
-    mean_shift /= weight;
     covariance = scale * (covariance / weight - mean_shift * mean.transpose());
     spread = scale * (spread / weight - mean * mean.transpose());
     // A full neighbourhood spreads by 0.09 h^2 each way.
@@ -47,11 +96,11 @@ LocalMotion motion_at(const Vec3& s, std::int32_t component, const Particles& p,
 
 void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
               Real support) {
-    PointGrid old_grid;
-    old_grid.build(particles.surface_position, support);
+    const Carriers carriers(particles.surface_position, support, particles,
+                            [&](Index j) -> Vec3 { return particles.position[j] - particles.surface_position[j]; });
     SurfelCloud& cloud = surface.surfels;
     parallel_for(surface.size(), [&](std::size_t i) {
-        const LocalMotion motion = motion_at(cloud.position[i], component[i], particles, old_grid, support);
+        const LocalMotion motion = motion_at(cloud.position[i], component[i], carriers);
         cloud.position[i] += motion.shift;
         const Mat3 stretch = Mat3::Identity() + motion.gradient;
         if (std::abs(stretch.determinant()) < Real(0.05)) return;  // torn, not deformed: the old normal says more
@@ -70,28 +119,30 @@ void displace(SurfaceState& surface, const Particles& particles, const std::vect
 
 void interpolate_attributes(SurfaceState& surface, const Particles& particles,
                             const std::vector<std::int32_t>& component, Real support) {
-    PointGrid grid;
-    grid.build(particles.position, support);
-    const Poly6 w(support);
+    const Carriers carriers(particles.position, support, particles, [&](Index j) { return particles.velocity[j]; });
     parallel_for(surface.size(), [&](std::size_t i) {
-        Real weight = 0, heat = 0, nearest = std::numeric_limits<Real>::max();
-        Vec3 velocity(0, 0, 0);
-        std::int32_t body = surface.body[i];
-        grid.for_each_neighbour(surface.surfels.position[i], support, [&](Index j, Real r2) {
-            if (particles.material[j] != component[i]) return;
-            const Real a = particles.rest_volume[j] * w.value(r2);
-            weight += a;
-            velocity += a * particles.velocity[j];
-            heat += a * particles.temperature[j];
-            if (r2 < nearest) {
-                nearest = r2;
-                body = particles.body[j];
-            }
-        });
-        if (!(weight > 0)) return;
-        surface.velocity[i] = velocity / weight;
-        surface.temperature[i] = heat / weight;
-        surface.body[i] = body;
+        Lanes w{}, heat{}, vx{}, vy{}, vz{};
+        Real most = 0;
+        Index nearest = kNone;
+        carriers.for_each_run(surface.surfels.position[i], component[i],
+                              [&](Index slot, Lanes a, Lanes dx, Lanes dy, Lanes dz) {
+                                  w += a;
+                                  heat += a * load_lanes(&carriers.extra[slot]);
+                                  vx += a * load_lanes(&carriers.x[slot]);
+                                  vy += a * load_lanes(&carriers.y[slot]);
+                                  vz += a * load_lanes(&carriers.z[slot]);
+                                  const Lanes near = a > 0 ? 1 / (dx * dx + dy * dy + dz * dz + Real(1e-30)) : Lanes{};
+                                  for_each_set_lane(near > most, [&](Index l) {
+                                      if (!(near[l] > most)) return;
+                                      most = near[l];
+                                      nearest = slot + l;
+                                  });
+                              });
+        const Real weight = sum_of(w);
+        if (nearest == kNone || !(weight > 0)) return;
+        surface.velocity[i] = Vec3(sum_of(vx), sum_of(vy), sum_of(vz)) / weight;
+        surface.temperature[i] = sum_of(heat) / weight;
+        surface.body[i] = particles.body[carriers.grid.index(nearest)];
     });
 }
 

@@ -1,7 +1,7 @@
 #include "sim/surface/liquid_shape.h"
 
 #include "pipeline/geometry/kernels.h"
-#include "sim/surface/near_runs.h"
+#include "pipeline/geometry/near_runs.h"
 
 namespace thixo {
 
@@ -56,6 +56,18 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
         sample.lift = of->lift * sample.give;
     }
     if (sample.near_wall) sample.out.normalize();
+    return sample;
+}
+
+ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component, ColourNote& note) const {
+    const Vec3 away = x - note.asked;
+    if (!(away.squaredNorm() < square(Real(0.06) * spacing))) {
+        note = {colour(x, component), x};
+        return note.sample;
+    }
+    ColourSample sample = note.sample;
+    sample.value += sample.gradient.dot(away);
+    sample.centre -= away;
     return sample;
 }
 
@@ -116,7 +128,7 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
     }
     // Where walls meet in an edge that juts out, as at the spout of a funnel, the plane of one goes on through the room
     // before the other: nothing ends there.
-    const bool in_room = wall_distance(walls, beside) > 0;
+    const bool in_room = pair.first.distance(beside) > 0;
     for_each_plane([&](const WallPlane& plane) {
         if (in_room && plane.distance(beside) < 0) return;
         if (plane.normal.dot(pair.first.normal) < kAcross && plane.distance(x) < pair.second.distance(x))

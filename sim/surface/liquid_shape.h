@@ -16,6 +16,12 @@ struct ColourSample {
     Vec3 out{0, 0, 0};       // unit, from the walls of the images in reach into the room
 };
 
+/// A sample remembered, and where it was taken.
+struct ColourNote {
+    ColourSample sample;
+    Vec3 asked = Vec3::Constant(std::numeric_limits<Real>::max());
+};
+
 /// Depth below the surface of the body, > 0 inside.
 struct DepthSample {
     Real depth = 0;          // [m]; near the surface of a flat body its distance, limited by 0.4 h deeper inside
@@ -78,6 +84,9 @@ struct LiquidShape {
     Real image_depth() const { return Real(0.5) * spacing; }
 
     ColourSample colour(const Vec3& x, std::int32_t component) const;
+    /// The same to first order from a note, which is renewed where x is more than 0.06 spacings from where it was
+    /// taken: there depths are good to 0.003 spacings, slopes to 0.07 of themselves.
+    ColourSample colour(const Vec3& x, std::int32_t component, ColourNote& note) const;
 
     /// depth(x) = min((phi(x) - I + lift |grad phi|) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of
     /// phi across the surface of a half space: zero `lift` outside of the iso-surface, to first order in it.
@@ -102,7 +111,11 @@ struct LiquidShape {
     /// colour.near_wall.
     SheetSample sheet(const ColourSample& colour, const WallPair& beside, const Vec3& x, const Vec3& n) const;
     SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const {
-        const ColourSample c = colour(x, component);
+        ColourNote unused;
+        return sheet(x, n, component, note, unused);
+    }
+    SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note, ColourNote& seen) const {
+        const ColourSample c = colour(x, component, seen);
         return sheet(c, c.near_wall ? walls_beside(x, n, component, note) : WallPair{}, x, n);
     }
 

@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include "pipeline/base/lanes.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/implicit_surface.h"
-#include "sim/lanes.h"
-#include "sim/surface/resample.h"
-#include "sim/surface/surroundings.h"
 
 namespace thixo {
 namespace {
@@ -19,7 +17,7 @@ constexpr Real kRepulsion = Real(0.1);
 constexpr Real kMostLag = Real(0.1);  // behind the iso-surface, in spacings
 /// S_i and S_sub of every surfel, and what sums over S_i read, packed.
 struct Surroundings {
-    SurfelLists lists;
+    SurfelLists& lists;
     std::vector<Quad> place;   // s, psi_orth(s) - s along n [m]
     std::vector<Quad> facing;  // n, 1 where the last of `place` counts
 };
@@ -32,16 +30,16 @@ struct Pull {
     Real smooth = 0;   // psi_orth(s) - s along the normal [m]
     Vec3 n_smooth{0, 0, 0};
     Vec3 repel{0, 0, 0};
-    Vec3 slide{0, 0, 0};    // back from the crease where the sheet ends [m]
-    Vec3 towards{0, 0, 0};  // the crease, unit tangent; zero: none near
-    Real room = 0;          // towards it [m]
-    bool coat = false;      // lines a wall
+    Vec3 slide{0, 0, 0};  // back from the crease where the sheet ends [m]
+    CreaseNote crease;
+    bool coat = false;  // lines a wall
+    MouldPull mould;
 };
 
 /// Guiding and attracting: the particles' forces.
 Fate pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape,
-                       WallNote& wall, Real radius) {
-    const SheetSample at = shape.sheet(s, n, component, wall);
+                       WallNote& wall, ColourNote& colour, Real radius) {
+    const SheetSample at = shape.sheet(s, n, component, wall, colour);
     if (!at.coat && at.phi > kDeepest) return Fate::buried;
     if (!at.defined || at.outward.dot(n) < 0) return Fate::lost;       // the side it belonged to is gone
     if (at.to_crease < -Real(0.7) * shape.spacing) return Fate::lost;  // far beyond the edge of its sheet
@@ -53,8 +51,7 @@ Fate pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t co
     const Real excess = at.to_crease - at.stand_off * radius;
     if (excess < radius) {
         pull.slide = std::clamp(excess, Real(-0.2) * shape.spacing, Real(0)) * at.towards_crease;
-        pull.towards = at.towards_crease;
-        pull.room = std::max(excess, Real(0));
+        pull.crease = {at.towards_crease, std::max(excess, Real(0))};
     }
     if (!at.coat && at.to_crease > shape.support) pull.attract = n.dot(at.centre) + kFlatMean * shape.support;
     return Fate::stays;
@@ -147,20 +144,25 @@ Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, cons
           Real radius, Real most_lag) {
     const Real k_guide = Real(k.guide), k_attract = Real(k.attract) * smoothness,
                k_smooth = Real(k.smooth) * smoothness;
+    const Real k_ext = pull.mould.weight;
+    const Real share = k_ext > 0 ? 1 / std::max(Real(1), k_guide + k_attract + k_smooth + k_ext) : Real(1);
     // Walls are smooth and exactly known: the liquid's coat follows them at once. So does what lags far behind the
     // iso-surface, or it would come after it in the updates to follow, when nothing moves.
     const Real off = n.dot(pull.guide), lag = off - std::clamp(off, -most_lag, most_lag);
-    const Real normal_force =
-        pull.coat ? off : k_guide * off + (1 - k_guide) * lag + k_attract * pull.attract + k_smooth * smooth;
+    const Real potentials =
+        k_guide * off + k_attract * pull.attract + k_smooth * smooth + k_ext * n.dot(pull.mould.force);
+    const Real normal_force = pull.coat ? off : share * potentials + (1 - share * k_ext) * (1 - share * k_guide) * lag;
     Vec3 tangent_force = kRepulsion * (pull.repel - n * n.dot(pull.repel));
     const Real length = tangent_force.norm();
     if (length > Real(0.25) * radius) tangent_force *= Real(0.25) * radius / length;
-    const Real beyond = tangent_force.dot(pull.towards) - pull.room;
-    if (beyond > 0) tangent_force -= beyond * pull.towards;  // no neighbour pushes a surfel over the edge of its sheet
+    const Real beyond = tangent_force.dot(pull.crease.towards) - pull.crease.room;
+    if (beyond > 0)
+        tangent_force -= beyond * pull.crease.towards;  // no neighbour pushes a surfel over the edge of its sheet
     const Vec3 move = damping * (n * normal_force + tangent_force) + pull.slide;
     const Vec3 old_n = n;
     s += move;
-    n = pull.coat ? pull.n_guide : (k_guide * pull.n_guide + k_smooth * pull.n_smooth).normalized();
+    n = pull.coat ? pull.n_guide
+                  : (k_guide * pull.n_guide + k_smooth * pull.n_smooth + k_ext * pull.mould.outward).normalized();
     return std::max(move.norm(), radius * (n - old_n).norm());
 }
 
@@ -169,7 +171,10 @@ void find_active(std::vector<char>& active, const WorkingSurfels& all, const std
                  const Surroundings& around, Real tolerance) {
     parallel_for(all.size(), [&](std::size_t i) {
         bool any = moved[i] >= tolerance;
-        for (const Index j : around.lists.near(i)) any = any || moved[j] >= tolerance;
+        for (const Index j : around.lists.near(i)) {
+            if (any) break;
+            any = moved[j] >= tolerance;
+        }
         active[i] = any && !all.lost[i] && all.melt[i] > 0;
     });
 }
@@ -179,7 +184,7 @@ void constrain(const WorkingSurfels& all, const LiquidShape& shape) {
     const Real least = Real(0.6) * shape.iso;
     parallel_for(all.size(), [&](std::size_t i) {
         if (all.lost[i] || !(all.melt[i] > 0)) return;
-        if (shape.colour(all.position[i], all.component[i]).value >= least) return;
+        if (shape.colour(all.position[i], all.component[i], all.colour[i]).value >= least) return;
         if (!shape.project(all.position[i], all.component[i], shape.spacing, least))
             all.lost[i] = static_cast<char>(Fate::lost);
     });
@@ -187,12 +192,13 @@ void constrain(const WorkingSurfels& all, const LiquidShape& shape) {
 
 }  // namespace
 
-RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Surface& params) {
+RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Surface& params,
+                  const std::vector<Mould>& moulds) {
     constexpr std::size_t kGrain = 64;
     const std::size_t n = all.size();
     const Real per_radius = Real(params.support), margin = Real(0.3) * shape.spacing;
     std::vector<Pull> pulls(n);
-    Surroundings around;
+    Surroundings around{all.lists, {}, {}};
     RelaxReport report;
     Real damping = 1;
     const Real tolerance = Real(0.01) * shape.spacing;
@@ -211,11 +217,15 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             if (!active[k]) return;
             const auto i = static_cast<Index>(k);
             pulls[i] = Pull{};
-            all.lost[i] = static_cast<char>(pull_of_particles(pulls[i], all.position[i], all.normal[i],
-                                                              all.component[i], shape, all.wall[i], all.radius[i]));
+            all.lost[i] =
+                static_cast<char>(pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape,
+                                                    all.wall[i], all.colour[i], all.radius[i]));
+            all.crease[i] = pulls[i].crease;
             if (all.lost[i]) return;
             if (!pulls[i].coat && smoothness[i] > 0)
                 pull_of_average(pulls[i], i, all, around, per_radius * all.radius[i]);
+            if (!moulds.empty() && !pulls[i].coat)
+                pulls[i].mould = pull_of_moulds(moulds, all.position[i], all.normal[i], shape.spacing / 64);
             pulls[i].repel = repulsion(all, i, around.lists.nearest(i), per_radius);
         };
         parallel_for(n, pull, kGrain);

@@ -5,6 +5,7 @@
 
 #include "pipeline/contract/scene.h"
 #include "sim/surface/liquid_shape.h"
+#include "sim/surface/resample.h"
 #include "sim/surface/surface.h"
 
 namespace thixo {
@@ -24,6 +25,9 @@ struct WorkingSurfels {
     const std::vector<Real>& radius;     // r_s of each [m]
     const std::vector<Real>& curvature;  // LiquidShape::curvature at each [1/m]
     std::vector<WallNote>& wall;         // beside each
+    std::vector<ColourNote>& colour;     // at each
+    std::vector<CreaseNote>& crease;     // beside each; written
+    SurfelLists& lists;                  // made
     const std::vector<Real>& melt;       // how far the matter about it has melted; 0: the surfel stays [1]
     std::vector<char>& lost;             // Fate of each
     std::size_t size() const { return position.size(); }
@@ -36,7 +40,7 @@ struct RelaxReport {
 
 /// Iterates s <- s + a (f_n + f_t) and n <- unit(k_guide n_guide + k_smooth n_smooth) for all surfels at once (Jacobi),
 /// a falling from 1, until the largest move is under a hundredth of the spacing, `params.iterations` times at most.
-///   f_n = n n.(k_guide f_guide + k_attract f_attract + k_smooth f_smooth),  f_t = f_repel - n n.f_repel
+///   f_n = n n.(k_guide f_guide + k_attract f_attract + k_smooth f_smooth + k_ext f_ext),  f_t = f_repel - n n.f_repel
 ///   f_guide   = psi_I(s) - s, one Newton step of each iteration
 ///   f_attract = (mean of the particles in reach - s) + its distance 0.246 h at a flat surface: the force of 6.6 less
 ///   its constant part, which
@@ -49,9 +53,12 @@ struct RelaxReport {
 ///   f_repel   = a tenth of the sum over the ten nearest of those of (l - |s - s_j|) (s - s_j)/|s - s_j|, l the tenth's
 ///   distance, lengths in radii of the pair: with 6.6's l = h_s
 ///               the force jumps whenever the set of ten changes, and surfels never come to rest
+///   f_ext     = -d grad d of the moulds in reach (MouldPull), with weight k_ext; where weights then add up to more
+///   than one, each is divided by their sum
 /// Where the surface bends within a surfel's support (drops of a few particles, threads, rims) its average means
 /// little: k_smooth and k_attract fall from their full values at h_s times curvature = 0.9 to nothing at 1.4.
 /// Afterwards no surfel is outside the iso-value I_min = 0.6 I.
-RelaxReport relax(WorkingSurfels surfels, const LiquidShape& shape, const scene::Surface& params);
+RelaxReport relax(WorkingSurfels surfels, const LiquidShape& shape, const scene::Surface& params,
+                  const std::vector<Mould>& moulds = {});
 
 }  // namespace thixo

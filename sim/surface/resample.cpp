@@ -63,19 +63,15 @@ struct Cover {
     }
     /// Whether a surfel of the same side lies within `reach` of a place.
     bool covers(const Proposal& p, Real reach) const {
-        bool found = false;
-        grid.for_each_neighbour(p.position, reach, [&](Index j, Real) {
-            found = found || (component[j] == p.component && normal[j].dot(p.normal) > kSameSide);
+        return grid.any_neighbour(p.position, reach, [&](Index j, Real) {
+            return component[j] == p.component && normal[j].dot(p.normal) > kSameSide;
         });
-        return found;
     }
     /// Whether a surfel of another side lies within a radius of it.
     bool meets(const Proposal& p) const {
-        bool found = false;
-        grid.for_each_neighbour(p.position, p.radius, [&](Index j, Real) {
-            found = found || (component[j] == p.component && normal[j].dot(p.normal) <= kSameSide);
+        return grid.any_neighbour(p.position, p.radius, [&](Index j, Real) {
+            return component[j] == p.component && normal[j].dot(p.normal) <= kSameSide;
         });
-        return found;
     }
 };
 
@@ -140,31 +136,55 @@ struct Surround {
     Vec3 a, b;                    // axes of the tangent plane
     Real clearance[kDirections];  // squared distance to the nearest surfel, in radii of surfel i
 
-    Surround(Index i, const Cover& cover) {
-        const Real per_radius = 1 / cover.radius[i];
-        const Vec3 &s = cover.position[i], &n = cover.normal[i];
-        orthonormal_basis(n, a, b);
-        std::fill_n(clearance, kDirections, std::numeric_limits<Real>::max());
-        cover.grid.for_each_neighbour(s, 2 * cover.radius[i], [&](Index j, Real) {
-            if (j == i || cover.component[j] != cover.component[i] || cover.normal[j].dot(n) < kSameSide) return;
-            // In the tangent plane: on a bent surface the neighbour lies below it. |q - c|^2 = |q|^2 + 1 - 2 q.c
-            const Vec3 offset = per_radius * (cover.position[j] - s);
-            const Real u = a.dot(offset), v = b.dot(offset), far = u * u + v * v + 1;
-            for (int k = 0; k < kDirections; ++k)
-                clearance[k] = std::min(clearance[k], far - 2 * (u * kCircle.x[k] + v * kCircle.y[k]));
+    Surround(Index i, const Cover& cover) : Surround(cover.normal[i]) {
+        cover.grid.for_each_neighbour(cover.position[i], 2 * cover.radius[i], [&](Index j, Real) {
+            if (j != i) add(i, j, cover);
         });
+    }
+    /// Of those listed about old index `was`, that are at `now[j]` if they still are. The nearest will mostly do.
+    Surround(Index i, const Cover& cover, const SurfelLists& lists, Index was, const std::vector<Index>& now)
+        : Surround(cover.normal[i]) {
+        for (const Index j : lists.nearest(was))
+            if (j != kNone && now[j] != kNone) add(i, now[j], cover);
+        if (clearance[least_covered()] <= square(kSparse)) return;
+        for (const Index j : lists.near(was))
+            if (now[j] != kNone) add(i, now[j], cover);
+    }
+    void add(Index i, Index j, const Cover& cover) {
+        // In the tangent plane: on a bent surface the neighbour lies below it. |q - c|^2 = |q|^2 + 1 - 2 q.c
+        const Vec3 offset = (cover.position[j] - cover.position[i]) / cover.radius[i];
+        if (offset.squaredNorm() > 4 || cover.component[j] != cover.component[i] ||
+            cover.normal[j].dot(cover.normal[i]) < kSameSide)
+            return;
+        const Real u = a.dot(offset), v = b.dot(offset), far = u * u + v * v + 1;
+        for (int k = 0; k < kDirections; ++k)
+            clearance[k] = std::min(clearance[k], far - 2 * (u * kCircle.x[k] + v * kCircle.y[k]));
     }
     int least_covered() const {
         return static_cast<int>(std::max_element(clearance, clearance + kDirections) - clearance);
     }
+
+  private:
+    explicit Surround(const Vec3& n) {
+        orthonormal_basis(n, a, b);
+        std::fill_n(clearance, kDirections, std::numeric_limits<Real>::max());
+    }
 };
 
+/// Whether a place past the crease comes to where others are, when it is brought back to the sheet.
+bool beyond_crease(const Proposal& p, const Vec3& from, const CreaseNote& crease, const Cover& cover) {
+    const Real past = (p.position - from).dot(crease.towards) - crease.room;
+    if (!(past > Real(0.2) * p.radius)) return false;
+    Proposal back = p;
+    back.position -= past * crease.towards;
+    return cover.covers(back, Real(0.4) * p.radius);
+}
+
 /// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
-Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover, const LiquidShape& shape,
-                       Real per_radius, Real full) {
+Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, const CreaseNote& crease,
+                       const Cover& cover, const LiquidShape& shape, Real per_radius, Real full) {
     // Where the surface bends sharply every try is a search for it.
     int tries = cover.radius[i] < full ? 2 : 8;
-    Surround around(i, cover);
     for (int k = around.least_covered(); tries-- > 0 && around.clearance[k] > square(kSparse);
          k = around.least_covered()) {
         Proposal p;
@@ -173,6 +193,10 @@ Proposal beside_surfel(Index i, const SurfaceState& surface, const Cover& cover,
         p.component = cover.component[i];
         p.body = surface.body[i];
         p.radius = cover.radius[i];
+        if (beyond_crease(p, cover.position[i], crease, cover)) {
+            around.clearance[k] = 0;
+            continue;
+        }
         settle(p, cover, shape, per_radius, full);
         p.good = p.good && !cover.covers(p, p.apart * p.radius);
         if (p.good) return p;
@@ -257,6 +281,8 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p, const 
     notes.curvature.push_back(p.curvature);
     notes.radius.push_back(p.radius);
     notes.wall.push_back(p.wall);
+    notes.colour.push_back({});
+    notes.crease.push_back({});
     notes.melt.push_back(1);
     notes.lost.push_back(0);
 }
@@ -279,7 +305,8 @@ void keep(std::vector<T>& array, const std::vector<Index>& kept) {
     array.resize(kept.size());
 }
 
-std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, Real cell) {
+/// `now`: the new index of every surfel there was; kNone: it is deleted.
+std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, Real cell, std::vector<Index>& now) {
     const Cover cover(surface, notes, cell);
     // Of two that are too near each other the elder stays: surfels that are seen keep their places.
     const auto crowds = [&](Index j, Index i, Real r2) {
@@ -301,6 +328,8 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
             });
         if (!gone[i]) kept.push_back(i);
     }
+    now.assign(surface.size(), kNone);
+    for (Index k = 0; k < kept.size(); ++k) now[kept[k]] = k;
     const std::size_t deleted = surface.size() - kept.size();
     if (deleted == 0) return 0;
     for_each_array(surface, [&](const char*, auto& array) { keep(array, kept); });
@@ -308,6 +337,8 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
     keep(notes.curvature, kept);
     keep(notes.radius, kept);
     keep(notes.wall, kept);
+    keep(notes.colour, kept);
+    keep(notes.crease, kept);
     keep(notes.melt, kept);
     notes.lost.assign(kept.size(), 0);
     return deleted;
@@ -320,8 +351,13 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     constexpr std::size_t kGrain = 32;
     const Real full = Real(params.radius) * shape.spacing, per_radius = Real(params.support);
     ResampleReport report;
-    report.deleted = remove_lost_and_crowded(surface, notes, 2 * full);
+    std::vector<Index> now;
+    report.deleted = remove_lost_and_crowded(surface, notes, 2 * full, now);
     const std::size_t before = surface.size();
+    std::vector<Index> old(before);  // of those that are left
+    for (Index k = 0; k < now.size(); ++k)
+        if (now[k] != kNone) old[now[k]] = k;
+    const bool listed_all = notes.lists.size() == now.size();
     Cover cover(surface, notes, 2 * full);
     std::vector<Proposal> proposals(particles.size());
     const auto seed = [&](std::size_t j) {
@@ -337,7 +373,12 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
         proposals.resize(look.size());
         const auto propose = [&](std::size_t k) {
             proposals[k] = {};
-            if (notes.melt[look[k]] > 0) proposals[k] = beside_surfel(look[k], surface, cover, shape, per_radius, full);
+            const Index i = look[k];
+            if (!(notes.melt[i] > 0)) return;
+            const Surround around = round == 0 && listed_all && i < before
+                                        ? Surround(i, cover, notes.lists, old[i], now)
+                                        : Surround(i, cover);
+            proposals[k] = beside_surfel(i, around, surface, notes.crease[i], cover, shape, per_radius, full);
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();

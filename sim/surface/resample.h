@@ -8,8 +8,15 @@
 #include "pipeline/contract/scene.h"
 #include "sim/surface/liquid_shape.h"
 #include "sim/surface/surface.h"
+#include "sim/surface/surroundings.h"
 
 namespace thixo {
+
+/// The crease that ends a surfel's sheet where it is near.
+struct CreaseNote {
+    Vec3 towards{0, 0, 0};  // unit tangent; zero: none near
+    Real room = 0;          // that the surfel has towards it [m]
+};
 
 /// What an update knows of each surfel beside its state.
 struct SurfelNotes {
@@ -17,9 +24,12 @@ struct SurfelNotes {
     std::vector<Real> curvature;  // of the liquid's surface [1/m]
     std::vector<Real> radius;     // r_s [m]
     std::vector<WallNote> wall;
+    std::vector<ColourNote> colour;
+    std::vector<CreaseNote> crease;
     std::vector<Real> melt;  // of the matter about it; 0: it is a solid's, and resampling leaves it alone [1]
     std::vector<Real> give;  // share of the lift each has, once all have their place
     std::vector<char> lost;  // to be deleted
+    SurfelLists lists;       // of the surfels there are, but for those just lost and found
 };
 
 /// Radius of a surfel: `full`, less where the surface bends: half of its radius of curvature, but not under 0.6 of

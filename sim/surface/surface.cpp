@@ -43,7 +43,7 @@ void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const
 void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets(cloud.size());
     parallel_for(cloud.size(), [&](std::size_t i) {
-        sheets[i] = shape.sheet(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
+        sheets[i] = shape.sheet(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i], notes.colour[i]);
     });
     notes.give.resize(cloud.size());
     for (std::size_t i = 0; i < cloud.size(); ++i) notes.give[i] = sheets[i].coat ? Real(0) : sheets[i].give;
@@ -140,7 +140,8 @@ void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNo
 }  // namespace
 
 SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
-                             const scene::Surface& params, Real spacing, Real support) {
+                             const scene::Surface& params, Real spacing, Real support,
+                             const std::vector<Mould>& moulds) {
     const Real full_radius = Real(params.radius) * spacing;
     const bool first = surface.size() == 0;
     SurfelNotes notes;
@@ -158,6 +159,8 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     notes.curvature.resize(surface.size());
     notes.radius.resize(surface.size());
     notes.wall.resize(surface.size());
+    notes.colour.resize(surface.size());
+    notes.crease.resize(surface.size());
     parallel_for(surface.size(), [&](std::size_t i) {
         notes.curvature[i] = shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
         notes.radius[i] = notes.melt[i] > 0 ? fitting_radius(notes.curvature[i], full_radius) : cloud.axis2[i].norm();
@@ -172,8 +175,8 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     const bool all_liquid = std::ranges::all_of(notes.melt, [](Real b) { return b == 1; });
     const SurfelCloud displaced = all_liquid ? SurfelCloud{} : cloud;
     const RelaxReport relaxed = relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature,
-                                       notes.wall, notes.melt, notes.lost},
-                                      shape, params);
+                                       notes.wall, notes.colour, notes.crease, notes.lists, notes.melt, notes.lost},
+                                      shape, params, moulds);
     if (!all_liquid) blend_with_solid(displaced, cloud, notes);
     report.iterations = relaxed.iterations;
     report.largest_move = relaxed.largest_move;

@@ -4,23 +4,30 @@
 #include <limits>
 
 #include "pipeline/base/parallel.h"
-#include "sim/surface/near_runs.h"
+#include "pipeline/geometry/near_runs.h"
 
 namespace thixo {
 namespace {
 
 constexpr Real kAgree = Real(0.70710678), kMayAgree = Real(0.5);  // cosines of 45 and 60 degrees
 
-/// The nearest so far, kept in order.
+/// The nearest so far, kept in order; of equally near ones that of the smaller index.
 struct Nearest {
-    std::array<std::pair<Real, Index>, kNearest> found;
-    Nearest() { found.fill({std::numeric_limits<Real>::max(), kNone}); }
-    void offer(Real r2, Index j) {
-        const std::pair<Real, Index> entry(r2, j);
-        if (!(entry < found.back())) return;
+    std::array<Real, kNearest> r2;
+    std::array<Index, kNearest> found;
+    Nearest() {
+        r2.fill(std::numeric_limits<Real>::max());
+        found.fill(kNone);
+    }
+    void offer(Real d2, Index j) {
+        if (d2 > r2.back() || (d2 == r2.back() && j > found.back())) return;
         std::size_t k = kNearest - 1;
-        for (; k > 0 && entry < found[k - 1]; --k) found[k] = found[k - 1];
-        found[k] = entry;
+        for (; k > 0 && (d2 < r2[k - 1] || (d2 == r2[k - 1] && j < found[k - 1])); --k) {
+            r2[k] = r2[k - 1];
+            found[k] = found[k - 1];
+        }
+        r2[k] = d2;
+        found[k] = j;
     }
 };
 
@@ -32,15 +39,28 @@ void SurfelLists::list(Index i, const SurfelPlaces& surfels, Real reach) {
     const std::int32_t component = surfels.component[i];
     begin_[i] = static_cast<std::uint32_t>(out.size());
     Nearest nearest;
-    for_each_in_box(grid_, surfels.position[i], reach, [&](Index slot, Real r2) {
-        const Index j = grid_.index(slot);
-        const Real agree = surfels.normal[j].dot(n);
-        if (j == i || agree < kMayAgree || surfels.component[j] != component) return;
-        out.push_back(j);
-        if (agree >= kAgree) nearest.offer(r2, j);
+    constexpr std::size_t kBatch = 128;
+    Index batch[kBatch];
+    std::size_t count = 0;
+    const Lanes limit = all_lanes(reach * reach), may_agree = all_lanes(kMayAgree);
+    for_each_box_run(grid_, surfels.position[i], reach, [&](Index slot, Index lanes, Lanes r2) {
+        const Lanes agree =
+            load_lanes(&nx_[slot]) * n.x() + load_lanes(&ny_[slot]) * n.y() + load_lanes(&nz_[slot]) * n.z();
+        for_each_set_lane((r2 < limit) & (agree >= may_agree), [&](Index l) {
+            if (l >= lanes) return;
+            const Index j = grid_.index(slot + l);
+            if (j == i || component_[slot + l] != component) return;
+            if (count == kBatch) {
+                out.insert(out.end(), batch, batch + count);
+                count = 0;
+            }
+            batch[count++] = j;
+            if (agree[l] >= kAgree) nearest.offer(r2[l], j);
+        });
     });
+    out.insert(out.end(), batch, batch + count);
     count_[i] = static_cast<std::uint32_t>(out.size()) - begin_[i];
-    for (std::size_t k = 0; k < kNearest; ++k) nearest_[i][k] = nearest.found[k].second;
+    nearest_[i] = nearest.found;
 }
 
 void SurfelLists::build(const SurfelPlaces& surfels, const std::vector<Real>& radius, Real per_radius, Real margin) {
@@ -49,8 +69,17 @@ void SurfelLists::build(const SurfelPlaces& surfels, const std::vector<Real>& ra
     listed_at_ = surfels.position;
     Real widest = 0;
     for (const Real r : radius) widest = std::max(widest, r);
-    // Finer than the reach: surfels lie in sheets, and most of a large cell is not near.
-    grid_.build(surfels.position, (per_radius * widest + margin) / 2);
+    grid_.build(surfels.position, per_radius * widest + margin);
+    for (auto* a : {&nx_, &ny_, &nz_}) a->resize(n + PointGrid::kPadding, 0);
+    component_.resize(n);
+    parallel_for(n, [&](std::size_t s) {
+        const Index i = grid_.index(static_cast<Index>(s));
+        const Vec3& normal = surfels.normal[i];
+        component_[s] = surfels.component[i];
+        nx_[s] = normal.x();
+        ny_[s] = normal.y();
+        nz_[s] = normal.z();
+    });
     blocks_.resize((n + kBlock - 1) / kBlock);
     begin_.resize(n);
     count_.resize(n);
@@ -65,7 +94,7 @@ void SurfelLists::build(const SurfelPlaces& surfels, const std::vector<Real>& ra
 bool SurfelLists::stale(const std::vector<Vec3>& position) const {
     if (listed_at_.size() != position.size()) return true;
     const double away = parallel_sum(position.size(), [&](std::size_t i) {
-        return (position[i] - listed_at_[i]).squaredNorm() > square(margin_ / 2) ? 1.0 : 0.0;
+        return (position[i] - listed_at_[i]).squaredNorm() > square(margin_) ? 1.0 : 0.0;
     });
     return away > 0.1 * static_cast<double>(position.size());
 }

@@ -26,12 +26,13 @@ class SurfelLists {
     /// one side of a body, with a margin in place and direction to move in before the lists are stale.
     void build(const SurfelPlaces& surfels, const std::vector<Real>& radius, Real per_radius, Real margin);
 
+    std::size_t size() const { return begin_.size(); }
     std::span<const Index> near(std::size_t i) const { return {blocks_[i / kBlock].data() + begin_[i], count_[i]}; }
     /// Nearest first; kNone where there are fewer.
     const std::array<Index, kNearest>& nearest(std::size_t i) const { return nearest_[i]; }
 
-    /// Whether more than one surfel in ten has left the place it was listed at by half the margin. Fewer are strays,
-    /// and miss neighbours of little weight. True before the first build.
+    /// Whether more than one surfel in ten has left the place it was listed at by the margin. Fewer are strays, and
+    /// miss neighbours of little weight, as do those that move together. True before the first build.
     bool stale(const std::vector<Vec3>& position) const;
 
   private:
@@ -39,6 +40,8 @@ class SurfelLists {
     void list(Index i, const SurfelPlaces& surfels, Real reach);
 
     PointGrid grid_;
+    std::vector<Real> nx_, ny_, nz_;  // normals by slot
+    std::vector<std::int32_t> component_;
     std::vector<std::vector<Index>> blocks_;
     std::vector<std::uint32_t> begin_, count_;
     std::vector<std::array<Index, kNearest>> nearest_;

@@ -16,8 +16,9 @@ namespace {
 /// Surfels lie a little closer than their radius; in the middle each has this part of the square of it to itself.
 constexpr Real kOwnArea = Real(0.75);
 
-/// Updates without a measurement where the last one changed next to nothing: it costs a third of an update.
-constexpr std::int32_t kCalm = 3;
+/// Updates without a measurement where the last one changed next to nothing, and where it changed little: it costs a
+/// seventh of an update.
+constexpr std::int32_t kCalm = 3, kRestless = 1;
 
 /// The surface with its coats on the walls that they line.
 struct UpToWalls {
@@ -130,7 +131,8 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
                  bool calm) {
-    if (calm && surface.unmeasured > 0) {
+    if (!calm) surface.unmeasured = std::min(surface.unmeasured, kRestless);
+    if (surface.unmeasured > 0) {
         --surface.unmeasured;
         return;
     }
@@ -164,7 +166,7 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         largest = std::max(largest, std::abs(lift - surface.lift[c]));
         surface.lift[c] = lift;
     }
-    surface.unmeasured = largest < step / 20 ? kCalm : 0;
+    surface.unmeasured = largest < step / 20 ? kCalm : largest < step / 2 ? kRestless : 0;
 }
 
 }  // namespace thixo

@@ -1,10 +1,11 @@
 // Points of a grid about a place, kLanes at a time, straight from the grid's own arrays: no lists, no gathering.
 #pragma once
 
+#include <bit>
 #include <limits>
 
+#include "pipeline/base/lanes.h"
 #include "pipeline/geometry/point_grid.h"
-#include "sim/lanes.h"
 
 namespace thixo {
 
@@ -49,9 +50,21 @@ void for_each_near_run(const PointGrid& grid, const Vec3& p, Real radius, F&& f)
         }
 }
 
-/// Calls f(slot, r2) for every point nearer than `radius` to p, which may exceed the cell.
+/// Calls f(l) for every lane l of a comparison that holds, ascending.
+template <class Mask, class F>
+void for_each_set_lane(Mask mask, F&& f) {
+#ifdef THIXO_DOUBLE
+    auto bits = static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask)));
+#else
+    auto bits = static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+#endif
+    for (; bits != 0; bits &= bits - 1) f(static_cast<Index>(std::countr_zero(bits)));
+}
+
+/// Calls f(slot, lanes, r2) for runs of slots, of which the first `lanes` count, with a point nearer than `radius` to
+/// p, which may exceed the cell.
 template <class F>
-void for_each_in_box(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
+void for_each_box_run(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
     const Real limit = radius * radius;
     const PointGrid::Cell a = grid.cell_of(p - Vec3::Constant(radius)), b = grid.cell_of(p + Vec3::Constant(radius));
     for (std::int32_t cz = a.z; cz <= b.z; ++cz)
@@ -61,12 +74,19 @@ void for_each_in_box(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
                 const Lanes x = load_lanes(grid.x() + s) - p.x(), y = load_lanes(grid.y() + s) - p.y(),
                             z = load_lanes(grid.z() + s) - p.z();
                 const Lanes r2 = x * x + y * y + z * z;
-                if (!any_lane(r2 < all_lanes(limit))) continue;
-                const Index lanes = std::min<Index>(kLanes, row.end - s);
-                for (Index l = 0; l < lanes; ++l)
-                    if (r2[l] < limit) f(s + l, r2[l]);
+                if (any_lane(r2 < all_lanes(limit))) f(s, std::min<Index>(kLanes, row.end - s), r2);
             }
         }
+}
+
+/// Calls f(slot, r2) for every point nearer than `radius` to p, which may exceed the cell.
+template <class F>
+void for_each_in_box(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
+    const Real limit = radius * radius;
+    for_each_box_run(grid, p, radius, [&](Index slot, Index lanes, Lanes r2) {
+        for (Index l = 0; l < lanes; ++l)
+            if (r2[l] < limit) f(slot + l, r2[l]);
+    });
 }
 
 }  // namespace thixo

@@ -193,10 +193,15 @@ double volume(const Shape& shape, double cell) {
     const std::size_t nx = std::size_t(count.x()), ny = std::size_t(count.y()), nz = std::size_t(count.z());
     const auto column = [&](std::size_t k) {
         double sum = 0;
-        for (std::size_t x = 0; x < nx; ++x) {
+        for (std::size_t x = 0; x < nx;) {
+            const std::size_t x0 = x;
             const Vec3d centre =
                 box.lower.cast<double>() + cell * Vec3d(x + 0.5, double(k % ny) + 0.5, double(k / ny) + 0.5);
-            sum += clamp01(0.5 - double(shape.distance(centre.cast<Real>())) / cell);
+            const double distance = double(shape.distance(centre.cast<Real>())) / cell;
+            sum += clamp01(0.5 - distance);
+            // It changes by no more than the way, twice that at worst: so far all is inside, or all outside.
+            const double clear = (std::abs(distance) - 0.5) / 2;
+            for (++x; x < nx && double(x) < double(x0) + clear; ++x) sum += distance < 0 ? 1 : 0;
         }
         return sum;
     };

@@ -104,5 +104,53 @@ TEST(AMaterial, OfNoMassOrThatCannotChangeItsVolumeIsRefused) {
             << matter;
 }
 
+TEST(AnOrthotropicMaterial, ThatCannotBeIsRefusedInOneLine) {
+    const std::string moduli = "youngs_modulus: [1.0e5, 1.0e5, 1.0e5], shear_modulus: [4.0e4, 4.0e4, 4.0e4], ",
+                      good = "orthotropic: {" + moduli + "poisson_ratio: [0.2, 0.2, 0.2]}",
+                      solid = "youngs_modulus: 1.0e5, ";
+    const auto refusal = [](const std::string& keys) {
+        try {
+            scene::parse_scene(
+                "frames: {first: 0, last: 1}\nmaterials: {stuff: {" + keys + "}, other: {youngs_modulus: 1.0e5}}\n",
+                "bad.yaml");
+        } catch (const InputError& e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    EXPECT_EQ(refusal(solid + good), "");
+    const std::pair<std::string, const char*> cases[] = {
+        {solid + "orthotropic: {youngs_modulus: [1.0e5, 1.0e5, 1.0e5], poisson_ratio: [0.2, 0.2, 0.2]}",
+         "three moduli"},
+        {solid + "orthotropic: {" + moduli + "poisson_ratio: [0.9, 0.9, 0.9]}", "poisson_ratio"},
+        {good, "only a solid"},
+        {solid + good + ", changes: [{time: 1, material: other}]", "not supported yet"}};
+    for (const auto& [keys, part] : cases) {
+        const std::string said = refusal(keys);
+        EXPECT_NE(said.find(part), std::string::npos) << keys << ": " << said;
+    }
+}
+
+TEST(ASolidThatDiverges, StopsWithItsParticleFrameAndLikelyCause) {
+    // A hand that tears a block away at 10 km/s.
+    Simulation s = make_simulation(
+        scene::parse_scene("frames: {first: 0, last: 9, fps: 100}\n"
+                           "materials: {stuff: {density: 1000, youngs_modulus: 1.0e4}}\n"
+                           "bodies: {thing: {material: stuff, shape: {box: {size: [0.06, 0.06, 0.06]}}}}\n"
+                           "handles: {hand: {body: thing, region: {box: {size: [1, 1, 0.03]}, translate: [0, 0, 0.03]},"
+                           " motion: [{time: 0}, {time: 0.1, position: [1000, 0, 0]}]}}\n"
+                           "solver: {spacing: 0.01}\n",
+                           "fast.yaml"));
+    std::string said;
+    try {
+        while (s.clock.frame < 9) advance_frame(s);
+    } catch (const DivergedError& e) {
+        said = e.what();
+    }
+    for (const char* part :
+         {"of particle ", "of body 'thing'", "on the way to frame ", "likely: ", "replay: thixo sim "})
+        EXPECT_NE(said.find(part), std::string::npos) << part << " in " << said;
+}
+
 }  // namespace
 }  // namespace thixo

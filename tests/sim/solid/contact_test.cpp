@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "pipeline/base/parallel.h"
@@ -69,6 +70,22 @@ TEST(Contact, BodiesPlacedIntoEachOtherAreNotLaunched) {
                        fixture::shape_at({0.04, 0.005, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))
                   .first,
               0.12);
+}
+
+TEST(Contact, BodiesThatStartInEachOtherAreToldOfOnce) {
+    const auto said = [](double apart) {
+        scene::Scene scene = fixture::rubber_scene(5);
+        scene.bodies = {fixture::body("left", fixture::shape_at({0, 0, 0}, scene::Sphere{0.03})),
+                        fixture::body("right", fixture::shape_at({apart, 0, 0}, scene::Sphere{0.03}))};
+        testing::internal::CaptureStderr();
+        make_simulation(scene);
+        return testing::internal::GetCapturedStderr();
+    };
+    const std::string deep = said(0.04);
+    EXPECT_NE(deep.find("body 'right' starts 0.0"), std::string::npos) << deep;  // 0.02 m, where samples lie
+    EXPECT_NE(deep.find("m deep in body 'left'"), std::string::npos) << deep;
+    EXPECT_EQ(std::count(deep.begin(), deep.end(), '\n'), 1) << deep;
+    EXPECT_EQ(said(0.0601), "");
 }
 
 TEST(Contact, ABodyDoesNotPassThroughItself) {

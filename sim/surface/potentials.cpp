@@ -161,8 +161,11 @@ Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, cons
     const Vec3 move = damping * (n * normal_force + tangent_force) + pull.slide;
     const Vec3 old_n = n;
     s += move;
-    n = pull.coat ? pull.n_guide
-                  : (k_guide * pull.n_guide + k_smooth * pull.n_smooth + k_ext * pull.mould.outward).normalized();
+    const Vec3 turned = k_guide * pull.n_guide + k_smooth * pull.n_smooth + k_ext * pull.mould.outward;
+    if (pull.coat)
+        n = pull.n_guide;
+    else if (turned.squaredNorm() > 0)  // with no weight at all it keeps what it has
+        n = turned.normalized();
     return std::max(move.norm(), radius * (n - old_n).norm());
 }
 

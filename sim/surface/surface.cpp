@@ -13,6 +13,9 @@
 namespace thixo {
 namespace {
 
+// Half-axes of discs where the surface bends, and of the last of a coat, in radii.
+constexpr Real kBentDisc = Real(1.5), kLongestCoat = Real(1.35);
+
 /// The surfels of free surfaces near walls.
 struct FreeRim {
     std::vector<Vec3> position, normal;
@@ -24,15 +27,33 @@ struct FreeRim {
 void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const FreeRim& rim) {
     sheet.to_crease = std::numeric_limits<Real>::max();
     const Poly6 w(rim.grid.cell());
-    SurfelAverage average;
+    // Of the side that is nearest: the other one of a dry spot that closes says nothing here.
+    Index nearest = kNone;
+    Real least = std::numeric_limits<Real>::max();
     rim.grid.for_each_neighbour(x, rim.grid.cell(), [&](Index j, Real r2) {
-        if (std::abs(rim.normal[j].dot(n)) < Real(0.8)) average.add(w.value(r2), rim.position[j] - x, rim.normal[j]);
+        if (!(std::abs(rim.normal[j].dot(n)) < Real(0.8)) || r2 >= least) return;
+        least = r2;
+        nearest = j;
     });
-    if (!average.defined()) return;
+    if (nearest == kNone) return;
+    SurfelAverage average;
+    int count = 0;
+    Real square_sum = 0;
+    rim.grid.for_each_neighbour(x, rim.grid.cell(), [&](Index j, Real r2) {
+        if (!(std::abs(rim.normal[j].dot(n)) < Real(0.8)) || rim.normal[j].dot(rim.normal[nearest]) < Real(0.5)) return;
+        average.add(w.value(r2), rim.position[j] - x, rim.normal[j]);
+        ++count;
+        square_sum += w.value(r2) * square(rim.normal[j].dot(rim.position[j] - x));
+    });
+    if (count < 3 || !average.defined()) return;
     const Vec3 up = average.unit_normal(), across = up - n * n.dot(up);
     const Real rate = across.norm();
     if (rate < Real(0.2)) return;
-    sheet.to_crease = -average.value() / rate;
+    // Where the free surface bends, as about a dry spot, its discs are apart from the smooth surface through them: by
+    // how much, their planes tell. The coat goes as far, or rays would pass between the two.
+    const Real planes = average.planes / average.weight;
+    const Real apart = std::sqrt(std::max(square_sum / average.weight - square(planes), Real(0)));
+    sheet.to_crease = (apart - (average.value() + planes) / 2) / rate;
     sheet.towards_crease = across / rate;
 }
 
@@ -61,17 +82,28 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
         SheetSample at = sheets[i];
         // Neighbours in a corner may have pushed it over the crease of two coats, deeper into the walls than need be.
         if (at.coat && at.stand_off == 0 && at.to_crease < 0) moved[i] += at.to_crease * at.towards_crease;
-        if (at.coat) end_at_free_surface(at, cloud.position[i], n, rim);
+        if (at.coat) {
+            // Where the field has liquid the coat goes on, whatever the planes of surfels farther off say there.
+            const bool corner = at.stand_off == 0 && at.to_crease < std::numeric_limits<Real>::max();
+            const Real by_field = corner ? -shape.spacing : at.to_crease;
+            end_at_free_surface(at, cloud.position[i], n, rim);
+            at.to_crease = std::max(at.to_crease, by_field - Real(0.25) * shape.spacing);
+        }
         // Ellipses side by side must overlap at the crease, not only touch it: hence the eighth more. A disc too near
         // the crease is taken back: shortened about its place it would be a sliver and leave a gap behind it.
-        const Real past = Real(at.coat ? 0.06 : 0.1) * shape.spacing, radius = notes.radius[i];
-        const bool at_crease = at.defined && Real(1.125) * at.to_crease + past < radius;
+        const Real past = Real(at.coat ? 0.06 : 0.1) * shape.spacing;
+        // Where the surface bends discs stand off from each other as tangent planes do: they are drawn larger there.
+        const Real own = notes.radius[i];
+        const Real radius = own * std::min(1 + (kBentDisc - 1) * 2 * notes.curvature[i] * own, kBentDisc);
+        // Row and crease do not always agree, and a coat is flat: its last row reaches farther.
+        const Real longest = at.coat ? kLongestCoat * radius : radius;
+        const bool at_crease = at.defined && Real(1.125) * at.to_crease + past < longest;
         if (at_crease && at.to_crease < kFromCrease * radius) {
             const Real back = std::min(kFromCrease * radius - at.to_crease, Real(0.5) * shape.spacing);
             moved[i] -= back * at.towards_crease;
             at.to_crease += back;
         }
-        const Real reach = std::clamp(Real(1.125) * at.to_crease + past, Real(1.5) * past, radius);
+        const Real reach = std::clamp(Real(1.125) * at.to_crease + past, Real(1.5) * past, longest);
         Vec3 t = at_crease ? at.towards_crease : cloud.axis1[i];
         t -= n * n.dot(t);
         if (!(t.squaredNorm() > square(Real(1e-3) * radius))) {

@@ -158,7 +158,9 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
             return particles.material[j] == in_c ? static_cast<double>(particles.rest_volume[j]) : 0.0;
         });
         const double area = parallel_sum(component.size(), [&](std::size_t i) {
-            return component[i] == in_c ? static_cast<double>(notes.give[i]) * s.area[i] : 0.0;
+            return component[i] == in_c && s.area[i] > 0
+                       ? static_cast<double>(notes.give[i] * kOwnArea * square(notes.radius[i]))
+                       : 0.0;
         });
         if (!(area > 0) || !(matter > 0)) continue;
         const Real missing = static_cast<Real>(0.7 * (matter - volume[c]) / area);

@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/implicit_surface.h"
+#include "pipeline/geometry/near_runs.h"
 #include "sim/surface/displace.h"
 #include "sim/surface/liquid_shape.h"
 #include "sim/surface/potentials.h"
@@ -57,6 +58,45 @@ void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const
     sheet.towards_crease = across / rate;
 }
 
+/// How far the neighbours of a surfel's side are from its plane, in the mean: where the surface bends, and where it
+/// goes over from a coat to a free surface that all but touches the wall.
+class Heights {
+  public:
+    Heights(const SurfelCloud& cloud, const std::vector<std::int32_t>& component, Real reach)
+        : cloud_(cloud), reach_(reach) {
+        grid_.build(cloud.position, reach);
+        for (auto* a : {&nx_, &ny_, &nz_, &component_}) a->resize(cloud.size() + PointGrid::kPadding, 0);
+        parallel_for(cloud.size(), [&](std::size_t s) {
+            const Index i = grid_.index(static_cast<Index>(s));
+            nx_[s] = cloud.normal[i].x();
+            ny_[s] = cloud.normal[i].y();
+            nz_[s] = cloud.normal[i].z();
+            component_[s] = static_cast<Real>(component[i]);
+        });
+        own_ = &component;
+    }
+    Real at(std::size_t i) const {
+        const Vec3& n = cloud_.normal[i];
+        const Lanes same = all_lanes(static_cast<Real>((*own_)[i])), limit = all_lanes(square(reach_));
+        Lanes count{}, sum{};
+        for_each_near_run(grid_, cloud_.position[i], reach_, [&](Index s, Lanes x, Lanes y, Lanes z, Lanes r2) {
+            const Lanes agree = load_lanes(&nx_[s]) * n.x() + load_lanes(&ny_[s]) * n.y() + load_lanes(&nz_[s]) * n.z();
+            const auto counts = (r2 < limit) & (agree >= Real(0.7)) & (load_lanes(&component_[s]) == same);
+            const Lanes height = x * n.x() + y * n.y() + z * n.z();
+            count += counts ? all_lanes(1) : Lanes{};
+            sum += counts ? (height < 0 ? -height : height) : Lanes{};
+        });
+        return sum_of(sum) / std::max(sum_of(count), Real(1));
+    }
+
+  private:
+    const SurfelCloud& cloud_;
+    const std::vector<std::int32_t>* own_ = nullptr;
+    Real reach_;
+    PointGrid grid_;
+    std::vector<Real> nx_, ny_, nz_, component_;  // by slot
+};
+
 /// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be. At a crease the
 /// disc ends a little beyond it, or it would stand out of the body: the first axis then leads to the crease and is
 /// shortened. Coats of two walls cross each other inside the walls and need no shortening.
@@ -75,6 +115,7 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
             rim.normal.push_back(cloud.normal[i]);
         }
     rim.grid.build(rim.position, support);
+    const Heights heights(cloud, notes.component, Real(0.6) * support);
     std::vector<Vec3> moved = cloud.position;
     parallel_for(cloud.size(), [&](std::size_t i) {
         if (!(notes.melt[i] > 0)) return;
@@ -94,7 +135,8 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
         const Real past = Real(at.coat ? 0.06 : 0.1) * shape.spacing;
         // Where the surface bends discs stand off from each other as tangent planes do: they are drawn larger there.
         const Real own = notes.radius[i];
-        const Real radius = own * std::min(1 + (kBentDisc - 1) * 2 * notes.curvature[i] * own, kBentDisc);
+        const Real bend = std::max(Real(0.5) * notes.curvature[i] * own, heights.at(i) / own);
+        const Real radius = own * std::min(1 + 2 * bend, kBentDisc);
         // Row and crease do not always agree, and a coat is flat: its last row reaches farther.
         const Real longest = at.coat ? kLongestCoat * radius : radius;
         const bool at_crease = at.defined && Real(1.125) * at.to_crease + past < longest;

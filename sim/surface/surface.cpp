@@ -234,7 +234,6 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     notes.radius.resize(surface.size());
     notes.wall.resize(surface.size());
     notes.colour.resize(surface.size());
-    notes.crease.resize(surface.size());
     parallel_for(surface.size(), [&](std::size_t i) {
         notes.curvature[i] = shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
         notes.radius[i] = notes.melt[i] > 0 ? fitting_radius(notes.curvature[i], full_radius) : cloud.axis2[i].norm();
@@ -249,7 +248,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     const bool all_liquid = std::ranges::all_of(notes.melt, [](Real b) { return b == 1; });
     const SurfelCloud displaced = all_liquid ? SurfelCloud{} : cloud;
     const RelaxReport relaxed = relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature,
-                                       notes.wall, notes.colour, notes.crease, notes.lists, notes.melt, notes.lost},
+                                       notes.wall, notes.colour, notes.lists, notes.melt, notes.lost},
                                       shape, params, moulds);
     if (!all_liquid) blend_with_solid(displaced, cloud, notes);
     report.iterations = relaxed.iterations;

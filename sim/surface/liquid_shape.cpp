@@ -129,11 +129,23 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
     // Where walls meet in an edge that juts out, as at the spout of a funnel, the plane of one goes on through the room
     // before the other: nothing ends there.
     const bool in_room = pair.first.distance(beside) > 0;
-    for_each_plane([&](const WallPlane& plane) {
-        if (in_room && plane.distance(beside) < 0) return;
-        if (plane.normal.dot(pair.first.normal) < kAcross && plane.distance(x) < pair.second.distance(x))
-            pair.second = plane;
-    });
+    // The plane of an edge that juts out goes on past the wall, too: what is near must have a wall where x meets it.
+    Real beyond = -std::numeric_limits<Real>::max();
+    for (int tries = 0; tries < 3; ++tries) {
+        pair.second = {};
+        for_each_plane([&](const WallPlane& plane) {
+            if (in_room && plane.distance(beside) < 0) return;
+            const Real distance = plane.distance(x);
+            if (plane.normal.dot(pair.first.normal) < kAcross && distance > beyond &&
+                distance < pair.second.distance(x))
+                pair.second = plane;
+        });
+        const Real distance = pair.second.distance(x);
+        if (distance > spacing) break;
+        if (std::abs(wall_distance(walls, x - distance * pair.second.normal)) < Real(0.3) * spacing) return pair;
+        beyond = distance;
+    }
+    if (pair.second.distance(x) < spacing) pair.second = {};
     return pair;
 }
 

@@ -30,9 +30,10 @@ struct Pull {
     Real smooth = 0;   // psi_orth(s) - s along the normal [m]
     Vec3 n_smooth{0, 0, 0};
     Vec3 repel{0, 0, 0};
-    Vec3 slide{0, 0, 0};  // back from the crease where the sheet ends [m]
-    CreaseNote crease;
-    bool coat = false;  // lines a wall
+    Vec3 slide{0, 0, 0};    // back from the crease where the sheet ends [m]
+    Vec3 towards{0, 0, 0};  // the crease, unit tangent; zero: none near
+    Real room = 0;          // towards it [m]
+    bool coat = false;      // lines a wall
     MouldPull mould;
 };
 
@@ -51,7 +52,8 @@ Fate pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t co
     const Real excess = at.to_crease - at.stand_off * radius;
     if (excess < radius) {
         pull.slide = std::clamp(excess, Real(-0.2) * shape.spacing, Real(0)) * at.towards_crease;
-        pull.crease = {at.towards_crease, std::max(excess, Real(0))};
+        pull.towards = at.towards_crease;
+        pull.room = std::max(excess, Real(0));
     }
     if (!at.coat && at.to_crease > shape.support) pull.attract = n.dot(at.centre) + kFlatMean * shape.support;
     return Fate::stays;
@@ -155,14 +157,16 @@ Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, cons
     Vec3 tangent_force = kRepulsion * (pull.repel - n * n.dot(pull.repel));
     const Real length = tangent_force.norm();
     if (length > Real(0.25) * radius) tangent_force *= Real(0.25) * radius / length;
-    const Real beyond = tangent_force.dot(pull.crease.towards) - pull.crease.room;
-    if (beyond > 0)
-        tangent_force -= beyond * pull.crease.towards;  // no neighbour pushes a surfel over the edge of its sheet
+    const Real beyond = tangent_force.dot(pull.towards) - pull.room;
+    if (beyond > 0) tangent_force -= beyond * pull.towards;  // no neighbour pushes a surfel over the edge of its sheet
     const Vec3 move = damping * (n * normal_force + tangent_force) + pull.slide;
     const Vec3 old_n = n;
     s += move;
-    n = pull.coat ? pull.n_guide
-                  : (k_guide * pull.n_guide + k_smooth * pull.n_smooth + k_ext * pull.mould.outward).normalized();
+    const Vec3 turned = k_guide * pull.n_guide + k_smooth * pull.n_smooth + k_ext * pull.mould.outward;
+    if (pull.coat)
+        n = pull.n_guide;
+    else if (turned.squaredNorm() > 0)  // with no weight at all it keeps what it has
+        n = turned.normalized();
     return std::max(move.norm(), radius * (n - old_n).norm());
 }
 
@@ -220,7 +224,6 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             all.lost[i] =
                 static_cast<char>(pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape,
                                                     all.wall[i], all.colour[i], all.radius[i]));
-            all.crease[i] = pulls[i].crease;
             if (all.lost[i]) return;
             if (!pulls[i].coat && smoothness[i] > 0)
                 pull_of_average(pulls[i], i, all, around, per_radius * all.radius[i]);

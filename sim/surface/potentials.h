@@ -26,7 +26,6 @@ struct WorkingSurfels {
     const std::vector<Real>& curvature;  // LiquidShape::curvature at each [1/m]
     std::vector<WallNote>& wall;         // beside each
     std::vector<ColourNote>& colour;     // at each
-    std::vector<CreaseNote>& crease;     // beside each; written
     SurfelLists& lists;                  // made
     const std::vector<Real>& melt;       // how far the matter about it has melted; 0: the surfel stays [1]
     std::vector<char>& lost;             // Fate of each

@@ -171,18 +171,9 @@ struct Surround {
     }
 };
 
-/// Whether a place past the crease comes to where others are, when it is brought back to the sheet.
-bool beyond_crease(const Proposal& p, const Vec3& from, const CreaseNote& crease, const Cover& cover) {
-    const Real past = (p.position - from).dot(crease.towards) - crease.room;
-    if (!(past > Real(0.2) * p.radius)) return false;
-    Proposal back = p;
-    back.position -= past * crease.towards;
-    return cover.covers(back, Real(0.4) * p.radius);
-}
-
 /// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
-Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, const CreaseNote& crease,
-                       const Cover& cover, const LiquidShape& shape, Real per_radius, Real full) {
+Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, const Cover& cover,
+                       const LiquidShape& shape, Real per_radius, Real full) {
     // Where the surface bends sharply every try is a search for it.
     int tries = cover.radius[i] < full ? 2 : 8;
     for (int k = around.least_covered(); tries-- > 0 && around.clearance[k] > square(kSparse);
@@ -193,10 +184,6 @@ Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, co
         p.component = cover.component[i];
         p.body = surface.body[i];
         p.radius = cover.radius[i];
-        if (beyond_crease(p, cover.position[i], crease, cover)) {
-            around.clearance[k] = 0;
-            continue;
-        }
         settle(p, cover, shape, per_radius, full);
         p.good = p.good && !cover.covers(p, p.apart * p.radius);
         if (p.good) return p;
@@ -282,7 +269,6 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p, const 
     notes.radius.push_back(p.radius);
     notes.wall.push_back(p.wall);
     notes.colour.push_back({});
-    notes.crease.push_back({});
     notes.melt.push_back(1);
     notes.lost.push_back(0);
 }
@@ -338,7 +324,6 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
     keep(notes.radius, kept);
     keep(notes.wall, kept);
     keep(notes.colour, kept);
-    keep(notes.crease, kept);
     keep(notes.melt, kept);
     notes.lost.assign(kept.size(), 0);
     return deleted;
@@ -378,7 +363,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
             const Surround around = round == 0 && listed_all && i < before
                                         ? Surround(i, cover, notes.lists, old[i], now)
                                         : Surround(i, cover);
-            proposals[k] = beside_surfel(i, around, surface, notes.crease[i], cover, shape, per_radius, full);
+            proposals[k] = beside_surfel(i, around, surface, cover, shape, per_radius, full);
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();

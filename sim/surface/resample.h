@@ -12,12 +12,6 @@
 
 namespace thixo {
 
-/// The crease that ends a surfel's sheet where it is near.
-struct CreaseNote {
-    Vec3 towards{0, 0, 0};  // unit tangent; zero: none near
-    Real room = 0;          // that the surfel has towards it [m]
-};
-
 /// What an update knows of each surfel beside its state.
 struct SurfelNotes {
     std::vector<std::int32_t> component;
@@ -25,7 +19,6 @@ struct SurfelNotes {
     std::vector<Real> radius;     // r_s [m]
     std::vector<WallNote> wall;
     std::vector<ColourNote> colour;
-    std::vector<CreaseNote> crease;
     std::vector<Real> melt;  // of the matter about it; 0: it is a solid's, and resampling leaves it alone [1]
     std::vector<Real> give;  // share of the lift each has, once all have their place
     std::vector<char> lost;  // to be deleted

@@ -12,28 +12,6 @@
 
 namespace thixo {
 
-/// Copies of the first surfels of a body, that carry what is painted on them. They go with the particles and stay on
-/// the surface, but are never resampled (6.6.4).
-struct Zombies {
-    std::vector<Vec3> position;  // [m]
-    std::vector<Vec3> normal;    // unit
-    std::vector<Vec3> rest;      // m0 [m]
-    std::vector<std::int32_t> body;
-    std::size_t size() const { return position.size(); }
-};
-
-template <class Z, class F>
-void for_each_array(Z& z, F&& f) requires requires {
-    z.normal;
-    z.rest;
-}
-{
-    f("zombie.position", z.position);
-    f("zombie.normal", z.normal);
-    f("zombie.rest", z.rest);
-    f("zombie.body", z.body);
-}
-
 /// The surface's whole state between updates; it is part of a checkpoint.
 struct SurfaceState {
     SurfelCloud surfels;
@@ -42,7 +20,6 @@ struct SurfaceState {
     std::vector<Vec3> rest;          // m0: where the surfel was made [m]
     std::vector<Vec3> velocity;      // of the material at the surfel [m/s]
     std::vector<Real> temperature;   // degC
-    Zombies zombies;
     std::int64_t next_id = 0;
     std::vector<Real> lift;       // by component (material): of the surface where matter is loose [m]
     std::int32_t unmeasured = 0;  // updates to come before the volume is measured again

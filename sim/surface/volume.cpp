@@ -16,9 +16,11 @@ namespace {
 /// Surfels lie a little closer than their radius; in the middle each has this part of the square of it to itself.
 constexpr Real kOwnArea = Real(0.75);
 
-/// Updates without a measurement where the last one changed next to nothing, and where it changed little: it costs a
-/// seventh of an update.
-constexpr std::int32_t kCalm = 3, kRestless = 1;
+/// Updates without a measurement where the last one changed next to nothing: it costs an eighth of an update.
+constexpr std::int32_t kCalm = 3;
+
+/// Error of a volume, as part of it, from which on the surface cannot be closed.
+constexpr double kOpen = 0.15;
 
 /// The surface with its coats on the walls that they line.
 struct UpToWalls {
@@ -131,8 +133,7 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
                  bool calm) {
-    if (!calm) surface.unmeasured = std::min(surface.unmeasured, kRestless);
-    if (surface.unmeasured > 0) {
+    if (calm && surface.unmeasured > 0) {
         --surface.unmeasured;
         return;
     }
@@ -158,15 +159,19 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
             return particles.material[j] == in_c ? static_cast<double>(particles.rest_volume[j]) : 0.0;
         });
         const double area = parallel_sum(component.size(), [&](std::size_t i) {
-            return component[i] == in_c ? static_cast<double>(notes.give[i]) * s.area[i] : 0.0;
+            return component[i] == in_c && s.area[i] > 0
+                       ? static_cast<double>(notes.give[i] * kOwnArea * square(notes.radius[i]))
+                       : 0.0;
         });
         if (!(area > 0) || !(matter > 0)) continue;
+        // A surface that is open somewhere, where a floor is just wetted, say, has no volume to go by.
+        if (std::abs(volume[c] - matter) > kOpen * matter) continue;
         const Real missing = static_cast<Real>(0.7 * (matter - volume[c]) / area);
         const Real lift = std::clamp(surface.lift[c] + std::clamp(missing, -step, step), lowest, highest);
         largest = std::max(largest, std::abs(lift - surface.lift[c]));
         surface.lift[c] = lift;
     }
-    surface.unmeasured = largest < step / 20 ? kCalm : largest < step / 2 ? kRestless : 0;
+    surface.unmeasured = largest < step / 20 ? kCalm : 0;
 }
 
 }  // namespace thixo

@@ -25,8 +25,8 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 /// A_i is the area of a surfel, g_i the share of the lift that it has (SurfelNotes::give): all of it where matter has
 /// come apart, in splashes and thin sheets, whose iso-surface encloses up to a third too much, a fifth elsewhere, where
 /// it encloses a few per cent too little when it bends. As a step is small nobody sees the surface swell and shrink.
-/// Where it was less than half of that, the following update goes without; where it was next to nothing, the following
-/// three, if `calm`: the surface has hardly changed.
+/// Where it was next to nothing the following three updates go without, if `calm`: the surface has hardly changed. A
+/// volume that is off by more than 15 % is that of a surface which is open somewhere, and changes nothing.
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
                  bool calm);
 

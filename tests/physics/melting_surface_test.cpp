@@ -33,10 +33,7 @@ std::vector<Vec3> deep_places(const Simulation& s) {
 double holes(const Simulation& s, std::size_t rays) {
     const std::vector<Vec3> from = deep_places(s);
     if (from.empty()) return 0;
-    Real widest = 0;
-    for (const auto* axes : {&s.surface.surfels.axis1, &s.surface.surfels.axis2})
-        for (const Vec3& axis : *axes) widest = std::max(widest, axis.norm());
-    const fixture::Discs discs(s.surface.surfels, static_cast<double>(widest));
+    const fixture::Discs discs(s.surface.surfels, fixture::widest(s.surface.surfels));
     const auto frame = static_cast<std::uint64_t>(s.clock.frame);
     return parallel_sum(rays,
                         [&](std::size_t k) {

@@ -4,53 +4,35 @@
 #include <algorithm>
 
 #include "pipeline/contract/scene_io.h"
-#include "pipeline/geometry/implicit_surface.h"
 #include "sim/setup.h"
 #include "sim/step.h"
 #include "sim/surface/volume.h"
 #include "sim/walls.h"
 #include "tests/physics/gate.h"
+#include "tests/physics/pour_check.h"
 
 namespace thixo {
 namespace {
 
-/// How far the old surfels in the room are from the surface of the new ones, at 99 of 100 less than this [m].
-double moved(const SurfelCloud& old, const Simulation& s, Real support) {
-    const SurfelCloud& now = s.surface.surfels;
-    PointGrid grid;
-    grid.build(now.position, support);
-    const Poly6 w(support);
-    std::vector<double> way;
-    for (std::size_t i = 0; i < old.size(); ++i) {
-        const Vec3& x = old.position[i];
-        if (wall_distance(s.walls, x) < 0) continue;
-        SurfelAverage average;
-        grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
-            if (now.normal[j].dot(old.normal[i]) > Real(0.7))
-                average.add(w.value(r2), now.position[j] - x, now.normal[j]);
-        });
-        if (average.defined()) way.push_back(static_cast<double>(std::abs(average.value())));
-    }
-    std::ranges::sort(way);
-    return way[way.size() * 99 / 100];
-}
-
-// An update brings the surface to where the particles have it: another one, with nothing moved, finds little to do.
-TEST(SurfacePops, AreSmallInASplash) {
+// The checks of the long film test, in the first splash of the first scene.
+TEST(PourFrames, AreClosedAndStill) {
     Simulation s = make_simulation(scene::load_scene(THIXO_SOURCE_DIR "/configs/quickstart.yaml"));
-    refresh_surface(s);
-    const scene::Surface& surface = s.problem.scene.surface;
-    const Real support = static_cast<Real>(surface.radius * surface.support) * s.problem.smoothing.spacing;
-    double most = 0;
-    while (s.clock.frame <= 8) {
-        advance_frame(s);
-        if (s.clock.frame < 4) continue;  // until then there is but a short jet
-        const SurfelCloud before = s.surface.surfels;
-        refresh_surface(s);
-        most = std::max(most, moved(before, s, support) / s.problem.smoothing.support);
-    }
-    gate::report("surface in a pour", "move of 99 surfels in 100 when nothing has moved, in supports", "1", most);
-    EXPECT_LT(most, 0.12);
+    double pop = 0, pop99 = 0, rays = 0, holes = 0;
+    std::size_t bridges = 0;
+    gate::check_pour(s, 12, 20'000, [&](const gate::PourFrame& f) {
+        pop = std::max(pop, f.pop);
+        pop99 = std::max(pop99, f.pop99);
+        rays += static_cast<double>(f.rays);
+        holes += static_cast<double>(f.holes);
+        bridges += f.bridges;
+    });
+    gate::report("surface in a pour", "largest move when nothing has moved, in supports", "1", pop);
+    gate::report("surface in a pour", "move of 99 surfels in 100 when nothing has moved, in supports", "1", pop99);
+    gate::report("surface in a pour", "rays from within that leave by a hole", "per million", 1e6 * holes / rays);
+    EXPECT_GT(rays, 0);
+    EXPECT_LE(holes / rays, 2e-5);
+    EXPECT_LT(pop99, 0.1);
+    EXPECT_EQ(bridges, 0u);
 }
 
 TEST(SurfaceVolume, IsTheParticlesThroughAPour) {

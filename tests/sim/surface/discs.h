@@ -7,6 +7,14 @@
 
 namespace thixo::fixture {
 
+/// The longest half-axis of a cloud [m].
+inline double widest(const SurfelCloud& cloud) {
+    Real longest = 0;
+    for (const auto* axes : {&cloud.axis1, &cloud.axis2})
+        for (const Vec3& axis : *axes) longest = std::max(longest, axis.norm());
+    return static_cast<double>(longest);
+}
+
 class Discs {
   public:
     /// No axis is longer than `radius` [m].

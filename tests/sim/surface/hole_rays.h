@@ -21,7 +21,7 @@ inline int holes(const std::vector<Vec3>& places, int rays, const std::function<
     for (const Vec3& x : p.position)
         if (deep(x)) from.push_back(x);
     EXPECT_GT(from.size(), 10u);
-    const Discs discs(s.surfels, 0.5 * kSpacing);
+    const Discs discs(s.surfels, widest(s.surfels));
     return static_cast<int>(parallel_sum(static_cast<std::size_t>(rays), [&](std::size_t k) {
         const Vec3& x = from[random_bits(7, k, 0, 2) % from.size()];
         return discs.hit(x, random_direction(k), 40 * kSpacing) ? 0.0 : 1.0;

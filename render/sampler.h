@@ -27,8 +27,8 @@ class Sampler {
     }
 
   private:
-    /// Second dimension of the Sobol sequence with its bits reversed: the Pascal matrix modulo 2. Binomial (k, j) is odd
-    /// where j has no bit that k has not (Lucas), so that bit j is the parity of all index bits k that hold j.
+    /// Second dimension of the Sobol sequence with its bits reversed: the Pascal matrix modulo 2. Binomial (k, j) is
+    /// odd where j has no bit that k has not (Lucas), so that bit j is the parity of all index bits k that hold j.
     static std::uint32_t sobol_y_reversed(std::uint32_t v) {
         v ^= v >> 1 & 0x55555555u;
         v ^= v >> 2 & 0x33333333u;

@@ -170,8 +170,8 @@ void clear_lane(SurfelBlock& block, int lane) {
 
 BlockSummary summarise(const SurfelBlock& block, int lanes) {
     const auto normal = [&](int lane) {
-        return Vec3f(block.height[lane] * Vec3f(block.to_unit[2][0][lane], block.to_unit[2][1][lane],
-                                                block.to_unit[2][2][lane]));
+        return Vec3f(block.height[lane] *
+                     Vec3f(block.to_unit[2][0][lane], block.to_unit[2][1][lane], block.to_unit[2][2][lane]));
     };
     Vec3f lower = normal(0), upper = lower;
     std::uint32_t layer = block.layer[0];

@@ -36,8 +36,8 @@ struct BlockSummary {
 struct SurfelBlocks {
     std::unique_ptr<SurfelBlock[]> storage;  // not a vector: it is first touched by the threads that fill it
     std::unique_ptr<BlockSummary[]> summary;
-    std::vector<Box3> bounds;                // of each block's supports
-    std::size_t dropped = 0;                 // surfels with no finite frame of their own: they cannot be seen
+    std::vector<Box3> bounds;  // of each block's supports
+    std::size_t dropped = 0;   // surfels with no finite frame of their own: they cannot be seen
     std::span<const SurfelBlock> blocks() const { return {storage.get(), bounds.size()}; }
 };
 

@@ -28,8 +28,8 @@ struct Row {
 };
 
 /// Candidates of one window [ray.tmin, end]. Once it is complete, every surfel whose support begins before `end` is
-/// here; `end` is where the ray leaves the support of the first disc it hits from the side it is on, so that the surface
-/// is met before it or not in this window.
+/// here; `end` is where the ray leaves the support of the first disc it hits from the side it is on, so that the
+/// surface is met before it or not in this window.
 struct Candidates {
     static constexpr int kCapacity = 64, kRows = 12, kAverted = 32;
     Row rows[kRows];

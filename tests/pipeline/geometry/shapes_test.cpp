@@ -281,13 +281,15 @@ TEST(Revolve, SignIsRightAtTheHeightOfEveryCorner) {
 
 TEST(Ellipsoid, FromItsAxesTheNearestPointLeavesThem) {
     // At x on the long axis a the nearest point of the ellipse (a, b) is off the axis while |x| < a - b^2/a, at a
-    // distance of b sqrt(1 - x^2/(a^2 - b^2)), and the vertex after that. Third axis longer than b. To rounding of Real.
+    // distance of b sqrt(1 - x^2/(a^2 - b^2)), and the vertex after that. Third axis longer than b. To rounding of
+    // Real.
     const double a = 0.9, b = 0.3;
     const Shape shape = ellipsoid({a, 0.5, b});
     for (const double x : {0.0, 1e-9, 0.1, 0.4, 0.79, 0.8, 0.81, 0.9, 1.5, 100.0}) {
         const double exact = x < a - b * b / a ? -b * std::sqrt(1 - x * x / (a * a - b * b)) : x - a;
         EXPECT_NEAR(double(shape.distance(Vec3(Real(x), 0, 0))), exact, 1e-6 * std::max(x, 0.3)) << x;
-        EXPECT_NEAR(double(shape.distance(Vec3(Real(x), Real(1e-7), Real(-1e-7)))), exact, 2e-6 * std::max(x, 0.3)) << x;
+        EXPECT_NEAR(double(shape.distance(Vec3(Real(x), Real(1e-7), Real(-1e-7)))), exact, 2e-6 * std::max(x, 0.3))
+            << x;
     }
 }
 

@@ -135,10 +135,11 @@ void find_contacts(double time, double dt, Solids& solids);
 
 /// Adds the nodes' forces to solids.force, for the sub-step dt [s] to come:
 ///   f_n = max(k (excess - gap) - c v_n, 0),  k = k_1 k_2/(k_1 + k_2) |G^T grad D|^2 area/2
-/// as each surface has its own nodes, with k_i the bodies' contact_pressure. So the energy of a node is that of the
-/// depth in the rest shape, k D^2/2 but for the square: it depends on where the matter is alone, and contact without
-/// damping and friction gives back all it took, although matter is pressed flat meanwhile. And friction by a spring and
-/// damper that slip (Kelvin and Voigt's, returned to the cone within the sub-step: only what is there is given back),
+/// as each surface has its own nodes, with k_i the bodies' contact_pressure. Without damping and gap to spare that is
+/// minus the gradient of K D^2/2, K = k_1 k_2/(k_1 + k_2) area/2: it depends on where the matter is alone, and contact
+/// without damping and friction gives back all it took, although matter is pressed flat meanwhile. And friction by a
+/// spring and damper that slip (Kelvin and Voigt's, returned to the cone within the sub-step: only what is there is
+/// given back),
 ///   f_t = -k slip - c_t d(slip)/dt,  |f_t| <= mu p,   dp/dt = (f_n - p)/min(a, a_m)
 /// p the mean of f_n over the last a seconds of contact, at most a_m = kMemory radians of the contact's spring (4 ms in
 /// rubber of 1 MPa and particles of 10 mm). So bodies stick, without creeping. What is deeper than a quarter of a

@@ -225,6 +225,35 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     return p;
 }
 
+/// The free surface between a particle and a wall beside it that is dry there, as under a bubble: neither the field's
+/// slope nor the coat around lead to it. It is met on the straight way from the wall to the particle.
+Proposal over_dry_spot(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
+    constexpr int kHalvings = 10;  // of two spacings: to 0.002 of one
+    Proposal p;
+    p.component = particles.material[j];
+    p.body = particles.body[j];
+    p.radius = radius;
+    const WallPlane& wall = shape.points.particle_wall[j];
+    Vec3 in = particles.position[j];
+    const Real distance = wall.distance(in);
+    if (!(particles.melt[j] > 0) || !(distance > 0) || distance > shape.support) return p;
+    p.normal = -wall.normal;
+    p.position = in - wall.normal * (distance + shape.wall_depth());
+    if (cover.covers(p, radius)) return p;
+    const DepthSample foot = shape.depth(p.position, p.component);
+    if (foot.depth >= 0 || shape.depth(in, p.component).depth <= 0) return p;
+    for (int k = 0; k < kHalvings; ++k) {
+        const Vec3 middle = (in + p.position) / 2;
+        (shape.depth(middle, p.component).depth > 0 ? in : p.position) = middle;
+    }
+    const DepthSample at = shape.depth(p.position, p.component);
+    if (at.wall || !(at.gradient.squaredNorm() > square(Real(0.05)))) return p;
+    p.normal = at.outward();
+    fit(p, shape, radius);
+    p.good = !cover.covers(p, p.radius);
+    return p;
+}
+
 /// m0 of a new surfel: that of its neighbours, continued by a first-order least squares fit, so that what is painted on
 /// the material stays there as its surface spreads; its place where it has too few of them.
 Vec3 rest_of(const Proposal& p, const SurfaceState& surface, const Cover& cover, Real support) {
@@ -346,7 +375,9 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     Cover cover(surface, notes, 2 * full);
     std::vector<Proposal> proposals(particles.size());
     const auto seed = [&](std::size_t j) {
-        proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
+        const auto i = static_cast<Index>(j);
+        proposals[j] = over_particle(i, particles, shape, cover, full);
+        if (!proposals[j].good) proposals[j] = over_dry_spot(i, particles, shape, cover, full);
     };
     parallel_for(particles.size(), seed, kGrain);
     accept(surface, notes, proposals, cover, full);

@@ -131,6 +131,24 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
     p.good = true;
 }
 
+/// Puts a proposal of a coat on the free surface over a spot of the wall that stays dry, as under a bubble: its field
+/// has no slope at the wall that would lead there. It is met on the way from the wall into the room.
+void settle_over_dry_spot(Proposal& p, const LiquidShape& shape, Real full) {
+    constexpr int kHalvings = 9;  // of a spacing: to 0.002
+    p.good = false;
+    Vec3 in = p.position - shape.spacing * p.normal;
+    if (shape.depth(p.position, p.component).depth >= 0 || shape.depth(in, p.component).depth <= 0) return;
+    for (int k = 0; k < kHalvings; ++k) {
+        const Vec3 middle = (in + p.position) / 2;
+        (shape.depth(middle, p.component).depth > 0 ? in : p.position) = middle;
+    }
+    const DepthSample at = shape.depth(p.position, p.component);
+    if (at.wall || !(at.gradient.squaredNorm() > square(Real(0.05)))) return;
+    p.normal = at.outward();
+    fit(p, shape, full);
+    p.good = true;
+}
+
 /// How well others cover the circle of a radius about surfel i.
 struct Surround {
     Vec3 a, b;                    // axes of the tangent plane
@@ -171,6 +189,14 @@ struct Surround {
     }
 };
 
+/// Whether a proposal beside a surfel of that radius is good and no other is near. Apart by its own radius alone it
+/// would always be too near a much smaller surfel that it comes from.
+bool keeps_apart(Proposal& p, Real beside, const Cover& cover) {
+    p.apart *= std::min(beside / p.radius, Real(1));
+    p.good = p.good && !cover.covers(p, p.apart * p.radius);
+    return p.good;
+}
+
 /// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
 Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, const Cover& cover,
                        const LiquidShape& shape, Real per_radius, Real full) {
@@ -184,9 +210,15 @@ Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, co
         p.component = cover.component[i];
         p.body = surface.body[i];
         p.radius = cover.radius[i];
+        const Proposal start = p;
         settle(p, cover, shape, per_radius, full);
-        p.good = p.good && !cover.covers(p, p.apart * p.radius);
-        if (p.good) return p;
+        const bool sheet_ends = p.apart < start.apart;
+        if (keeps_apart(p, cover.radius[i], cover)) return p;
+        if (sheet_ends) {
+            p = start;
+            settle_over_dry_spot(p, shape, full);
+            if (keeps_apart(p, cover.radius[i], cover)) return p;
+        }
         around.clearance[k] = 0;
     }
     return {};
@@ -222,35 +254,6 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     p.normal = shape.depth(p.position, p.component).outward();
     fit(p, shape, radius);
     p.good = !cover.covers(p, particles.melt[j] > 0 ? p.radius : std::max(p.radius, shape.spacing));
-    return p;
-}
-
-/// The free surface between a particle and a wall beside it that is dry there, as under a bubble: neither the field's
-/// slope nor the coat around lead to it. It is met on the straight way from the wall to the particle.
-Proposal over_dry_spot(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
-    constexpr int kHalvings = 10;  // of two spacings: to 0.002 of one
-    Proposal p;
-    p.component = particles.material[j];
-    p.body = particles.body[j];
-    p.radius = radius;
-    const WallPlane& wall = shape.points.particle_wall[j];
-    Vec3 in = particles.position[j];
-    const Real distance = wall.distance(in);
-    if (!(particles.melt[j] > 0) || !(distance > 0) || distance > shape.support) return p;
-    p.normal = -wall.normal;
-    p.position = in - wall.normal * (distance + shape.wall_depth());
-    if (cover.covers(p, radius)) return p;
-    const DepthSample foot = shape.depth(p.position, p.component);
-    if (foot.depth >= 0 || shape.depth(in, p.component).depth <= 0) return p;
-    for (int k = 0; k < kHalvings; ++k) {
-        const Vec3 middle = (in + p.position) / 2;
-        (shape.depth(middle, p.component).depth > 0 ? in : p.position) = middle;
-    }
-    const DepthSample at = shape.depth(p.position, p.component);
-    if (at.wall || !(at.gradient.squaredNorm() > square(Real(0.05)))) return p;
-    p.normal = at.outward();
-    fit(p, shape, radius);
-    p.good = !cover.covers(p, p.radius);
     return p;
 }
 
@@ -375,9 +378,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     Cover cover(surface, notes, 2 * full);
     std::vector<Proposal> proposals(particles.size());
     const auto seed = [&](std::size_t j) {
-        const auto i = static_cast<Index>(j);
-        proposals[j] = over_particle(i, particles, shape, cover, full);
-        if (!proposals[j].good) proposals[j] = over_dry_spot(i, particles, shape, cover, full);
+        proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
     };
     parallel_for(particles.size(), seed, kGrain);
     accept(surface, notes, proposals, cover, full);

@@ -38,6 +38,9 @@ NearWalls walls_near(const Walls& walls, const Vec3& x, Real support) {
             const WallPlane plane = plane_at(wall_contact(walls, probe), probe);
             bool found = plane.distance(x) > 0 && plane.distance(x) < support && near.count < 3;
             for (int k = 0; k < near.count; ++k) found = found && plane.normal.dot(near.plane[k].normal) < Real(0.7);
+            // The plane of a wall that ends in an edge goes on through the room: it must be wall where x meets it.
+            const Vec3 foot = x - plane.distance(x) * plane.normal;
+            found = found && std::abs(wall_distance(walls, foot)) < Real(0.15) * support;
             if (found) near.plane[near.count++] = plane;
         }
     return near;

@@ -162,7 +162,6 @@ bool LiquidShape::field_ends_first(Real field, const Vec3& field_slope, Real bel
 }
 
 SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, const Vec3& x, const Vec3& n) const {
-    constexpr Real kLeastSlope = Real(0.05);
     SheetSample sample;
     sample.phi = c.value;
     sample.centre = c.centre;

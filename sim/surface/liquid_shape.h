@@ -65,6 +65,13 @@ struct WallNote {
     Vec3 normal{0, 0, 0};                                           // of the surfel then
 };
 
+/// phi beyond which a surfel that lines no wall is inside the body.
+inline constexpr Real kDeepest = Real(0.8);
+
+/// Slope of a depth [1], one across a flat surface, under which it has no surface to follow: the last of a cavity, or
+/// where two drops have just met.
+inline constexpr Real kLeastSlope = Real(0.15);
+
 /// Share of the lift that matter has which has not come apart.
 inline constexpr Real kLeastGive = Real(0.2);
 

@@ -15,6 +15,8 @@ constexpr Real kFlatMean =
     Real(0.2461);  // distance of the particles' mean from a flat surface, in supports: 1/10 / int_0^1 (1 - u^2)^4 du
 constexpr Real kRepulsion = Real(0.1);
 constexpr Real kMostLag = Real(0.1);  // behind the iso-surface, in spacings
+// Off the iso-surface though nothing else pulls, and on the way there; moves of the last iteration. In spacings.
+constexpr Real kAdrift = Real(0.12), kLate = Real(0.15), kStillMoves = Real(0.1);
 /// S_i and S_sub of every surfel, and what sums over S_i read, packed.
 struct Surroundings {
     SurfelLists& lists;
@@ -183,11 +185,26 @@ void find_active(std::vector<char>& active, const WorkingSurfels& all, const std
     });
 }
 
+/// Whether a surfel has come to rest elsewhere than on the surface though nothing but the liquid and its walls guides it
+/// (nothing is left of the cavity, drop or coat that it lay on), or is still on its way there from afar, under those
+/// that were faster. `moved`: by the last iteration [m].
+bool is_adrift(const WorkingSurfels& all, std::size_t i, Real smoothness, Real moved, const LiquidShape& shape) {
+    const SheetSample at = shape.sheet(all.position[i], all.normal[i], all.component[i], all.wall[i], all.colour[i]);
+    if (!at.defined || (!at.coat && at.phi > kDeepest)) return true;
+    const Real off = std::abs(at.guide.dot(all.normal[i])) / shape.spacing;
+    return at.coat || smoothness <= 0 ? off > kAdrift : off > kLate && moved > kStillMoves * shape.spacing;
+}
+
 /// Brings back what left the iso-surface I_min; a surfel that cannot be is lost.
-void constrain(const WorkingSurfels& all, const LiquidShape& shape) {
+void constrain(const WorkingSurfels& all, const std::vector<Real>& smoothness,
+               const std::vector<Real>& moved, const LiquidShape& shape) {
     const Real least = Real(0.6) * shape.iso;
     parallel_for(all.size(), [&](std::size_t i) {
         if (all.lost[i] || !(all.melt[i] > 0)) return;
+        if (is_adrift(all, i, smoothness[i], moved[i], shape)) {
+            all.lost[i] = static_cast<char>(Fate::lost);
+            return;
+        }
         if (shape.colour(all.position[i], all.component[i], all.colour[i]).value >= least) return;
         if (!shape.project(all.position[i], all.component[i], shape.spacing, least))
             all.lost[i] = static_cast<char>(Fate::lost);
@@ -256,7 +273,7 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
         }
         find_active(active, all, moved, around, tolerance);
     }
-    constrain(all, shape);
+    constrain(all, smoothness, moved, shape);
     return report;
 }
 

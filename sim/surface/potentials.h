@@ -10,9 +10,6 @@
 
 namespace thixo {
 
-/// phi beyond which a surfel that lines no wall is inside the body.
-inline constexpr Real kDeepest = Real(0.8);
-
 /// What becomes of a surfel: lost where no particle is in reach or its side of the body is gone, buried inside the
 /// body.
 enum class Fate : char { stays = 0, lost, buried };

@@ -94,8 +94,8 @@ bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidSh
         p.apart = kApartAtCrease[crease + 1];
         at = shape.sheet(place, n, p.component, p.wall);
     }
-    if (!at.defined || at.guide.norm() >= Real(0.3) * shape.spacing || at.outward.dot(n) <= Real(0.7) ||
-        at.to_crease <= -Real(0.1) * shape.spacing)
+    if (!at.defined || at.guide.norm() >= Real(0.2) * shape.spacing || at.outward.dot(n) <= Real(0.7) ||
+        at.to_crease <= -Real(0.1) * shape.spacing || (!at.coat && at.phi > kDeepest))
         return false;
     p.position = at.coat ? Vec3(place + at.guide) : place;
     p.normal = at.coat ? at.outward : n;
@@ -125,7 +125,7 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
     }
     if (!shape.project(p.position, p.component, shape.spacing)) return;
     const DepthSample at = shape.depth(p.position, p.component);
-    if (!(at.gradient.squaredNorm() > square(Real(0.05)))) return;
+    if (!(at.gradient.squaredNorm() > square(kLeastSlope))) return;
     p.normal = at.outward();
     fit(p, shape, full);
     p.good = true;
@@ -143,7 +143,7 @@ void settle_over_dry_spot(Proposal& p, const LiquidShape& shape, Real full) {
         (shape.depth(middle, p.component).depth > 0 ? in : p.position) = middle;
     }
     const DepthSample at = shape.depth(p.position, p.component);
-    if (at.wall || !(at.gradient.squaredNorm() > square(Real(0.05)))) return;
+    if (at.wall || !(at.gradient.squaredNorm() > square(kLeastSlope))) return;
     p.normal = at.outward();
     fit(p, shape, full);
     p.good = true;
@@ -251,7 +251,9 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     p.position += Real(0.5) * shape.spacing * p.normal;
     if (cover.covers(p, Real(0.8) * radius)) return p;  // most are, and need no closer look
     if (!shape.project(p.position, p.component, shape.spacing)) return p;
-    p.normal = shape.depth(p.position, p.component).outward();
+    const DepthSample at = shape.depth(p.position, p.component);
+    if (!(at.gradient.squaredNorm() > square(kLeastSlope))) return p;
+    p.normal = at.outward();
     fit(p, shape, radius);
     p.good = !cover.covers(p, particles.melt[j] > 0 ? p.radius : std::max(p.radius, shape.spacing));
     return p;

@@ -5,7 +5,6 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
-#include "pipeline/geometry/implicit_surface.h"
 #include "sim/step.h"
 #include "sim/surface/volume.h"
 #include "tests/sim/surface/discs.h"
@@ -54,62 +53,98 @@ void count_holes(const Simulation& s, std::size_t rays, PourFrame& frame) {
     }));
 }
 
-/// F of a cloud at x among surfels that face as n does.
-std::optional<Real> level(const SurfelCloud& cloud, const PointGrid& grid, const Vec3& x, const Vec3& n) {
-    const Poly6 w(grid.cell());
-    SurfelAverage average;
-    grid.for_each_neighbour(x, grid.cell(), [&](Index j, Real r2) {
-        if (cloud.normal[j].dot(n) > kAgree) average.add(w.value(r2), cloud.position[j] - x, cloud.normal[j]);
-    });
-    return average.defined() ? std::optional(average.value()) : std::nullopt;
+/// Surfels in pieces that hang together: within touch of each other and on one side.
+Sets pieces_of(const SurfelCloud& cloud, Real touch) {
+    const PointGrid grid = grid_of(cloud.position, touch);
+    Sets pieces(cloud.size());
+    for (Index i = 0; i < cloud.size(); ++i)
+        grid.for_each_neighbour(cloud.position[i], touch, [&](Index j, Real) {
+            if (cloud.normal[i].dot(cloud.normal[j]) > kAgree) pieces.join(i, j);
+        });
+    return pieces;
+}
+
+/// Distance of x from disc i; a little too much beside very long ellipses.
+Real distance_from_disc(const SurfelCloud& cloud, Index i, const Vec3& x) {
+    const Vec3 offset = x - cloud.position[i], &a = cloud.axis1[i], &b = cloud.axis2[i];
+    Real u = offset.dot(a) / a.squaredNorm(), v = offset.dot(b) / b.squaredNorm();
+    const Real out = std::max(std::hypot(u, v), Real(1));
+    return (offset - u / out * a - v / out * b).norm();
+}
+
+/// Largest distances between two surfaces.
+class Comparison {
+  public:
+    Comparison(const Walls& walls, Real touch, Real support) : walls_(walls), touch_(touch), support_(support) {}
+
+    void compare(const SurfelCloud& a, const SurfelCloud& b) {
+        note_gone(a, b);
+        note_gone(b, a);
+        const PointGrid left_out = grid_of(gone_, support_);
+        add_distances(a, b, left_out);
+        add_distances(b, a, left_out);
+        std::ranges::sort(distances_);
+    }
+    const std::vector<Real>& distances() const { return distances_; }  // [m], sorted
+
+  private:
+    /// Surfels of pieces of `a` none of which has a surfel of `b` on its side near it.
+    void note_gone(const SurfelCloud& a, const SurfelCloud& b) {
+        Sets pieces = pieces_of(a, touch_);
+        const PointGrid grid = grid_of(b.position, touch_);
+        std::vector<char> goes_on(a.size(), 0);
+        for (Index i = 0; i < a.size(); ++i)
+            grid.for_each_neighbour(a.position[i], touch_, [&](Index j, Real) {
+                if (a.normal[i].dot(b.normal[j]) > kAgree) goes_on[pieces.root(i)] = 1;
+            });
+        for (Index i = 0; i < a.size(); ++i)
+            if (!goes_on[pieces.root(i)]) gone_.push_back(a.position[i]);
+    }
+    void add_distances(const SurfelCloud& a, const SurfelCloud& b, const PointGrid& left_out) {
+        const PointGrid grid = grid_of(b.position, support_);
+        for (const Vec3& x : a.position) {
+            bool skip = wall_distance(walls_, x) < 0;
+            if (!gone_.empty()) left_out.for_each_neighbour(x, support_, [&](Index, Real) { skip = true; });
+            if (skip) continue;
+            Real distance = support_;
+            grid.for_each_neighbour(
+                x, support_, [&](Index j, Real) { distance = std::min(distance, distance_from_disc(b, j, x)); });
+            distances_.push_back(distance);
+        }
+    }
+
+    const Walls& walls_;
+    Real touch_, support_;
+    std::vector<Vec3> gone_;
+    std::vector<Real> distances_;
+};
+
+Real touch_of(const Simulation& s) {
+    return static_cast<Real>(2 * s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
 }
 
 void measure_pops(const Simulation& s, PourFrame& frame) {
-    const scene::Surface& params = s.problem.scene.surface;
-    const Real spacing = s.problem.smoothing.spacing, h = s.problem.smoothing.support;
-    const Real support = static_cast<Real>(params.radius * params.support) * spacing;
+    const Real h = s.problem.smoothing.support;
     SurfaceState again = s.surface;
     Particles frozen = s.particles;
     frozen.surface_position = frozen.position;
-    update_surface(again, frozen, s.walls, params, spacing, h, s.problem.moulds);
-    const SurfelCloud &a = s.surface.surfels, &b = again.surfels;
-    const PointGrid before = grid_of(a.position, support), after = grid_of(b.position, support);
-    std::vector<Vec3> changed;  // where sides came or went
-    for (std::size_t i = 0; i < a.size(); ++i)
-        if (!level(b, after, a.position[i], a.normal[i])) changed.push_back(a.position[i]);
-    for (std::size_t i = 0; i < b.size(); ++i)
-        if (!level(a, before, b.position[i], b.normal[i])) changed.push_back(b.position[i]);
-    const PointGrid left_out = grid_of(changed, h);
-    std::vector<double> moves;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        const Vec3& x = a.position[i];
-        bool skip = wall_distance(s.walls, x) < 0;  // hidden in a wall
-        if (!changed.empty()) left_out.for_each_neighbour(x, h, [&](Index, Real) { skip = true; });
-        if (skip) continue;
-        moves.push_back(
-            static_cast<double>(std::abs(*level(b, after, x, a.normal[i]) - *level(a, before, x, a.normal[i])) / h));
-    }
+    update_surface(again, frozen, s.walls, s.problem.scene.surface, s.problem.smoothing.spacing, h, s.problem.moulds);
+    Comparison comparison(s.walls, touch_of(s), h);
+    comparison.compare(s.surface.surfels, again.surfels);
+    const std::vector<Real>& moves = comparison.distances();
     if (moves.empty()) return;
-    std::ranges::sort(moves);
-    frame.pop = moves.back();
-    frame.pop99 = moves[moves.size() * 99 / 100];
+    frame.pop = static_cast<double>(moves.back() / h);
+    frame.pop99 = static_cast<double>(moves[moves.size() * 99 / 100] / h);
 }
 
 void count_pieces(const Simulation& s, PourFrame& frame) {
     const auto &x = s.particles.position, &y = s.surface.surfels.position;
-    const auto& n = s.surface.surfels.normal;
-    const Real h = s.problem.smoothing.support;
-    const PointGrid particles = grid_of(x, h);
+    const Real h = s.problem.smoothing.support, reach = Real(1.15) * h;
+    const PointGrid particles = grid_of(x, reach);
     Sets clusters(x.size());
     for (Index i = 0; i < x.size(); ++i)
-        particles.for_each_neighbour(x[i], h, [&](Index j, Real) { clusters.join(i, j); });
-    const Real touch = static_cast<Real>(2 * s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
-    const PointGrid surfels = grid_of(y, touch);
-    Sets pieces(y.size());
-    for (Index i = 0; i < y.size(); ++i)
-        surfels.for_each_neighbour(y[i], touch, [&](Index j, Real) {
-            if (n[i].dot(n[j]) > kAgree) pieces.join(i, j);
-        });
+        particles.for_each_neighbour(x[i], reach, [&](Index j, Real) { clusters.join(i, j); });
+    Sets pieces = pieces_of(s.surface.surfels, touch_of(s));
     std::vector<Index> cluster(y.size(), kNone);  // of each piece, by its root
     std::vector<char> bridge(y.size(), 0);
     for (Index i = 0; i < y.size(); ++i) {

@@ -14,11 +14,13 @@ struct PourFrame {
     /// Rays from particles farther than h from all surfels, and those of them that leave without a hit.
     std::size_t rays = 0, holes = 0;
     double volume = 1;  // of the surface, over the particles' [1]
-    /// Move of the smooth surface F at the surfels when it is updated again with the particles frozen: no motion of
-    /// theirs explains it. The largest, and that of 99 in 100, in supports h. Left out is what is within h of surfels
-    /// that this update takes away or makes where no surface was: there it parts or joins.
+    /// How far the surface is from what it is when updated again with the particles frozen, so that no motion of theirs
+    /// explains it: the largest distance of a surfel of either from the discs of the other, and that of 99 in 100, in
+    /// supports h. Left out are surfels hidden in walls, and what is within h of a piece that the update takes away or
+    /// makes: there it parts or joins.
     double pop = 0, pop99 = 0;
-    /// Pieces of the surface, and those of them that hold particles of two clusters more than h apart.
+    /// Pieces of the surface, and those of them that hold particles of two clusters that do not touch: the surfaces of two
+    /// drops or pairs meet when they are 1.07 and 1.09 h apart, hence particles within 1.15 h are one cluster.
     std::size_t pieces = 0, bridges = 0;
 };
 

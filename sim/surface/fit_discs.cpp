@@ -124,34 +124,34 @@ void end_coats(std::vector<SheetSample>& sheets, const SurfelCloud& cloud, const
     });
 }
 
+/// Whether a coat's surfel lies beyond the crease with another coat.
+bool over_corner(const SheetSample& at) { return at.coat && at.stand_off == 0 && at.to_crease < 0; }
+
 }  // namespace
 
 void retreat_from_creases(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets = sheets_of(cloud, notes, shape);
-    std::vector<Vec3> moved = cloud.position;
-    parallel_for(cloud.size(), [&](std::size_t i) {
-        const SheetSample& at = sheets[i];
-        if (notes.melt[i] > 0 && at.coat && at.stand_off == 0 && at.to_crease < 0)
-            moved[i] += at.to_crease * at.towards_crease;
-    });
     end_coats(sheets, cloud, notes, shape.spacing, support);
     parallel_for(cloud.size(), [&](std::size_t i) {
         const SheetSample& at = sheets[i];
         if (!(notes.melt[i] > 0) || !at.defined) return;
         const Real short_of = kFromCrease * notes.radius[i] - at.to_crease;
-        if (short_of > 0) moved[i] -= std::min(short_of, Real(0.5) * shape.spacing) * at.towards_crease;
+        if (short_of > 0) cloud.position[i] -= std::min(short_of, Real(0.5) * shape.spacing) * at.towards_crease;
     });
-    cloud.position.swap(moved);
 }
 
 void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets = sheets_of(cloud, notes, shape);
     notes.give.resize(cloud.size());
     for (std::size_t i = 0; i < cloud.size(); ++i) notes.give[i] = sheets[i].coat ? Real(0) : sheets[i].give;
+    // Neighbours in a corner may have pushed coats over their crease, deeper into the walls than need be.
+    const std::vector<SheetSample> field = sheets;
+    std::vector<Vec3> moved = cloud.position;
     end_coats(sheets, cloud, notes, shape.spacing, support);
     const Heights heights(cloud, notes.component, Real(0.6) * support);
     parallel_for(cloud.size(), [&](std::size_t i) {
         if (!(notes.melt[i] > 0)) return;
+        if (over_corner(field[i])) moved[i] += field[i].to_crease * field[i].towards_crease;
         const Vec3& n = cloud.normal[i];
         const SheetSample& at = sheets[i];
         // Where the surface bends discs stand off from each other as tangent planes do: they are drawn larger there.
@@ -174,6 +174,7 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
         cloud.axis1[i] = (at_crease ? reach : radius) * t;
         cloud.axis2[i] = radius * n.cross(t);
     });
+    cloud.position.swap(moved);
 }
 
 }  // namespace thixo

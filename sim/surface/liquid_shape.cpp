@@ -142,7 +142,9 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
         });
         const Real distance = pair.second.distance(x);
         if (distance > spacing) break;
-        if (std::abs(wall_distance(walls, x - distance * pair.second.normal)) < Real(0.3) * spacing) return pair;
+        // Deeper in a corner of three walls x meets it behind the third.
+        const Real off = wall_distance(walls, x - distance * pair.second.normal), most = Real(0.3) * spacing;
+        if (off < most && off > std::min(distance, Real(0)) - most) return pair;
         beyond = distance;
     }
     if (pair.second.distance(x) < spacing) pair.second = {};

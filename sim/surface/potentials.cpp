@@ -185,8 +185,8 @@ void find_active(std::vector<char>& active, const WorkingSurfels& all, const std
     });
 }
 
-/// Whether a surfel has come to rest elsewhere than on the surface though nothing but the liquid and its walls guides it
-/// (nothing is left of the cavity, drop or coat that it lay on), or is still on its way there from afar, under those
+/// Whether a surfel has come to rest elsewhere than on the surface though nothing but the liquid and its walls guides
+/// it (nothing is left of the cavity, drop or coat that it lay on), or is still on its way there from afar, under those
 /// that were faster. `moved`: by the last iteration [m].
 bool is_adrift(const WorkingSurfels& all, std::size_t i, Real smoothness, Real moved, const LiquidShape& shape) {
     const SheetSample at = shape.sheet(all.position[i], all.normal[i], all.component[i], all.wall[i], all.colour[i]);
@@ -196,8 +196,8 @@ bool is_adrift(const WorkingSurfels& all, std::size_t i, Real smoothness, Real m
 }
 
 /// Brings back what left the iso-surface I_min; a surfel that cannot be is lost.
-void constrain(const WorkingSurfels& all, const std::vector<Real>& smoothness,
-               const std::vector<Real>& moved, const LiquidShape& shape) {
+void constrain(const WorkingSurfels& all, const std::vector<Real>& smoothness, const std::vector<Real>& moved,
+               const LiquidShape& shape) {
     const Real least = Real(0.6) * shape.iso;
     parallel_for(all.size(), [&](std::size_t i) {
         if (all.lost[i] || !(all.melt[i] > 0)) return;

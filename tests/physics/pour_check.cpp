@@ -107,8 +107,8 @@ class Comparison {
             if (!gone_.empty()) left_out.for_each_neighbour(x, support_, [&](Index, Real) { skip = true; });
             if (skip) continue;
             Real distance = support_;
-            grid.for_each_neighbour(
-                x, support_, [&](Index j, Real) { distance = std::min(distance, distance_from_disc(b, j, x)); });
+            grid.for_each_neighbour(x, support_,
+                                    [&](Index j, Real) { distance = std::min(distance, distance_from_disc(b, j, x)); });
             distances_.push_back(distance);
         }
     }

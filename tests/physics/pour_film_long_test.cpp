@@ -36,9 +36,13 @@ TEST(PourFilm, IsClosedHoldsItsVolumeAndDoesNotPop) {
     gate::report("film of a pour", "frames in which it is over 0.1", "1", popped);
     gate::report("film of a pour", "largest move of 99 surfels in 100, in supports", "1", pop99);
     gate::report("film of a pour", "surface pieces about liquid that does not touch", "1", double(bridges));
-    EXPECT_LT(holes / rays, 5e-6);
+    // No hole in 10^6 rays a frame, but for a single ray here and there in 240.
+    EXPECT_LT(holes / rays, 1e-7);
     EXPECT_LT(volume, 0.02);
-    EXPECT_LT(pop99, 0.1);
+    EXPECT_LT(pop99, 0.05);
+    // The aim is none over 0.1: a surfel in a hollow far smaller than itself may still jump, in one frame of 40.
+    EXPECT_LT(popped, 7);
+    EXPECT_LT(pop, 0.25);
     EXPECT_EQ(bridges, 0u);
 }
 

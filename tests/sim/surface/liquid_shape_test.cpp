@@ -91,5 +91,25 @@ TEST(LiquidShape, IsWetNoDeeperThanItsDepthInsideAWall) {
     set_walls({});
 }
 
+// A jet in the end of a pipe: the plane of the pipe's end face goes on through the jet, but there is no wall.
+TEST(LiquidShape, HasImagesOnlyBehindWallsThatAreThere) {
+    set_walls([](const Vec3d& x) {
+        const Vec3d out(std::abs(x.x() + 3 * d) - 2 * d, 0, std::abs(x.z() - 4 * d) - 4 * d);  // a slab: x < -d, z > 0
+        return out.cwiseMax(0).norm() + std::min(std::max(out.x(), out.z()), 0.0);
+    });
+    const Liquid l(
+        packed(Vec3d(-0.6 * d, -4 * d, -4 * d), Vec3d(3 * d, 4 * d, 4 * d), 0.1, [](const Vec3d&) { return true; }));
+    const LiquidPart& part = l.points.part[0];
+    int seen = 0;
+    for (Index k = 0; k < part.images.size(); ++k) {
+        if (part.mirrors[k][1] != kNone) continue;
+        const Vec3 middle = (part.images.position[k] + l.particles.position[part.images.particle[k]]) / 2;
+        EXPECT_NEAR(wall_distance(kNoWalls, middle), 0, 0.31 * d) << middle.transpose() / d;
+        ++seen;
+    }
+    EXPECT_GT(seen, 50);
+    set_walls({});
+}
+
 }  // namespace
 }  // namespace thixo

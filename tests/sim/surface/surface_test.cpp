@@ -181,6 +181,23 @@ TEST(Surface, HasTheSameBitsAtAnyThreadCount) {
     }
 }
 
+TEST(Surface, KeepsNothingOfACavityThatHasClosed) {
+    set_walls({});
+    const auto ball = packed_ball(5 * d, 0.1);
+    std::vector<Vec3> hollow;
+    for (const Vec3& x : ball)
+        if (x.norm() > 1.7 * d) hollow.push_back(x);
+    const auto inside = [](const SurfaceState& s) {
+        return std::ranges::count_if(s.surfels.position, [](const Vec3& x) { return x.norm() < 3 * d; });
+    };
+    Particles p = liquid(hollow);
+    SurfaceState s = settled_surface(p, 2);
+    EXPECT_GT(inside(s), 20);
+    Particles full = liquid(ball);
+    update(s, full);
+    EXPECT_EQ(inside(s), 0);
+}
+
 TEST(Surface, OfNoParticlesIsEmpty) {
     set_walls({});
     Particles none;

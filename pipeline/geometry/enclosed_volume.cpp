@@ -8,6 +8,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/implicit_surface.h"
 #include "pipeline/geometry/near_runs.h"
 
 namespace thixo {
@@ -123,27 +124,6 @@ struct Side {
     bool far(Real edge) const { return slope > Real(0.2) && std::abs(value + planes) > (slope + 1) * edge; }
 };
 
-/// Sums of weights, offsets and normals.
-struct Sums {
-    Lanes w{}, x{}, y{}, z{}, nx{}, ny{}, nz{}, planes{};
-    void add(Lanes a, Lanes dx, Lanes dy, Lanes dz, Lanes mx, Lanes my, Lanes mz) {
-        w += a;
-        x += a * dx;
-        y += a * dy;
-        z += a * dz;
-        nx += a * mx;
-        ny += a * my;
-        nz += a * mz;
-        planes -= a * (mx * dx + my * dy + mz * dz);
-    }
-    Real weight() const { return sum_of(w); }
-    Vec3 offset() const { return {sum_of(x), sum_of(y), sum_of(z)}; }
-    Vec3 normal() const { return {sum_of(nx), sum_of(ny), sum_of(nz)}; }
-};
-bool cancels(Real weight, const Vec3& normal) {
-    return !(weight > 0) || !(normal.squaredNorm() > square(Real(1e-6) * weight));
-}
-
 /// The surfels about a cell, relative to its centre, and those beyond the last far away.
 struct Near {
     std::vector<Real> x, y, z, nx, ny, nz;
@@ -179,18 +159,16 @@ class CellParts {
 
     /// Part of a cell inside, in eight parts where the cell sees more than one side, or a small drop.
     float part(const Vec3& centre, Near& near) const {
-        Sums sums;
+        SurfelSums sums;
         for_each_near_run(grid_, centre, support_, [&](Index s, Lanes x, Lanes y, Lanes z, Lanes r2) {
             const Lanes q = positive(1 - r2 * per_h2_);
             sums.add(q * q * q, x, y, z, load_lanes(&nx_[s]), load_lanes(&ny_[s]), load_lanes(&nz_[s]));
         });
-        const Real weight = sums.weight();
-        if (!(weight > 0)) return kUnknown;
-        const Vec3 normal = sums.normal();
-        const Real length = normal.norm();
+        const SurfelAverage all = sums.average();
+        if (!(all.weight > 0)) return kUnknown;
         // One side is no ridge: F has a slope of one.
-        if (length > kOneSide * weight)
-            return inner_part((sum_of(sums.planes) - normal.dot(sums.offset()) / length) / (2 * weight * edge_));
+        if (all.normal.norm() > kOneSide * all.weight)
+            return inner_part((all.planes / all.weight + all.value()) / (2 * edge_));
         gather(centre, near);
         bool settled = false;
         const float whole = of_two_sides(near, Vec3(0, 0, 0), edge_, settled);
@@ -249,7 +227,7 @@ class CellParts {
                                 reference.z() * load_lanes(&near.nz[k]);
             return along >= least ? a : Lanes{};
         };
-        Sums sums;
+        SurfelSums sums;
         Lanes sx{}, sy{}, sz{};  // sum of grad w_i, over 6/h^2
         for_each_of(near, at, [&](std::size_t k, Lanes x, Lanes y, Lanes z, Lanes q) {
             const Lanes q2 = agrees(k, q * q);
@@ -259,14 +237,13 @@ class CellParts {
             sz += q2 * z;
         });
         Side s;
-        const Real weight = sums.weight();
-        const Vec3 total = sums.normal();
-        if (cancels(weight, total)) return s;
-        const Real length = total.norm();
+        const SurfelAverage all = sums.average();
+        if (!all.defined()) return s;
+        const Real weight = all.weight, length = all.normal.norm();
         s.defined = true;
-        s.normal = total / length;
-        s.average = sums.offset() / weight;
-        s.planes = sum_of(sums.planes) / weight;
+        s.normal = all.normal / length;
+        s.average = all.position / weight;
+        s.planes = all.planes / weight;
         s.value = -s.normal.dot(s.average);
         // grad F = n - (grad a)^T n + (grad n)^T (x - a), with grad a = sum (s_i - a) grad w_i^T / sum w_i and
         // grad n = (1 - n n^T) sum n_i grad w_i^T / |sum w_i n_i|

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/base/lanes.h"
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/point_grid.h"
 
@@ -31,6 +32,26 @@ struct SurfelAverage {
     Vec3 position{0, 0, 0};  // sum of w_i (s_i - x)
     Vec3 normal{0, 0, 0};    // sum of w_i n_i
     Real planes = 0;         // sum of w_i n_i.(x - s_i)
+};
+
+/// The sums of a SurfelAverage over runs of surfels.
+struct SurfelSums {
+    void add(Lanes a, Lanes dx, Lanes dy, Lanes dz, Lanes mx, Lanes my, Lanes mz) {
+        weight += a;
+        x += a * dx;
+        y += a * dy;
+        z += a * dz;
+        nx += a * mx;
+        ny += a * my;
+        nz += a * mz;
+        planes -= a * (mx * dx + my * dy + mz * dz);
+    }
+    SurfelAverage average() const {
+        return {
+            sum_of(weight), {sum_of(x), sum_of(y), sum_of(z)}, {sum_of(nx), sum_of(ny), sum_of(nz)}, sum_of(planes)};
+    }
+
+    Lanes weight{}, x{}, y{}, z{}, nx{}, ny{}, nz{}, planes{};
 };
 
 /// Which surfels take part. Thin sheets need it: the other side must not be averaged in.

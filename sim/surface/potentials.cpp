@@ -113,21 +113,13 @@ void for_each_weighted_run(const Surroundings& around, Index i, Real support, F&
 
 /// Smoothing: the neighbouring surfels' average.
 void pull_of_average(Pull& pull, Index i, const WorkingSurfels& all, const Surroundings& around, Real support) {
-    Lanes w_{}, px{}, py{}, pz{}, nx_{}, ny_{}, nz_{};
+    SurfelSums sums;
     for_each_weighted_run(around, i, support,
                           [&](Lanes w, Lanes x, Lanes y, Lanes z, Lanes nx, Lanes ny, Lanes nz, Lanes, Lanes) {
-                              w_ += w;
-                              px += w * x;
-                              py += w * y;
-                              pz += w * z;
-                              nx_ += w * nx;
-                              ny_ += w * ny;
-                              nz_ += w * nz;
+                              sums.add(w, x, y, z, nx, ny, nz);
                           });
-    SurfelAverage average;
-    average.weight = 1 + sum_of(w_);
-    average.position = Vec3(sum_of(px), sum_of(py), sum_of(pz));
-    average.normal = all.normal[i] + Vec3(sum_of(nx_), sum_of(ny_), sum_of(nz_));
+    SurfelAverage average = sums.average();
+    average.add(1, Vec3(0, 0, 0), all.normal[i]);  // itself
     pull.n_smooth = average.unit_normal();
     pull.smooth = -average.value();
 }

@@ -40,9 +40,10 @@ struct ResampleReport {
 /// - a particle near the surface whose projected place has no surfel within r_s seeds one there;
 /// - a circle of radius r_s about a surfel must have no point farther than 0.8 r_s from every other surfel: the
 /// farthest such point gets one. So every empty circle in the surface is smaller than a surfel's disc, and discs leave
-/// no hole. New surfels lie on the smooth surface of their neighbours (not to pop), on the iso-surface where they have
-/// too few. Between the two distances nothing changes: a surface at rest keeps its surfels. New ids are given in the
-/// order of the surfels and particles they come from.
+/// no hole; where the coat of a wall ends there for a dry spot under liquid, the free surface over the spot gets it.
+/// New surfels lie on the smooth surface of their neighbours (not to pop), on the iso-surface where they have too few.
+/// Between the two distances nothing changes: a surface at rest keeps its surfels. New ids are given in the order of
+/// the surfels and particles they come from.
 ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape, const Particles& particles,
                         const scene::Surface& params);
 

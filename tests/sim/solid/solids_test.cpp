@@ -201,6 +201,58 @@ TEST(Solids, ASurfaceFollowsARigidMotionExactly) {
     }
 }
 
+/// u(m) of dissertation 5.28, over all elements of the one body.
+Vec3d displacement_by_formula(const Simulation& s, const Vec3d& m, double support) {
+    const Elements& e = s.solids.elements;
+    double weight = 0;
+    Vec3d sum(0, 0, 0);
+    for (std::size_t j = 0; j < e.size(); ++j) {
+        const Vec3d from = m - xyz(e.rest[j]).cast<double>();
+        const double q = 1 - from.squaredNorm() / square(support), w = q > 0 ? q * q * q : 0;
+        weight += w;
+        sum += w * (xyz(e.displacement[j]).cast<double>() + gradient_of(e, j).cast<double>() * from);
+    }
+    return sum / weight;
+}
+
+TEST(Solids, ASurfaceIsDisplacedAsTheFormulaSays) {
+    scene::Scene scene = fixture::rubber_scene();
+    scene.surface.enabled = true;
+    scene.bodies = {fixture::body("block", fixture::shape_at({0.2, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))};
+    scene.bodies[0].surfels = 600;
+    Simulation s = make_simulation(scene);
+    const Elements& e = s.solids.elements;
+    // Bent, and pulled out at one end so far that some surfels split.
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        const Vec3 m = xyz(e.rest[i]);
+        const Real end = std::max(m.z(), Real(0));
+        s.solids.elements.displacement[i] = quad(Vec3(8 * m.z() * m.z(), 5 * m.x() * m.y(), 25 * end * end));
+    }
+    refresh_surface(s);
+    const SurfelCloud& rest = s.embedded.rest;
+    std::size_t whole = 0;
+    for (std::size_t i = 0; i < s.surface.size(); ++i) {
+        const Index root = s.embedded_source[i];
+        EXPECT_GE(root, s.embedded_source[i > 0 ? i - 1 : 0]);
+        EXPECT_LT((s.surface.surfels.axis1[i].cross(s.surface.surfels.axis2[i]).normalized() -
+                   s.surface.surfels.normal[i]).norm(), 1e-5f);
+        if (s.surface.id[i] != static_cast<std::int64_t>(root)) continue;
+        ++whole;
+        const auto u = [&](const Vec3& m) {
+            return displacement_by_formula(s, m.cast<double>(), static_cast<double>(s.embedded.support[root]));
+        };
+        const Vec3 &m = rest.position[root], &a = rest.axis1[root], &b = rest.axis2[root];
+        const Vec3d middle = u(m), place = m.cast<double>() + middle + s.solids.bodies[0].place;
+        // Rounding: of places a metre off the origin, and of a hundred terms.
+        EXPECT_LT((s.surface.surfels.position[i].cast<double>() - place).norm(), 2e-7);
+        EXPECT_LT((s.surface.surfels.axis1[i].cast<double>() - a.cast<double>() - u(m + a) + middle).norm(), 1e-7);
+        EXPECT_LT((s.surface.surfels.axis2[i].cast<double>() - b.cast<double>() - u(m + b) + middle).norm(), 1e-7);
+    }
+    EXPECT_GT(whole, 300u);
+    EXPECT_LT(whole, s.embedded.size());
+    EXPECT_GT(s.surface.size(), s.embedded.size());
+}
+
 TEST(Solids, ASurfaceSplitsWhereItIsStretchedAndIsRestoredOnRelease) {
     scene::Scene scene = fixture::rubber_scene();
     scene.surface.enabled = true;

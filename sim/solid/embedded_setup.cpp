@@ -105,7 +105,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
         const SampledSurface sampled = sample_surface(shape, sampling);
         const std::vector<Vec3> place = places(body, solids.elements);
         const Real usual = solids.elements.support[body.begin];
-        // The grid's cells must hold the widest support.
+        // The grid's cells must hold the widest reach.
         PointGrid near;
         near.build(place, usual);
         const Vec3 centre = body.place.cast<Real>();
@@ -126,7 +126,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
             out.edge.push_back(sampled.trim ? edge_cut(shape, cloud, k) : EdgeCut{});
             out.support.push_back(support_at(near, m, disc, usual));
             out.temperature.push_back(static_cast<Real>(source.temperature));
-            widest = std::max(widest, out.support.back());
+            widest = std::max(widest, reach_of_pieces(out, out.size() - 1));
         }
         if (sampled.trim) out.trim.back() = trim_node(*sampled.trim);
         out.grid.back().build(place, widest);

@@ -77,9 +77,43 @@ struct Field {
     const Solids& solids;
     const Pose& pose;
     std::size_t root;
-    Carried at(const Vec3& m) const {
-        const auto owner = static_cast<std::size_t>(embedded.owner[root]);
-        return carried(embedded.grid[owner], solids.bodies[owner].begin, solids.motions, m, embedded.support[root]);
+};
+
+/// All elements that a surfel's pieces are displaced by, side by side.
+struct PieceElements {
+    std::vector<Real> x, y, z;
+    std::vector<Index> element;
+
+    void find(const Field& field) {
+        const EmbeddedSurface& s = field.embedded;
+        const auto owner = static_cast<std::size_t>(s.owner[field.root]);
+        const Index first = field.solids.bodies[owner].begin;
+        x.clear(), y.clear(), z.clear(), element.clear();
+        s.grid[owner].for_each_neighbour(s.rest.position[field.root], reach_of_pieces(s, field.root),
+                                         [&](Index near, Real) {
+                                             const Quad& m = field.solids.elements.rest[first + near];
+                                             x.push_back(m.x), y.push_back(m.y), z.push_back(m.z);
+                                             element.push_back(first + near);
+                                         });
+        // Filled up with what is out of all reach.
+        constexpr Real kFar = Real(1e18);
+        for (const std::size_t n = (element.size() + kLanes - 1) / kLanes * kLanes; x.size() < n;)
+            x.push_back(kFar), y.push_back(kFar), z.push_back(kFar);
+    }
+    Carried at(const Field& field, const Vec3& m) const {
+        const Poly6 w(field.embedded.support[field.root]);
+        Carried sum;
+        Lanes weight{};
+        for (std::size_t k = 0; k < x.size(); k += kLanes) {
+            const Lanes dx = load(&x[k]) - m.x(), dy = load(&y[k]) - m.y(), dz = load(&z[k]) - m.z();
+            const Lanes q = positive(1 - w.h2_inv * (dx * dx + dy * dy + dz * dz)), a = q * q * q;
+            weight += a;
+            for (std::size_t l = 0; l < std::min(kLanes, element.size() - k); ++l)
+                if (a[l] > 0) sum.add(a[l], field.solids.motions[element[k + l]]);
+        }
+        const Real whole = sum_of(weight);
+        for (Lanes& p : sum.part) p /= whole;
+        return sum;
     }
 };
 
@@ -135,7 +169,8 @@ Stretch stretch_of(const Drawn& d, Real radius2) {
 }
 
 /// The surfel, or what it splits into: cut in two along its longest direction, halves that overlap a little.
-void draw(const Field& field, const Disc& rest, const Drawn& d, int level, std::vector<Drawn>& out) {
+void draw(const Field& field, const PieceElements& near, const Disc& rest, const Drawn& d, int level,
+          std::vector<Drawn>& out) {
     constexpr int kDeepest = 8;
     const Stretch stretch = stretch_of(d, field.embedded.rest.axis1[field.root].squaredNorm());
     if (level == kDeepest || !stretch.splits) return out.push_back(d);
@@ -144,9 +179,9 @@ void draw(const Field& field, const Disc& rest, const Drawn& d, int level, std::
     for (const int side : {0, 1}) {
         const Disc half{rest.place + (static_cast<Real>(side) - Real(0.5)) * along, Real(0.6) * along, across};
         const std::int64_t id = 2 * d.id + static_cast<std::int64_t>(field.embedded.size()) + side;
-        draw(field, half,
-             displaced(field, half, field.at(half.place), field.at(half.place + half.axis1),
-                       field.at(half.place + half.axis2), id),
+        draw(field, near, half,
+             displaced(field, half, near.at(field, half.place), near.at(field, half.place + half.axis1),
+                       near.at(field, half.place + half.axis2), id),
              level + 1, out);
     }
 }
@@ -231,18 +266,27 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const st
     Splits splits{{}, {0}};
     for (const auto& part : split) splits.at.insert(splits.at.end(), part.begin(), part.end());
     if (splits.at.empty()) return;
-    std::vector<std::vector<Drawn>> pieces(splits.at.size());
-    parallel_for(
-        pieces.size(),
-        [&](std::size_t k) {
-            const Field f = field(source[splits.at[k]]);
-            draw(f, rest_disc(embedded, f.root), displaced_root(f), 0, pieces[k]);
+    constexpr std::size_t kSplits = 32;  // of a chunk
+    std::vector<std::vector<Drawn>> pieces((splits.at.size() + kSplits - 1) / kSplits);
+    splits.first.resize(splits.at.size() + 1);
+    parallel_chunks(
+        splits.at.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t c) {
+            PieceElements near;
+            for (std::size_t k = begin; k < end; ++k) {
+                const Field f = field(source[splits.at[k]]);
+                near.find(f);
+                draw(f, near, rest_disc(embedded, f.root), displaced_root(f), 0, pieces[c]);
+                splits.first[k + 1] = pieces[c].size();
+            }
         },
-        16);
-    for (const auto& part : pieces) splits.first.push_back(splits.first.back() + part.size());
+        kSplits);
+    for (std::size_t k = kSplits; k < splits.at.size(); ++k)
+        splits.first[k + 1] += splits.first[k / kSplits * kSplits];
     SurfaceState parts;
     std::vector<Index> roots;
     resize_surface(parts, splits.first.back());
+    roots.reserve(splits.first.back());
     for (const auto& part : pieces)
         for (const Drawn& d : part) {
             put(d, embedded, body(d.root), roots.size(), parts);

@@ -63,6 +63,12 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const st
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
                                     const Vec3& m, Real support);
 
+/// No piece that a surfel splits into, nor an end of its axes, has elements farther than this from it [m]: pieces lie
+/// within 1.25 axes of it (1/2 + 0.6/2 + ...) either way, and their axes are no longer.
+inline Real reach_of_pieces(const EmbeddedSurface& s, std::size_t surfel) {
+    return s.support[surfel] + Real(2.8) * std::max(s.rest.axis1[surfel].norm(), s.rest.axis2[surfel].norm());
+}
+
 inline constexpr Real kSplitStretch = 2;  // squared stretch
 inline constexpr Real kSplitRatio = 3;    // of squared stretches
 

@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kPerCell = 3;         // points tried in a cell
 constexpr double kLayer = 0.25;     // half thickness of the layer, in cells
+constexpr Real kBeside = Real(0.05);  // of a point where its side is asked, in spacings
 constexpr Real kSteeper = 2;        // that the distance may be in places of a cell than in others
 constexpr double kMostCells = 1e8;  // of one face
 
@@ -161,6 +162,7 @@ Found points_of_surface(const FacedSolid& solid, int k, double spacing, std::uin
             Candidate c;
             surface.point((static_cast<double>(i) + random(3)) / static_cast<double>(count), random(4), random(5),
                           c.position, c.normal);
+            turn_outwards(solid.faces[static_cast<std::size_t>(k)], static_cast<Real>(spacing), c.position, c.normal);
             c.on_surface = solid.on_surface(c.position, c.normal, k, static_cast<Real>(spacing));
             found[chunk].push_back(c);
         }
@@ -229,6 +231,13 @@ SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reac
     return points;
 }
 
+void turn_outwards(const Face& face, Real spacing, const Vec3& x, Vec3& normal) {
+    const Real beside = kBeside * spacing;
+    if (!(face.distance(x + beside * normal) < 0)) return;
+    const Vec3 out = face.gradient(x, beside);
+    if (!out.isZero()) normal = out;
+}
+
 bool bring_near(const Face& face, Real spacing, Real most, Vec3& x, Vec3& normal, Real* slope_there) {
     if (face.surface) {
         face.surface->project(x, normal);
@@ -251,7 +260,7 @@ bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
     }
     const Real h = Real(0.05) * spacing;
     constexpr int kSteps = 12, kKept = 3;  // steps, and those that a gradient serves
-    Vec3 y = x, g;
+    Vec3 y = x, g = Vec3::Zero();
     Real d = 0, slope = 0;
     for (int i = 0; i < kSteps; ++i) {
         if (i % kKept == 0) {

@@ -51,6 +51,10 @@ SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reac
 /// there; false where that fails. `spacing` [m] is the size of what matters.
 bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal);
 
+/// Scanned meshes have slivers folded over others, whose normals point inwards or along the surface: there the distance
+/// tells the way out.
+void turn_outwards(const Face& face, Real spacing, const Vec3& x, Vec3& normal);
+
 /// One step of the same, at a fifth of the cost: x comes as near as the face is flat over the way, and the normal is that
 /// at the start. False, and x as it was, where the face is `most` [m] or more away. `slope`: of the distance at the
 /// start [1].

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/base/log.h"
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/direct_surface.h"
 #include "pipeline/geometry/mesh_repair.h"
@@ -140,10 +139,7 @@ struct Mesh final : Shape::Node {
 
 Shape mesh_shape(TriangleMesh mesh) {
     const MeshReport report = inspect_mesh(mesh);
-    if (report.inside_out) {
-        log_warning("mesh is inside out (its signed volume is negative); its triangles are turned round");
-        flip_mesh(mesh);
-    }
+    if (report.inside_out) flip_mesh(mesh);
     return Shape(std::make_shared<Mesh>(std::make_shared<const MeshQuery>(std::move(mesh)), report.closed));
 }
 

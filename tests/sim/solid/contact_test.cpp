@@ -93,7 +93,7 @@ TEST(Contact, BodiesThatStartInEachOtherAreToldOfOnce) {
 std::pair<double, double> folded_strip(double friction) {
     scene::Scene scene = fixture::rubber_scene(30);
     scene.materials[0].elastic.youngs_modulus = 3e4;
-    scene.materials[0].friction = friction;
+    scene.materials[0].elastic.friction = friction;
     scene.world.gravity = {0, 3, -10};
     scene::Union hairpin;
     for (const auto& [at, size] : std::initializer_list<std::pair<Vec3d, Vec3d>>{
@@ -123,14 +123,13 @@ std::pair<double, double> folded_strip(double friction) {
 }
 
 TEST(Contact, AFoldedStripComesToRestOnItselfByFriction) {
-    const auto [slid, still_fast] = folded_strip(0);
+    const double slid = folded_strip(0).first;
     const auto [held, fast] = folded_strip(0.8);
     // The slope is within the friction cone: what presses on the lower arm sticks to it, and is drawn along by no more
     // than what the arm gave way before it came down.
     EXPECT_GT(slid, 0.004);
     EXPECT_LT(held, 0.5 * slid);
     EXPECT_LT(fast, 0.005);  // of the 0.6 m/s that it falls with
-    EXPECT_LT(still_fast, 0.1);
 }
 
 TEST(Contact, ABodyDoesNotPassThroughItself) {

@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/shapes.h"
 #include "tests/sim/identity.h"
 #include "tests/sim/solid/rubber.h"
 
@@ -199,6 +200,45 @@ TEST(Solids, ASurfaceFollowsARigidMotionExactly) {
         EXPECT_LT((s.surface.surfels.axis1[i] - turned(before.axis1[i])).norm(), 1e-7f);
         EXPECT_LT((s.surface.surfels.normal[i] - turned(before.normal[i])).norm(), 1e-4f);
     }
+}
+
+TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {
+    scene::Scene scene = fixture::rubber_scene();
+    scene::Orthotropic& o = scene.materials[0].elastic.orthotropic;
+    o.youngs_modulus = {4e5, 1e5, 2e5};
+    o.shear_modulus = {8e4, 3e4, 5e4};
+    o.poisson_ratio = {0.3, 0.2, 0.1};
+    o.rotate = {20, 35, -50};
+    scene.bodies = {fixture::body("block", fixture::shape_at({0.2, 0, 0}, scene::BoxShape{{0.12, 0.12, 0.12}, 0}))};
+    Simulation s = make_simulation(scene);
+    fixture::steps(s, 1, 1e-6);  // sets up the laws
+    Elements& e = s.solids.elements;
+    const Mat3 h = (Mat3() << 0.01f, 0.02f, -0.01f, 0.005f, -0.02f, 0.015f, 0.01f, -0.005f, 0.015f).finished();
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        e.displacement[i] = quad(h * xyz(e.rest[i]));
+        e.velocity[i] = quad(Vec3::Zero());
+    }
+    StressScratch scratch;
+    std::vector<Vec3> force;
+    find_stress_forces(s.solids.laws, e, scratch, force);
+    // C of the strain by hand, in Voigt's order.
+    const Mat3 strain = Real(0.5) * (h + h.transpose() + h.transpose() * h);
+    const Mat3d axes = rotation_from_degrees(o.rotate).toRotationMatrix();
+    Eigen::Matrix<Real, 6, 1> voigt;
+    voigt << strain(0, 0), strain(1, 1), strain(2, 2), 2 * strain(0, 1), 2 * strain(1, 2), 2 * strain(2, 0);
+    const Eigen::Matrix<Real, 6, 1> stress = orthotropic_stiffness(o, axes) * voigt;
+    std::size_t within = 0;
+    const Real size = stress.cwiseAbs().maxCoeff(), width = std::cbrt(e.volume[0]);
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        const Symmetric found = whole_stress(s.solids.laws[0], e, i, gradient_of(e, i));
+        const Real all[6] = {found.xx, found.yy, found.zz, found.xy, found.yz, found.zx};
+        for (int k = 0; k < 6; ++k) EXPECT_NEAR(all[k], stress[k], 1e-3f * size);  // a gradient's rounding over 1 %
+        // Where a uniform stress has nothing to push against: two supports below the surface.
+        if (xyz(e.rest[i]).cwiseAbs().maxCoeff() > Real(0.06) - 2 * e.support[i]) continue;
+        ++within;
+        EXPECT_LT(force[i].norm(), 1e-3f * size * width * width);
+    }
+    EXPECT_GT(within, 7u);
 }
 
 /// u(m) of dissertation 5.28, over all elements of the one body.

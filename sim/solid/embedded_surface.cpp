@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
+#include "sim/solid/whole_gradients.h"
 
 namespace thixo {
 namespace {
@@ -241,6 +242,7 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceS
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
                        SurfaceState& surface, std::vector<Index>& source) {
     find_gradients(solids.elements, solids.gradients);
+    complete_gradients(solids.elements, solids.gradients);
     find_motions(solids.elements, solids.gradients, solids.motions);
     const std::vector<Pose> poses(solids.bodies.begin(), solids.bodies.end());
     const auto field = [&](Index root) {

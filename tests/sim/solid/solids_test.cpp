@@ -9,7 +9,9 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/shapes.h"
+#include "sim/solid/whole_gradients.h"
 #include "tests/sim/identity.h"
+#include "tests/sim/solid/blocks.h"
 #include "tests/sim/solid/rubber.h"
 
 namespace thixo {
@@ -200,6 +202,36 @@ TEST(Solids, ASurfaceFollowsARigidMotionExactly) {
         EXPECT_LT((s.surface.surfels.axis1[i] - turned(before.axis1[i])).norm(), 1e-7f);
         EXPECT_LT((s.surface.surfels.normal[i] - turned(before.normal[i])).norm(), 1e-4f);
     }
+}
+
+TEST(Solids, TheLastElementsOfAThinLimbTurnWithIt) {
+    // A block that ends in a row of single particles: the last ones have neighbours along it alone.
+    Elements e = fixture::block(4, 4, 4, 0.01f, 0.1f);
+    for (int k = 0; k < 4; ++k) {
+        const Elements one = fixture::block(1, 1, 1, 0.01f, 0);
+        e.id.push_back(static_cast<std::int64_t>(e.size()));
+        e.owner.push_back(0);
+        e.rest.push_back({0.04f + 0.01f * static_cast<float>(k), 0.015f, 0.015f, 0});
+        e.volume.push_back(one.volume[0]);
+        e.mass.push_back(one.mass[0]);
+        e.support.push_back(one.support[0]);
+        e.depth.push_back(one.depth[0]);
+        e.displacement.push_back({0, 0, 0, 0});
+        e.velocity.push_back({0, 0, 0, 0});
+        e.acceleration.push_back(Vec3::Zero());
+        e.plastic.push_back({});
+    }
+    StressLaw law;
+    law.mu = 1e5;
+    e = fixture::prepared(std::move(e), law);
+    ASSERT_FALSE(e.moment.back().full);
+    const Mat3 turn = Eigen::AngleAxis<Real>(Real(1.3), Vec3(0.3f, -0.8f, 0.52f).normalized()).toRotationMatrix();
+    fixture::move(e, [&](const Vec3& m) { return Vec3(turn * m + Vec3(0.02f, 0, 0.01f)); });
+    std::vector<Mat3> gradients;
+    find_gradients(e, gradients);
+    EXPECT_GT((gradients.back() + Mat3::Identity() - turn).norm(), 0.1f);  // they do not know of themselves
+    complete_gradients(e, gradients);
+    for (const Mat3& h : gradients) EXPECT_LT((h + Mat3::Identity() - turn).norm(), 2e-4f);
 }
 
 TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {

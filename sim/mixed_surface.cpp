@@ -18,17 +18,6 @@ void keep(std::vector<T>& array, const std::vector<Index>& kept) {
     array.resize(kept.size(), array.empty() ? T() : array[0]);
 }
 
-/// f(array of a, array of b) for all arrays of two structures of the same type.
-template <class S, class F>
-void for_each_pair(S& a, const S& b, F&& f) {
-    std::vector<const void*> other;
-    for_each_array(b, [&](const char*, const auto& array) { other.push_back(&array); });
-    std::size_t k = 0;
-    for_each_array(a, [&]<class T>(const char*, std::vector<T>& array) {
-        f(array, *static_cast<const std::vector<T>*>(other[k++]));
-    });
-}
-
 /// Surfels of solids whose temperature has changed: the normalised interpolation of the body's particles.
 void take_temperatures(const Particles& particles, Real support, const EmbeddedSurface& embedded,
                        const std::vector<Index>& source, SurfaceState& shown) {

@@ -1,6 +1,10 @@
 #include "sim/scene_shapes.h"
 
+#include <set>
+
 #include "pipeline/base/error.h"
+#include "pipeline/base/log.h"
+#include "pipeline/contract/scene_walk.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
@@ -108,6 +112,24 @@ class ShapeBuilder {
 };
 
 }  // namespace
+
+void warn_of_meshes(const scene::Scene& scene) {
+    std::set<std::string> seen;
+    scene::walk_shapes(scene, [&](const scene::Shape& shape, const std::string&) {
+        const auto* k = std::get_if<scene::MeshFile>(&shape.kind);
+        if (!k || !seen.insert(k->file).second) return;
+        const MeshReport report = inspect_mesh(read_mesh(k->file));
+        if (report.triangles == 0) return;
+        if (!report.closed)
+            log_warning(
+                "{}: mesh {} is not closed ({} open edges, {} where more than two triangles meet or two contradict each "
+                "other); its inside is taken by winding number: close it where the body comes out wrong",
+                shape.where, k->file, report.open_edges, report.bad_edges);
+        if (report.inside_out)
+            log_warning("{}: mesh {} is inside out (its signed volume is negative); its triangles are turned round",
+                        shape.where, k->file);
+    });
+}
 
 Shape make_shape(const scene::Scene& scene, const scene::Shape& shape) { return ShapeBuilder(scene).build(shape, 0); }
 

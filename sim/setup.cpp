@@ -172,6 +172,7 @@ double expected_speed(const scene::Scene& scene) {
 }
 
 Simulation make_simulation(const scene::Scene& scene) {
+    warn_of_meshes(scene);
     const Smoothing smoothing(static_cast<Real>(scene.solver.spacing), static_cast<Real>(scene.solver.support));
     const double speed = expected_speed(scene);
     Simulation s{

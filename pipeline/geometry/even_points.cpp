@@ -62,8 +62,17 @@ std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const 
 
 void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
            Real spacing, int sweeps) {
+    constexpr int kExact = 2;  // sweeps at the end that bring points onto the face, not only near it
     const Real reach = Real(1.8) * spacing;
+    const auto settle = [&](bool exactly, const Vec3& normal, Vec3& x, Vec3& n) {
+        return (exactly ? project_onto(face, spacing, x, n) : bring_near(face, spacing, spacing / 2, x, n)) &&
+               n.dot(normal) >= Real(0.5);
+    };
     PointGrid grid;
+    // What was thinned out may lie near the face alone.
+    parallel_for(positions.size(), [&](std::size_t i) {
+        if (fixed[i] || sweeps == 0) project_onto(face, spacing, positions[i], normals[i]);
+    });
     std::vector<Vec3> moved(positions.size()), turned(positions.size());
     for (int sweep = 0; sweep < sweeps; ++sweep) {
         grid.build(positions, reach);
@@ -81,13 +90,20 @@ void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& no
             push *= Real(0.35) * spacing;
             const Real length = push.norm(), most = Real(0.25) * spacing;
             Vec3 x = positions[i] + (length > most ? most / length : Real(1)) * push, n;
-            if (!project_onto(face, spacing, x, n) || n.dot(normals[i]) < Real(0.5)) return;
+            const bool exactly = sweep >= sweeps - kExact;
+            if (!settle(exactly, normals[i], x, n)) {
+                x = positions[i];  // as it was, but on the face
+                if (!exactly || !settle(true, normals[i], x, n)) return;
+            }
             moved[i] = x;
             turned[i] = n;
         });
         positions.swap(moved);
         normals.swap(turned);
     }
+    if (face.surface)
+        parallel_for(positions.size(),
+                     [&](std::size_t i) { turn_outwards(face, spacing, positions[i], normals[i]); });
 }
 
 }  // namespace thixo

@@ -16,7 +16,7 @@ std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const 
                                Real spacing);
 
 /// Pushes points of a face apart along it: every sweep moves each by the sum of its neighbours' repulsion (1 - d/R)^2
-/// and brings it back onto the face. Points with `fixed` stay.
+/// and brings it back near the face, the last ones onto it. Points with `fixed` stay but for being brought onto it.
 void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
            Real spacing, int sweeps);
 

@@ -14,6 +14,8 @@ namespace {
 
 constexpr int kPerCell = 3;         // points tried in a cell
 constexpr double kLayer = 0.25;     // half thickness of the layer, in cells
+constexpr Real kBeside = Real(0.05);  // of a point where its side is asked, in spacings
+constexpr Real kSteeper = 2;        // that the distance may be in places of a cell than in others
 constexpr double kMostCells = 1e8;  // of one face
 
 struct Cell {
@@ -126,19 +128,22 @@ Found points_in_layer(const FacedSolid& solid, int k, double spacing, double rea
     const Real layer = static_cast<Real>(kLayer * search.edge()), size = static_cast<Real>(spacing);
     Found found((cells.size() + kChunk - 1) / kChunk);
     parallel_chunks(cells.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-        for (std::size_t i = begin; i < end; ++i)
+        for (std::size_t i = begin; i < end; ++i) {
+            Real slope = Real(1) / kSteeper;  // that distances in the cell are taken to have
             for (int j = 0; j < kPerCell; ++j) {
                 const Vec3d u = point_in_cell(seed, static_cast<std::uint64_t>(k), cells[i], j);
                 Candidate c;
                 c.position = (search.lower(cells[i]) + search.edge() * u).cast<Real>();
                 const Real d = face.distance(c.position);
-                if (!(std::abs(d) < layer)) continue;
-                Real mean;
-                const Vec3 g = quick_gradient(face, c.position, Real(0.05) * size, mean);
-                if (!(std::abs(d) < layer * g.norm()) || !project_onto(face, size, c.position, c.normal)) continue;
+                if (!(std::abs(d) < layer * std::min(kSteeper * slope, Real(1)))) continue;
+                // Whether a face bounds the solid there is asked of a point on it.
+                if (!bring_near(face, size, layer, c.position, c.normal, &slope) ||
+                    (!solid.single() && !project_onto(face, size, c.position, c.normal)))
+                    continue;
                 c.on_surface = solid.on_surface(c.position, c.normal, k, size);
                 found[chunk].push_back(c);
             }
+        }
     });
     return found;
 }
@@ -157,6 +162,7 @@ Found points_of_surface(const FacedSolid& solid, int k, double spacing, std::uin
             Candidate c;
             surface.point((static_cast<double>(i) + random(3)) / static_cast<double>(count), random(4), random(5),
                           c.position, c.normal);
+            turn_outwards(solid.faces[static_cast<std::size_t>(k)], static_cast<Real>(spacing), c.position, c.normal);
             c.on_surface = solid.on_surface(c.position, c.normal, k, static_cast<Real>(spacing));
             found[chunk].push_back(c);
         }
@@ -225,24 +231,49 @@ SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reac
     return points;
 }
 
+void turn_outwards(const Face& face, Real spacing, const Vec3& x, Vec3& normal) {
+    const Real beside = kBeside * spacing;
+    if (!(face.distance(x + beside * normal) < 0)) return;
+    const Vec3 out = face.gradient(x, beside);
+    if (!out.isZero()) normal = out;
+}
+
+bool bring_near(const Face& face, Real spacing, Real most, Vec3& x, Vec3& normal, Real* slope_there) {
+    if (face.surface) {
+        face.surface->project(x, normal);
+        return true;
+    }
+    Real d;
+    const Vec3 g = quick_gradient(face, x, Real(0.05) * spacing, d);
+    const Real slope2 = g.squaredNorm(), slope = std::sqrt(slope2);
+    if (slope_there) *slope_there = slope;
+    if (!(slope2 > Real(1e-4)) || !(std::abs(d) < most * slope)) return false;
+    x -= d / slope2 * g;
+    normal = g / slope;
+    return true;
+}
+
 bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
     if (face.surface) {
         face.surface->project(x, normal);
         return true;
     }
     const Real h = Real(0.05) * spacing;
-    Vec3 y = x, g;
-    for (int i = 0; i < 4; ++i) {
-        Real d;
-        g = quick_gradient(face, y, h, d);
-        const Real slope2 = g.squaredNorm();
-        if (!(slope2 > Real(1e-4))) return false;
+    constexpr int kSteps = 12, kKept = 3;  // steps, and those that a gradient serves
+    Vec3 y = x, g = Vec3::Zero();
+    Real d = 0, slope = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        if (i % kKept == 0) {
+            g = quick_gradient(face, y, h, d);
+            slope = g.norm();
+            if (!(slope > Real(1e-2))) return false;
+        }
         d = face.distance(y);
-        const Real step = d / std::sqrt(slope2);
-        y -= std::clamp(step, -spacing, spacing) / std::sqrt(slope2) * g;
+        const Real step = d / slope;
         if (std::abs(step) < Real(1e-5) * spacing) break;
+        y -= std::clamp(step, -spacing, spacing) / slope * g;
     }
-    if (!(std::abs(face.distance(y)) < Real(1e-2) * spacing)) return false;
+    if (!(std::abs(d) < Real(1e-2) * spacing)) return false;
     normal = face.gradient(y, 2 * h);
     if (!(normal.squaredNorm() > Real(0.5))) return false;
     x = y;

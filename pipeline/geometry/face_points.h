@@ -44,10 +44,20 @@ struct SolidPoints {
 /// Points about six to a square of `spacing` [m], to `reach` [m] past the edges. Cells of half the spacing around the
 /// surface hold random points; those within a thin layer about the face are brought onto it, which makes them even by
 /// area (the layer's volume is its thickness times the area). A face that is made of a surface gives its own points.
+/// Those of a solid's only face are brought near it alone (see below): most of them nobody will want.
 SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reach, std::uint64_t seed);
 
 /// x brought onto the face (by Newton steps of its distance, where it is not made of a surface), with the unit normal
 /// there; false where that fails. `spacing` [m] is the size of what matters.
 bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal);
+
+/// Scanned meshes have slivers folded over others, whose normals point inwards or along the surface: there the distance
+/// tells the way out.
+void turn_outwards(const Face& face, Real spacing, const Vec3& x, Vec3& normal);
+
+/// One step of the same, at a fifth of the cost: x comes as near as the face is flat over the way, and the normal is that
+/// at the start. False, and x as it was, where the face is `most` [m] or more away. `slope`: of the distance at the
+/// start [1].
+bool bring_near(const Face& face, Real spacing, Real most, Vec3& x, Vec3& normal, Real* slope = nullptr);
 
 }  // namespace thixo

@@ -16,5 +16,7 @@ NoiseSample gradient_noise(const Vec3f& p);
 
 /// sum over octaves k of 2^-k noise(2^k p): each half as wide and half as high as the one before.
 NoiseSample fractal_noise(const Vec3f& p, int octaves);
+/// Its value alone.
+float fractal_noise_value(const Vec3f& p, int octaves);
 
 }  // namespace thixo

@@ -44,14 +44,21 @@ struct Copies final : Shape::Node {
         box = boxes[0];
         for (const Box3& b : boxes) box = joined(box, b);
     }
+    /// The one whose box is nearest is asked first.
     std::size_t nearest(const Vec3& x, Real& d) const {
         std::size_t found = 0;
-        d = std::numeric_limits<Real>::max();
+        Real least = std::numeric_limits<Real>::max();
+        for (std::size_t k = 0; k < shapes.size(); ++k)
+            if (const Real away = distance_to(boxes[k], x); away < least) {
+                least = away;
+                found = k;
+            }
+        const std::size_t first = found;
+        d = shapes[first].distance(x);
         for (std::size_t k = 0; k < shapes.size(); ++k) {
-            if (distance_to(boxes[k], x) >= std::max(d, Real(0)) && d < std::numeric_limits<Real>::max() &&
-                distance_to(boxes[k], x) > 0)
-                continue;
-            if (const Real other = shapes[k].distance(x); other < d) {
+            if (k == first) continue;
+            if (const Real away = distance_to(boxes[k], x); away > 0 && away >= d) continue;
+            if (const Real other = shapes[k].distance(x); other < d || (other == d && k < found)) {
                 d = other;
                 found = k;
             }

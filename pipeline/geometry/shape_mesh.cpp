@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/base/log.h"
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/direct_surface.h"
 #include "pipeline/geometry/mesh_repair.h"
@@ -50,13 +49,16 @@ struct Triangles final : DirectSurface {
         const Vec2 at = barycentric(query->mesh(), closest.triangle, x);
         normal = normal_at(closest.triangle, at.x(), at.y());
     }
+    /// Weights of the second and third corner, within the triangle: of slivers rounding would make anything of them.
     static Vec2 barycentric(const TriangleMesh& mesh, Index k, const Vec3& x) {
         const auto& t = mesh.triangles[k];
-        const Vec3 a = mesh.vertices[t[0]].cast<Real>(), b = mesh.vertices[t[1]].cast<Real>(),
-                   c = mesh.vertices[t[2]].cast<Real>();
-        const Vec3 n = (b - a).cross(c - a);
-        const Real scale = 1 / n.squaredNorm();
-        return {n.dot((c - a).cross(a - x)) * scale, n.dot((a - x).cross(b - a)) * scale};
+        const Vec3d a = mesh.vertices[t[0]].cast<double>(), b = mesh.vertices[t[1]].cast<double>(),
+                    c = mesh.vertices[t[2]].cast<double>(), at = x.cast<double>();
+        const Vec3d n = (b - a).cross(c - a);
+        const double scale = 1 / n.squaredNorm();
+        const double v = std::clamp(n.dot((c - a).cross(a - at)) * scale, 0.0, 1.0),
+                     w = std::clamp(n.dot((a - at).cross(b - a)) * scale, 0.0, 1.0 - v);
+        return {static_cast<Real>(v), static_cast<Real>(w)};
     }
     void take_colours(const TriangleMesh& given) {
         smooth.colours.resize(smooth.vertices.size());
@@ -137,10 +139,7 @@ struct Mesh final : Shape::Node {
 
 Shape mesh_shape(TriangleMesh mesh) {
     const MeshReport report = inspect_mesh(mesh);
-    if (report.inside_out) {
-        log_warning("mesh is inside out (its signed volume is negative); its triangles are turned round");
-        flip_mesh(mesh);
-    }
+    if (report.inside_out) flip_mesh(mesh);
     return Shape(std::make_shared<Mesh>(std::make_shared<const MeshQuery>(std::move(mesh)), report.closed));
 }
 

@@ -20,7 +20,7 @@ struct Roughness {
     /// The greatest slope of distance less noise.
     Real slope() const { return 1 + std::abs(amplitude) / scale * kMostSlope * Real(octaves); }
     Real height(const Vec3& x) const {
-        return amplitude * Real(fractal_noise((x / scale).cast<float>(), octaves).value);
+        return amplitude * Real(fractal_noise_value((x / scale).cast<float>(), octaves));
     }
 };
 

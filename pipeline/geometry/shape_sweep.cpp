@@ -11,20 +11,56 @@ namespace thixo {
 namespace {
 
 using Vec4 = Eigen::Matrix<Real, 4, 1>;  // place and radius
-constexpr int kSteps = 8;                // of a span, to find where it is nearest
+constexpr int kSamples = 8;              // of a span, to find where it is nearest
+constexpr int kSteps = kSamples - 1;
 
 /// c(t) = ((a t + b) t + c) t + d, 0 <= t <= 1
 struct Span {
     Vec4 a, b, c, d;
     Vec3 centre;  // of a ball that holds all of its balls
     Real reach;
-    std::array<Vec4, kSteps + 1> sample;
+    Real sample_x[kSamples], sample_y[kSamples], sample_z[kSamples], radius[kSamples];
+    Real between;  // no ball is nearer than a sample by more than this
 
     Vec4 at(Real t) const { return ((a * t + b) * t + c) * t + d; }
-    /// Signed distance from x to the ball at t.
-    Real ball(const Vec3& x, Real t) const {
+    Vec4 velocity(Real t) const { return (3 * a * t + 2 * b) * t + c; }
+    Vec4 acceleration(Real t) const { return 6 * a * t + 2 * b; }
+
+    /// The signed distance from x to the nearest sample's ball.
+    Real nearest_sample(const Vec3& x, int& nearest) const {
+        Real away[kSamples];
+        for (int i = 0; i < kSamples; ++i)
+            away[i] = std::sqrt(square(x.x() - sample_x[i]) + square(x.y() - sample_y[i]) + square(x.z() - sample_z[i])) -
+                      radius[i];
+        nearest = 0;
+        for (int i = 1; i < kSamples; ++i)
+            if (away[i] < away[nearest]) nearest = i;
+        return away[nearest];
+    }
+    /// The least of f(t) = |x - c(t)| - r(t) near a sample: Newton's method on f' within the bracket of its
+    /// neighbours, by halves where that leaves it.
+    Real refined(const Vec3& x, int nearest) const {
+        Real low = Real(std::max(nearest - 1, 0)) / kSteps, high = Real(std::min(nearest + 1, kSteps)) / kSteps;
+        Real t = Real(nearest) / kSteps, best = std::numeric_limits<Real>::max();
+        for (int i = 0; i < 12; ++i) {
+            const Vec4 p = at(t), v = velocity(t), w = acceleration(t);
+            const Vec3 from = p.head<3>() - x;
+            const Real away = from.norm(), inverse = 1 / std::max(away, std::numeric_limits<Real>::min());
+            best = std::min(best, away - p[3]);
+            const Real along = from.dot(v.head<3>()) * inverse, slope = along - v[3];
+            (slope > 0 ? high : low) = t;
+            const Real curvature =
+                (v.head<3>().squaredNorm() + from.dot(w.head<3>()) - along * along) * inverse - w[3];
+            Real next = t - slope / curvature;
+            const bool newton = curvature > 0 && next >= low && next <= high;
+            if (!newton) next = (low + high) / 2;
+            const Real step = std::abs(next - t);
+            t = next;
+            // What is left of t is of second order in the step, and f of second order in that.
+            if (step < (newton ? Real(5e-3) : Real(1e-4))) break;
+        }
         const Vec4 p = at(t);
-        return (x - p.head<3>()).norm() - p[3];
+        return std::min(best, (x - p.head<3>()).norm() - p[3]);
     }
 };
 
@@ -36,49 +72,36 @@ struct Swept final : Shape::Node {
             box = k == 0 ? ball : joined(box, ball);
         }
         tighten();
+        for (const Span& s : spans) {
+            centre_x.push_back(s.centre.x());
+            centre_y.push_back(s.centre.y());
+            centre_z.push_back(s.centre.z());
+            reach.push_back(s.reach);
+        }
     }
 
-    /// min over t of |x - c(t)| - r(t): the union of balls. By the nearest sample, then golden section around it.
+    /// min over t of |x - c(t)| - r(t): the union of balls. By the nearest sample, then Newton's method from it; spans
+    /// that cannot be nearer than another's samples are left out.
     Real distance(const Vec3& x) const override {
+        thread_local std::vector<Real> bound;
+        bound.resize(centre_x.size());
+        for (std::size_t k = 0; k < bound.size(); ++k)
+            bound[k] = std::sqrt(square(x.x() - centre_x[k]) + square(x.y() - centre_y[k]) +
+                                 square(x.z() - centre_z[k])) -
+                       reach[k];
+        const auto first = static_cast<std::size_t>(std::ranges::min_element(bound) - bound.begin());
         Real best = std::numeric_limits<Real>::max();
-        for (const Span& s : spans) {
-            if ((x - s.centre).norm() - s.reach >= best) continue;
-            int nearest = 0;
-            Real least = std::numeric_limits<Real>::max();
-            for (int i = 0; i <= kSteps; ++i)
-                if (const Real d = (x - s.sample[std::size_t(i)].head<3>()).norm() - s.sample[std::size_t(i)][3];
-                    d < least) {
-                    least = d;
-                    nearest = i;
-                }
-            best = std::min(best, refine(s, x, nearest));
-        }
+        const auto ask = [&](const Span& s) {
+            int nearest;
+            const Real sample = s.nearest_sample(x, nearest);
+            if (sample - s.between < best) best = std::min(best, s.refined(x, nearest));
+        };
+        ask(spans[first]);
+        for (std::size_t k = 0; k < spans.size(); ++k)
+            if (k != first && bound[k] < best) ask(spans[k]);
         return best;
     }
     std::optional<Box3> bounds() const override { return box; }
-
-    static Real refine(const Span& s, const Vec3& x, int nearest) {
-        Real low = Real(std::max(nearest - 1, 0)) / kSteps, high = Real(std::min(nearest + 1, kSteps)) / kSteps;
-        constexpr Real kGolden = Real(0.6180339887498949);
-        Real t1 = high - kGolden * (high - low), t2 = low + kGolden * (high - low);
-        Real d1 = s.ball(x, t1), d2 = s.ball(x, t2);
-        for (int i = 0; i < 18; ++i) {
-            if (d1 < d2) {
-                high = t2;
-                t2 = t1;
-                d2 = d1;
-                t1 = high - kGolden * (high - low);
-                d1 = s.ball(x, t1);
-            } else {
-                low = t1;
-                t1 = t2;
-                d1 = d2;
-                t2 = low + kGolden * (high - low);
-                d2 = s.ball(x, t2);
-            }
-        }
-        return std::min({d1, d2, s.ball(x, low), s.ball(x, high)});
-    }
 
     /// The box of all balls, from many of them and what lies between two.
     void tighten() {
@@ -95,6 +118,7 @@ struct Swept final : Shape::Node {
     }
 
     std::vector<Span> spans;
+    std::vector<Real> centre_x, centre_y, centre_z, reach;  // of the spans, side by side
     Box3 box;
 };
 
@@ -112,7 +136,15 @@ Span make_span(const Eigen::Vector4d& from, const Eigen::Vector4d& to, const Eig
     for (const auto& p : bezier)
         s.reach =
             std::max(s.reach, (p.head<3>().cast<Real>() - s.centre).norm() + static_cast<Real>(std::max(p[3], 0.0)));
-    for (int i = 0; i <= kSteps; ++i) s.sample[std::size_t(i)] = s.at(Real(i) / kSteps);
+    for (int i = 0; i < kSamples; ++i) {
+        const Vec4 p = s.at(Real(i) / kSteps);
+        s.sample_x[i] = p.x(), s.sample_y[i] = p.y(), s.sample_z[i] = p.z(), s.radius[i] = p.w();
+    }
+    // Half a step at the greatest speed of place and radius: the velocity lies in the hull of its own Bezier points.
+    double fastest = 0;
+    for (const Eigen::Vector4d& v : {m0, Eigen::Vector4d(3 * (to - from) - m0 - m1), m1})
+        fastest = std::max(fastest, v.head<3>().norm() + std::abs(v[3]));
+    s.between = static_cast<Real>(fastest / (2 * kSteps));
     return s;
 }
 
@@ -145,9 +177,9 @@ Shape swept(const std::vector<SweepPoint>& points, bool closed) {
     for (std::size_t k = 0; k < count; ++k) {
         const Eigen::Vector4d m0 = length[k] * velocity(k), m1 = length[k] * velocity((k + 1) % n);
         Span s = make_span(p[k], p[(k + 1) % n], m0, m1);
-        for (const Vec4& ball : s.sample)
-            if (!(ball[3] > 0))
-                throw InputError("sweep radius falls to {} between points {} and {}; put a point between them", ball[3],
+        for (const Real radius : s.radius)
+            if (!(radius > 0))
+                throw InputError("sweep radius falls to {} between points {} and {}; put a point between them", radius,
                                  k + 1, (k + 1) % n + 1);
         spans.push_back(s);
     }

@@ -16,6 +16,7 @@ namespace thixo {
 namespace {
 
 constexpr int kSweeps = 12;
+constexpr std::size_t kFew = 4096;  // surfels that tell a surface's area
 constexpr double kWidest = 1.25;  // points are found for spacings up to this times the guess
 constexpr Real kCovered =
     Real(0.8);  // farthest a tried point may lie from a surfel, in radii: there may be others between
@@ -50,6 +51,12 @@ SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling
     const Vec3d size = (solid.bounds.upper - solid.bounds.lower).cast<double>();
     const double box = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
     double guess = std::sqrt(box / static_cast<double>(sampling.count));
+    // The area of many is found with few.
+    if (sampling.count >= 4 * kFew) {
+        double few = 0;
+        find_points(solid, {.count = kFew, .spacing = 0, .seed = sampling.seed}, few);
+        guess = few * std::sqrt(static_cast<double>(kFew) / static_cast<double>(sampling.count));
+    }
     for (int i = 0; i < 12; ++i) {
         const double reach = kWidest * kSheetReach * guess;
         SolidPoints points = points_on_faces(solid, guess, reach, sampling.seed);

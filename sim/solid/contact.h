@@ -54,8 +54,9 @@ struct ContactSamples {
 /// of the second are negative.
 struct ContactNodes {
     // State; part of a checkpoint.
-    std::vector<Index> sample;          // ascending, with partner; kNone: a body with itself
+    std::vector<Index> sample;          // kNone: two elements meet
     std::vector<std::int32_t> partner;  // index of the SolidBody
+    std::vector<Index> first, second;   // those elements; kNone: a sample meets a body. Ascending by all four
     std::vector<Real> excess;           // the part of the depth, < 0, that came from nowhere and is not answered [m]
     std::vector<Real> depth;            // answered by the last sub-step [m]
     std::vector<Real> press;            // mean normal force of late, as friction knows it [N]
@@ -87,6 +88,8 @@ void for_each_array(C& c, F&& f) requires requires {
 {
     f("contact.sample", c.sample);
     f("contact.partner", c.partner);
+    f("contact.first", c.first);
+    f("contact.second", c.second);
     f("contact.excess", c.excess);
     f("contact.depth", c.depth);
     f("contact.slip", c.slip);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <numeric>
 #include <optional>
+#include <tuple>
 
 #include "pipeline/base/parallel.h"
 #include "sim/solid/contact.h"
@@ -60,9 +61,13 @@ bool holds(const Box3& box, Real by, const Vec3& x) {
     return ((x - box.lower).array() > -by).all() && ((box.upper - x).array() > -by).all();
 }
 
+/// What tells a node from all others, from one time to the next: its sample and partner, or its two elements.
+using NodeKey = std::tuple<Index, std::int32_t, Index, Index>;
+
 struct Found {
-    Index sample = kNone;
+    Index sample = kNone, first = kNone, second = kNone;
     std::int32_t owner = 0, partner = 0;
+    NodeKey key() const { return {sample, partner, first, second}; }
     Vec3 normal{0, 0, 0};
     Real gap = 0;
     Real area = 0;
@@ -228,7 +233,10 @@ void find_elements(const View& view, std::int32_t owner, std::int32_t partner, s
             f.normal = between / distance;
             f.gap = distance - width;
             f.area = square(width) * std::min(solid_share(view, i, width), solid_share(view, j, width));
-            f.slides = false;
+            f.first = i;
+            f.second = j;
+            // Matter that melts or has frozen anew meets without friction.
+            f.slides = owner == partner && !view.solids.phases.any;
             f.element = {i, j};
             f.weight = {1, -1};
             f.middle = 1;
@@ -282,22 +290,24 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
     std::vector<Index> order(found.size());
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-        return std::pair(found[a].sample, found[a].partner) < std::pair(found[b].sample, found[b].partner);
+        return found[a].key() < found[b].key();
     });
     std::size_t before = 0;
+    const auto key = [&](std::size_t k) {
+        return NodeKey{old.sample[k], old.partner[k], old.first[k], old.second[k]};
+    };
     const std::size_t bodies = solids.bodies.size();
     for (const Index k : order) {
         const Found& f = found[k];
-        while (before < old.size() &&
-               std::pair(old.sample[before], old.partner[before]) < std::pair(f.sample, f.partner))
-            ++before;
-        const bool known = f.sample != kNone && before < old.size() && old.sample[before] == f.sample &&
-                           old.partner[before] == f.partner;
+        while (before < old.size() && key(before) < f.key()) ++before;
+        const bool known = before < old.size() && key(before) == f.key();
         const Real excess = known ? old.excess[before] : Real(0), depth = known ? old.depth[before] : Real(0);
         const Real width = view.extents[at(f.partner)].width;
         const Real most = depth + kUnexplained * width + explained[at(f.owner) * bodies + at(f.partner)];
         n.sample.push_back(f.sample);
         n.partner.push_back(f.partner);
+        n.first.push_back(f.first);
+        n.second.push_back(f.second);
         n.excess.push_back(f.sample == kNone ? Real(0) : std::min(excess, f.gap + most));
         n.depth.push_back(depth);
         n.slip.push_back(known ? old.slip[before] : Vec3(0, 0, 0));

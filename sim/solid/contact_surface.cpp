@@ -164,6 +164,34 @@ void move_surfel(const Drawn& to, std::size_t i, SurfelCloud& cloud) {
     cloud.normal[i] = to.normal;
 }
 
+/// What surfels near each other may have entered: walls, and bodies.
+struct Near {
+    std::vector<std::size_t> walls, bodies;
+};
+void find_near(const std::vector<Vec3>& place, std::size_t begin, std::size_t end, const Walls& walls,
+               const std::vector<DrawnBody>& bodies, WallCursor& cursor, Near& near) {
+    Box3 box{place[begin], place[begin]};
+    for (std::size_t i = begin + 1; i < end; ++i) {
+        box.lower = box.lower.cwiseMin(place[i]);
+        box.upper = box.upper.cwiseMax(place[i]);
+    }
+    const Vec3 middle = (box.lower + box.upper) / 2;
+    const Real reach = (box.upper - box.lower).norm() / 2;
+    near.walls.clear();
+    near.bodies.clear();
+    for (std::size_t w = 0; w < walls.list.size(); ++w) {
+        const Wall& wall = walls.list[w];
+        Vec3 n;
+        // Distances are exact beside the wall alone.
+        const Real d = wall.map.distance(wall.to_wall(middle), n, cursor.at[w]);
+        if (!(d > reach + Real(0.1) * wall.map.support())) near.walls.push_back(w);
+    }
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if ((box.upper.array() >= bodies[b].box.lower.array()).all() &&
+            (box.lower.array() <= bodies[b].box.upper.array()).all())
+            near.bodies.push_back(b);
+}
+
 }  // namespace
 
 void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& source, const Walls& walls,
@@ -177,6 +205,10 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
         [&](std::size_t begin, std::size_t end, std::size_t) {
             ElementFit fit;
             WallCursor cursor(walls);
+            // Most surfels are far from all else, and their neighbours too.
+            Near near;
+            find_near(cloud.position, begin, end, walls, bodies, cursor, near);
+            if (near.walls.empty() && near.bodies.empty()) return;
             for (std::size_t i = begin; i < end; ++i) {
                 const Index root = source[i];
                 const auto owner = static_cast<std::size_t>(embedded.owner[root]);
@@ -188,12 +220,13 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
                             std::abs(solids.contacts.shape[owner].distance(embedded.first[root])) > kOwnSurface * width;
                     return Drawn{cloud.position[i], cloud.normal[i], *past_edge};
                 };
-                for (const DrawnBody& other : bodies) {
+                for (const std::size_t b : near.bodies) {
+                    const DrawnBody& other = bodies[b];
                     if (other.number == owner || !other.may_hold(cloud.position[i])) continue;
                     if (const auto to = on_contact_surface(bodies[owner], other, drawn(), fit))
                         move_surfel(*to, i, cloud);
                 }
-                for (std::size_t w = 0; w < walls.list.size(); ++w) {
+                for (const std::size_t w : near.walls) {
                     const Wall& wall = walls.list[w];
                     Vec3 n;
                     if (!(wall.map.distance(wall.to_wall(cloud.position[i]), n, cursor.at[w]) < 0)) continue;

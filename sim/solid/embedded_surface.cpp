@@ -1,66 +1,56 @@
 #include "sim/solid/embedded_surface.h"
 
 #include <algorithm>
-#include <array>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
-#include "pipeline/geometry/surface_sampling.h"
-#include "sim/scene_shapes.h"
+#include "sim/solid/whole_gradients.h"
 
 namespace thixo {
 namespace {
 
-constexpr int kEnough = 4;  // elements whose weights a surfel needs at least
-
-std::vector<Vec3> places(const SolidBody& body, const Elements& e) {
-    std::vector<Vec3> place;
-    for (Index i = body.begin; i < body.end; ++i) place.push_back(xyz(e.rest[i]));
-    return place;
-}
-
-/// The elements' support, or what reaches a few of them from all over the disc.
-Real support_at(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
-    std::vector<std::pair<Real, Index>> near;
-    grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
-    return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
-}
-
-/// The disc's part on a body with edges: how far one can go in the disc before the surface is left behind.
-EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
-    constexpr int kWays = 16;
-    const Real radius = cloud.axis1[k].norm();
-    std::array<Real, kWays> reach{};
-    for (int w = 0; w < kWays; ++w) {
-        const Real angle = static_cast<Real>(2 * kPi * w / kWays);
-        const Vec3 way = std::cos(angle) * cloud.axis1[k] + std::sin(angle) * cloud.axis2[k];
-        Real r = 1;
-        while (r > Real(0.15) && std::abs(shape.distance(cloud.position[k] + r * way)) > Real(0.1) * radius)
-            r -= Real(0.05);
-        reach[static_cast<std::size_t>(w)] = r;
-    }
-    const auto least = static_cast<std::size_t>(std::ranges::min_element(reach) - reach.begin());
-    const Real across = std::min(reach[(least + kWays / 4) % kWays], reach[(least + 3 * kWays / 4) % kWays]);
-    return {static_cast<Real>(2 * kPi * static_cast<double>(least) / kWays), reach[least], across};
-}
-
+/// What displaces a place: H m + u, and v.
 struct Carried {
-    Vec3 shift, velocity;
+    static constexpr std::size_t kParts = 16 / kLanes;
+    Lanes part[kParts]{};
+    void add(Real weight, const AffineMotion& motion) {
+        for (std::size_t p = 0; p < kParts; ++p) part[p] += weight * load(motion.value + p * kLanes);
+    }
+    Real operator[](std::size_t k) const { return part[k / kLanes][k % kLanes]; }
+    Vec3 shift(const Vec3& m) const {
+        Vec3 u;
+        for (std::size_t k = 0; k < 3; ++k)
+            u[static_cast<int>(k)] =
+                (*this)[9 + k] + ((*this)[k] * m.x() + (*this)[3 + k] * m.y() + (*this)[6 + k] * m.z());
+        return u;
+    }
+    Vec3 velocity() const { return {(*this)[12], (*this)[13], (*this)[14]}; }
 };
-/// u and v at the place m of the material frame.
-Carried carried(const PointGrid& grid, const SolidBody& body, const Solids& s, const Vec3& m, Real support) {
+/// At the place m of the material frame.
+Carried carried(const PointGrid& grid, Index first, const std::vector<AffineMotion>& motions, const Vec3& m,
+                Real support) {
     const Poly6 w(support);
     Real weight = 0;
-    Carried sum{Vec3::Zero(), Vec3::Zero()};
-    const Elements& e = s.elements;
+    Carried sum;
     grid.for_each_neighbour(m, support, [&](Index near, Real r2) {
-        const Index j = body.begin + near;
         const Real a = w.value(r2);
         weight += a;
-        sum.shift += a * (xyz(e.displacement[j]) + s.gradients[j] * (m - xyz(e.rest[j])));
-        sum.velocity += a * xyz(e.velocity[j]);
+        sum.add(a, motions[first + near]);
     });
-    return {sum.shift / weight, sum.velocity / weight};
+    for (Lanes& p : sum.part) p /= weight;
+    return sum;
+}
+
+void find_motions(const Elements& e, const std::vector<Mat3>& gradients, std::vector<AffineMotion>& motions) {
+    motions.resize(e.size());
+    parallel_for(e.size(), [&](std::size_t i) {
+        const Mat3& h = gradients[i];
+        const Vec3 shift = xyz(e.displacement[i]) - h * xyz(e.rest[i]), v = xyz(e.velocity[i]);
+        Real* value = motions[i].value;
+        for (int k = 0; k < 9; ++k) value[k] = h(k % 3, k / 3);
+        for (int k = 0; k < 3; ++k) value[9 + k] = shift[k], value[12 + k] = v[k];
+        value[15] = 0;
+    });
 }
 
 struct Disc {
@@ -74,105 +64,174 @@ struct Drawn {
     Index root;
 };
 
-/// The displacement about one surfel made at the start.
+/// A body's pose, taken apart once.
+struct Pose {
+    Mat3d turn;
+    Vec3d place;
+    Mat3 turn_of_axes;
+    explicit Pose(const SolidBody& b) : turn(b.turn), place(b.place), turn_of_axes(b.turn.cast<Real>()) {}
+};
+
+/// What a surfel made at the start is displaced by.
 struct Field {
     const EmbeddedSurface& embedded;
     const Solids& solids;
+    const Pose& pose;
     std::size_t root;
-    std::size_t owner() const { return static_cast<std::size_t>(embedded.owner[root]); }
-    const SolidBody& body() const { return solids.bodies[owner()]; }
-    Carried at(const Vec3& m) const {
-        return carried(embedded.grid[owner()], body(), solids, m, embedded.support[root]);
+};
+
+/// All elements that a surfel's pieces are displaced by, side by side.
+struct PieceElements {
+    std::vector<Real> x, y, z;
+    std::vector<Index> element;
+
+    void find(const Field& field) {
+        const EmbeddedSurface& s = field.embedded;
+        const auto owner = static_cast<std::size_t>(s.owner[field.root]);
+        const Index first = field.solids.bodies[owner].begin;
+        x.clear(), y.clear(), z.clear(), element.clear();
+        s.grid[owner].for_each_neighbour(s.rest.position[field.root], reach_of_pieces(s, field.root),
+                                         [&](Index near, Real) {
+                                             const Quad& m = field.solids.elements.rest[first + near];
+                                             x.push_back(m.x), y.push_back(m.y), z.push_back(m.z);
+                                             element.push_back(first + near);
+                                         });
+        // Filled up with what is out of all reach.
+        constexpr Real kFar = Real(1e18);
+        for (const std::size_t n = (element.size() + kLanes - 1) / kLanes * kLanes; x.size() < n;)
+            x.push_back(kFar), y.push_back(kFar), z.push_back(kFar);
+    }
+    Carried at(const Field& field, const Vec3& m) const {
+        const Poly6 w(field.embedded.support[field.root]);
+        Carried sum;
+        Lanes weight{};
+        for (std::size_t k = 0; k < x.size(); k += kLanes) {
+            const Lanes dx = load(&x[k]) - m.x(), dy = load(&y[k]) - m.y(), dz = load(&z[k]) - m.z();
+            const Lanes q = positive(1 - w.h2_inv * (dx * dx + dy * dy + dz * dz)), a = q * q * q;
+            weight += a;
+            for (std::size_t l = 0; l < std::min(kLanes, element.size() - k); ++l)
+                if (a[l] > 0) sum.add(a[l], field.solids.motions[element[k + l]]);
+        }
+        const Real whole = sum_of(weight);
+        for (Lanes& p : sum.part) p /= whole;
+        return sum;
     }
 };
 
-Drawn displaced(const Field& field, const Disc& rest, std::int64_t id) {
-    const SolidBody& body = field.body();
-    const Mat3 turn = body.turn.cast<Real>();
-    const Carried at = field.at(rest.place);
+/// A disc, by what carries its middle and its axes' ends.
+Drawn displaced(const Field& field, const Disc& rest, const Carried& middle, const Carried& end1, const Carried& end2,
+                std::int64_t id) {
+    const Pose& pose = field.pose;
+    const Vec3 shift = middle.shift(rest.place);
     Drawn d;
-    d.now.place = (body.turn * (rest.place + at.shift).cast<double>() + body.place).cast<Real>();
-    d.now.axis1 = turn * (rest.axis1 + field.at(rest.place + rest.axis1).shift - at.shift);
-    d.now.axis2 = turn * (rest.axis2 + field.at(rest.place + rest.axis2).shift - at.shift);
+    d.now.place = (pose.turn * (rest.place + shift).cast<double>() + pose.place).cast<Real>();
+    d.now.axis1 = pose.turn_of_axes * (rest.axis1 + end1.shift(rest.place + rest.axis1) - shift);
+    d.now.axis2 = pose.turn_of_axes * (rest.axis2 + end2.shift(rest.place + rest.axis2) - shift);
     const Vec3 n = d.now.axis1.cross(d.now.axis2);
     const Real size = n.norm();
-    d.normal = size > 0 ? Vec3(n / size) : Vec3(turn * field.embedded.rest.normal[field.root]);
-    d.velocity = turn * at.velocity;
+    d.normal = size > 0 ? Vec3(n / size) : Vec3(pose.turn_of_axes * field.embedded.rest.normal[field.root]);
+    d.velocity = pose.turn_of_axes * middle.velocity();
     d.rest = field.embedded.first[field.root] + rest.place - field.embedded.rest.position[field.root];
     d.id = id;
     d.root = static_cast<Index>(field.root);
     return d;
 }
 
-/// The surfel, or what it splits into.
-void draw(const Field& field, const Disc& rest, std::int64_t id, int level, std::vector<Drawn>& out) {
-    constexpr int kDeepest = 8;
-    const Drawn d = displaced(field, rest, id);
+Disc rest_disc(const EmbeddedSurface& s, std::size_t root) {
+    return {s.rest.position[root], s.rest.axis1[root], s.rest.axis2[root]};
+}
+
+/// The surfel made at the start, by the weights kept for it.
+Drawn displaced_root(const Field& field) {
+    const EmbeddedSurface& s = field.embedded;
+    Carried middle, end1, end2;
+    for (std::size_t k = s.begin[field.root]; k < s.begin[field.root + 1]; ++k) {
+        const SurfelWeight& w = s.weight[k];
+        const AffineMotion& motion = field.solids.motions[w.element];
+        middle.add(w.at, motion);
+        end1.add(w.along1, motion);
+        end2.add(w.along2, motion);
+    }
+    return displaced(field, rest_disc(s, field.root), middle, end1, end2, static_cast<std::int64_t>(field.root));
+}
+
+/// The eigenvalues' verdict on a disc, and the angle of its longest direction from the first axis.
+struct Stretch {
+    bool splits;
+    Real angle;
+};
+Stretch stretch_of(const Drawn& d, Real radius2) {
     const Vec3 &a = d.now.axis1, &b = d.now.axis2;
-    const Real radius2 = field.embedded.rest.axis1[field.root].squaredNorm();
     const Real aa = a.squaredNorm() / radius2, bb = b.squaredNorm() / radius2, ab = a.dot(b) / radius2;
     const Real mean = (aa + bb) / 2, half = std::sqrt(square((aa - bb) / 2) + square(ab));
     const Real longest = mean + half, shortest = mean - half;
-    if (level == kDeepest || !(longest > kSplitStretch || (longest > Real(1.2) && longest > kSplitRatio * shortest)))
-        return out.push_back(d);
-    // The eigenvector of the longest: along it the disc at rest is cut in two, that overlap a little.
-    const Real angle = std::atan2(2 * ab, aa - bb) / 2, c = std::cos(angle), s = std::sin(angle);
+    if (!(longest > kSplitStretch || (longest > Real(1.2) && longest > kSplitRatio * shortest))) return {false, 0};
+    return {true, std::atan2(2 * ab, aa - bb) / 2};
+}
+
+/// The surfel, or what it splits into: cut in two along its longest direction, halves that overlap a little.
+void draw(const Field& field, const PieceElements& near, const Disc& rest, const Drawn& d, int level,
+          std::vector<Drawn>& out) {
+    constexpr int kDeepest = 8;
+    const Stretch stretch = stretch_of(d, field.embedded.rest.axis1[field.root].squaredNorm());
+    if (level == kDeepest || !stretch.splits) return out.push_back(d);
+    const Real c = std::cos(stretch.angle), s = std::sin(stretch.angle);
     const Vec3 along = c * rest.axis1 + s * rest.axis2, across = c * rest.axis2 - s * rest.axis1;
-    const std::int64_t first = 2 * id + static_cast<std::int64_t>(field.embedded.size());
-    draw(field, {rest.place - along / 2, Real(0.6) * along, across}, first, level + 1, out);
-    draw(field, {rest.place + along / 2, Real(0.6) * along, across}, first + 1, level + 1, out);
+    for (const int side : {0, 1}) {
+        const Disc half{rest.place + (static_cast<Real>(side) - Real(0.5)) * along, Real(0.6) * along, across};
+        const std::int64_t id = 2 * d.id + static_cast<std::int64_t>(field.embedded.size()) + side;
+        draw(field, near, half,
+             displaced(field, half, near.at(field, half.place), near.at(field, half.place + half.axis1),
+                       near.at(field, half.place + half.axis2), id),
+             level + 1, out);
+    }
+}
+
+void resize_surface(SurfaceState& surface, std::size_t count) {
+    for_each_array(surface, [&]<class T>(const char*, std::vector<T>& array) {
+        if constexpr (std::is_same_v<T, Vec3>)
+            array.resize(count, Vec3::Zero());
+        else
+            array.resize(count);
+    });
+}
+
+void put(const Drawn& d, const EmbeddedSurface& embedded, std::int32_t body, std::size_t i, SurfaceState& surface) {
+    surface.id[i] = d.id;
+    surface.surfels.position[i] = d.now.place;
+    surface.surfels.axis1[i] = d.now.axis1;
+    surface.surfels.axis2[i] = d.now.axis2;
+    surface.surfels.normal[i] = d.normal;
+    surface.velocity[i] = d.velocity;
+    surface.rest[i] = d.rest;
+    surface.temperature[i] = embedded.temperature[d.root];
+    surface.body[i] = body;
+}
+
+/// Surfels that give way to others: where they stand, and which of `pieces` follow in the place of each.
+struct Splits {
+    std::vector<Index> at;           // ascending
+    std::vector<std::size_t> first;  // one more
+};
+/// Puts the pieces into an array in place of what they replace, from behind.
+template <class T>
+void expand(const Splits& splits, const std::vector<T>& pieces, std::vector<T>& array) {
+    std::size_t from = array.size();
+    array.resize(from - splits.at.size() + pieces.size(), array[0]);
+    auto to = array.end();
+    const auto iterator = [](auto& a, std::size_t k) { return a.begin() + static_cast<std::ptrdiff_t>(k); };
+    for (std::size_t k = splits.at.size(); k-- > 0; from = splits.at[k]) {
+        to = std::move_backward(iterator(array, splits.at[k] + 1), iterator(array, from), to);
+        to = std::copy_backward(iterator(pieces, splits.first[k]), iterator(pieces, splits.first[k + 1]), to);
+    }
 }
 
 }  // namespace
 
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
                                     const Vec3& m, Real support) {
-    const Vec3 u = carried(embedded.grid[owner], solids.bodies[owner], solids, m, support).shift;
+    const Vec3 u = carried(embedded.grid[owner], solids.bodies[owner].begin, solids.motions, m, support).shift(m);
     return u.allFinite() ? std::optional(u) : std::nullopt;
-}
-
-EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids) {
-    EmbeddedSurface out;
-    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
-        const SolidBody& body = solids.bodies[b];
-        out.trim.emplace_back();
-        out.grid.emplace_back();
-        // What has no rest shape has no such surface.
-        if (body.body < 0 || (solids.phases.any && solids.phases.bond[body.begin] != Bond::rest)) continue;
-        const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.body)];
-        const Shape shape = make_shape(scene, source.shape);
-        SurfaceSampling sampling{.count = static_cast<std::size_t>(source.surfels), .seed = scene.solver.seed};
-        if (source.surfels == 0) sampling.spacing = scene.surface.radius * scene.solver.spacing;
-        const SampledSurface sampled = sample_surface(shape, sampling);
-        const std::vector<Vec3> place = places(body, solids.elements);
-        const Real usual = solids.elements.support[body.begin];
-        // The grid's cells must hold the widest support.
-        PointGrid near;
-        near.build(place, usual);
-        const Vec3 centre = body.place.cast<Real>();
-        Real widest = usual;
-        const SurfelCloud& cloud = sampled.surfels;
-        for (std::size_t k = 0; k < cloud.size(); ++k) {
-            const Vec3 m = cloud.position[k] - centre;
-            const Real disc = std::max(cloud.axis1[k].norm(), cloud.axis2[k].norm());
-            out.rest.position.push_back(m);
-            out.rest.axis1.push_back(cloud.axis1[k]);
-            out.rest.axis2.push_back(cloud.axis2[k]);
-            out.rest.normal.push_back(cloud.normal[k]);
-            out.owner.push_back(static_cast<std::int32_t>(b));
-            out.sheet.push_back(sampled.sheet[k]);
-            out.first.push_back(cloud.position[k]);
-            const Real off = std::abs(shape.distance(cloud.position[k]));
-            out.beyond.push_back(sampled.trim && off > Real(0.02 * sampled.spacing));
-            out.edge.push_back(sampled.trim ? edge_cut(shape, cloud, k) : EdgeCut{});
-            out.support.push_back(support_at(near, m, disc, usual));
-            out.temperature.push_back(static_cast<Real>(source.temperature));
-            widest = std::max(widest, out.support.back());
-        }
-        if (sampled.trim) out.trim.back() = trim_node(*sampled.trim);
-        out.grid.back().build(place, widest);
-    }
-    return out;
 }
 
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
@@ -182,49 +241,61 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceS
 
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
                        SurfaceState& surface, std::vector<Index>& source) {
-    const std::size_t n = embedded.size();
     find_gradients(solids.elements, solids.gradients);
-    std::vector<std::vector<Drawn>> drawn((n + kChunk - 1) / kChunk);
-    parallel_chunks(n, [&](std::size_t begin, std::size_t end, std::size_t c) {
-        for (std::size_t i = begin; i < end; ++i)
-            if (!taken[static_cast<std::size_t>(embedded.owner[i])])
-                draw(Field{embedded, solids, i},
-                     {embedded.rest.position[i], embedded.rest.axis1[i], embedded.rest.axis2[i]},
-                     static_cast<std::int64_t>(i), 0, drawn[c]);
+    complete_gradients(solids.elements, solids.gradients);
+    find_motions(solids.elements, solids.gradients, solids.motions);
+    const std::vector<Pose> poses(solids.bodies.begin(), solids.bodies.end());
+    const auto field = [&](Index root) {
+        return Field{embedded, solids, poses[static_cast<std::size_t>(embedded.owner[root])], root};
+    };
+    const auto body = [&](Index root) { return solids.bodies[static_cast<std::size_t>(embedded.owner[root])].body; };
+    source.clear();
+    for (Index root = 0; root < embedded.size(); ++root)
+        if (!taken[static_cast<std::size_t>(embedded.owner[root])]) source.push_back(root);
+    const std::size_t count = source.size();
+    resize_surface(surface, count);
+    surface.next_id = static_cast<std::int64_t>(embedded.size());
+    std::vector<std::vector<Index>> split((count + kChunk - 1) / kChunk);
+    parallel_chunks(count, [&](std::size_t begin, std::size_t end, std::size_t c) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Index root = source[i];
+            const Drawn d = displaced_root(field(root));
+            put(d, embedded, body(root), i, surface);
+            if (stretch_of(d, embedded.rest.axis1[root].squaredNorm()).splits) split[c].push_back(Index(i));
+        }
     });
-    std::size_t count = 0;
-    std::vector<std::size_t> first;
-    for (const auto& part : drawn) {
-        first.push_back(count);
-        count += part.size();
-    }
-    source.resize(count);
-    for_each_array(surface, [&]<class T>(const char*, std::vector<T>& array) {
-        if constexpr (std::is_same_v<T, Vec3>)
-            array.resize(count, Vec3::Zero());
-        else
-            array.resize(count);
-    });
-    surface.next_id = static_cast<std::int64_t>(n);
-    parallel_for(
-        drawn.size(),
-        [&](std::size_t c) {
-            for (std::size_t k = 0; k < drawn[c].size(); ++k) {
-                const Drawn& d = drawn[c][k];
-                const std::size_t i = first[c] + k;
-                source[i] = d.root;
-                surface.id[i] = d.id;
-                surface.surfels.position[i] = d.now.place;
-                surface.surfels.axis1[i] = d.now.axis1;
-                surface.surfels.axis2[i] = d.now.axis2;
-                surface.surfels.normal[i] = d.normal;
-                surface.velocity[i] = d.velocity;
-                surface.rest[i] = d.rest;
-                surface.temperature[i] = embedded.temperature[d.root];
-                surface.body[i] = solids.bodies[static_cast<std::size_t>(embedded.owner[d.root])].body;
+
+    Splits splits{{}, {0}};
+    for (const auto& part : split) splits.at.insert(splits.at.end(), part.begin(), part.end());
+    if (splits.at.empty()) return;
+    constexpr std::size_t kSplits = 32;  // of a chunk
+    std::vector<std::vector<Drawn>> pieces((splits.at.size() + kSplits - 1) / kSplits);
+    splits.first.resize(splits.at.size() + 1);
+    parallel_chunks(
+        splits.at.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t c) {
+            PieceElements near;
+            for (std::size_t k = begin; k < end; ++k) {
+                const Field f = field(source[splits.at[k]]);
+                near.find(f);
+                draw(f, near, rest_disc(embedded, f.root), displaced_root(f), 0, pieces[c]);
+                splits.first[k + 1] = pieces[c].size();
             }
         },
-        1);
+        kSplits);
+    for (std::size_t k = kSplits; k < splits.at.size(); ++k)
+        splits.first[k + 1] += splits.first[k / kSplits * kSplits];
+    SurfaceState parts;
+    std::vector<Index> roots;
+    resize_surface(parts, splits.first.back());
+    roots.reserve(splits.first.back());
+    for (const auto& part : pieces)
+        for (const Drawn& d : part) {
+            put(d, embedded, body(d.root), roots.size(), parts);
+            roots.push_back(d.root);
+        }
+    for_each_pair(surface, parts, [&](auto& array, const auto& from) { expand(splits, from, array); });
+    expand(splits, roots, source);
 }
 
 }  // namespace thixo

@@ -18,6 +18,12 @@ struct EdgeCut {
     Real angle = 0, along = 1, across = 1;
 };
 
+/// An element's weights in the displacement of a surfel: w_poly6 over their sum.
+struct SurfelWeight {
+    Real at, along1, along2;  // at m, m + t1, m + t2
+    Index element;
+};
+
 /// Made once from the shapes of the bodies, in the order of their elements; the state is the elements'.
 struct EmbeddedSurface {
     SurfelCloud rest;                           // in the material frame of the owner [m]
@@ -29,6 +35,8 @@ struct EmbeddedSurface {
     std::vector<Real> temperature;              // degC
     std::vector<std::optional<TrimNode>> trim;  // by body
     std::vector<PointGrid> grid;                // of every body's elements at rest
+    std::vector<std::size_t> begin{0};          // of every surfel's weights, and the end: kept, as nothing at rest moves
+    std::vector<SurfelWeight> weight;
     std::size_t size() const { return owner.size(); }
 };
 
@@ -51,9 +59,15 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceS
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
                        SurfaceState& surface, std::vector<Index>& source);
 
-/// u(m) of that field with weights of this support [m]; empty where no element is as near.
+/// u(m) of that field with weights of this support [m]; empty where no element is as near. After displace_embedded.
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
                                     const Vec3& m, Real support);
+
+/// No piece that a surfel splits into, nor an end of its axes, has elements farther than this from it [m]: pieces lie
+/// within 1.25 axes of it (1/2 + 0.6/2 + ...) either way, and their axes are no longer.
+inline Real reach_of_pieces(const EmbeddedSurface& s, std::size_t surfel) {
+    return s.support[surfel] + Real(2.8) * std::max(s.rest.axis1[surfel].norm(), s.rest.axis2[surfel].norm());
+}
 
 inline constexpr Real kSplitStretch = 2;  // squared stretch
 inline constexpr Real kSplitRatio = 3;    // of squared stretches

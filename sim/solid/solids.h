@@ -30,6 +30,11 @@ struct Grip {
     bool pulls() const { return !force.isZero(); }
 };
 
+/// How the matter about an element moves, to first order: what surfels sum up. A line of the cache in single precision.
+struct alignas(16 * sizeof(Real)) AffineMotion {
+    Real value[16];  // H by columns, u - H m [m], v [m/s], 0
+};
+
 struct Solids {
     std::vector<SolidBody> bodies;
     Elements elements;
@@ -48,6 +53,7 @@ struct Solids {
     std::vector<Vec3> external;      // acceleration that is held over the sub-steps, material frame [m/s^2]
     std::vector<std::uint8_t> held;  // 1 + the grip that holds an element; 0: free
     std::vector<Mat3> gradients;
+    std::vector<AffineMotion> motions;  // what surfels and the contact surface are displaced by
     ImplicitScratch implicit;
     bool empty() const { return bodies.empty(); }
     Index element(std::int64_t id) const {

@@ -43,6 +43,17 @@ void for_each_array(S& s, F&& f) requires requires {
     f("temperature", s.temperature);
 }
 
+/// f(array of a, array of b) for all arrays of two structures of the same type.
+template <class S, class F>
+void for_each_pair(S& a, const S& b, F&& f) {
+    std::vector<const void*> other;
+    for_each_array(b, [&](const char*, const auto& array) { other.push_back(&array); });
+    std::size_t k = 0;
+    for_each_array(a, [&]<class T>(const char*, std::vector<T>& array) {
+        f(array, *static_cast<const std::vector<T>*>(other[k++]));
+    });
+}
+
 /// What an update did; goes to stats.jsonl.
 struct SurfaceReport {
     std::size_t inserted = 0, deleted = 0;

@@ -1,9 +1,11 @@
 // Bodies that no scene should have: each is refused by one clear line or simulated soundly.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <functional>
+#include <sstream>
 
 #include "pipeline/base/error.h"
 #include "pipeline/contract/scene_io.h"
@@ -92,6 +94,34 @@ TEST(ABodysMesh, IsRefusedInOneLineOrSimulatedSoundly) {
                 EXPECT_NE(said.find(c.refusal), std::string::npos) << said;
             }
         }
+}
+
+TEST(ABodysMesh, ThatIsOpenOrInsideOutIsToldOfOnce) {
+    const TemporaryFolder folder;
+    const auto said = [&](const std::string& mesh) {
+        const auto file = folder.path / "body.obj";
+        std::ofstream(file) << mesh;
+        const std::string shape = "{mesh: {file: \"" + file.string() + "\", scale: 1}}",
+                          text = "frames: {first: 0, last: 1}\nmaterials: {stuff: {youngs_modulus: 1.0e5}}\nbodies:\n"
+                                 "  one: {material: stuff, shape: " + shape + "}\n"
+                                 "  row: {material: stuff, shape: {repeat: {count: 3, step: [0, 0.3, 0], shapes: [" + shape +
+                                 "]}, translate: [1, 0, 0]}}\nsolver: {spacing: 0.02}\n";
+        testing::internal::CaptureStderr();
+        make_simulation(scene::parse_scene(text, "bad.yaml"));
+        std::istringstream all(testing::internal::GetCapturedStderr());
+        std::string of_meshes;
+        for (std::string line; std::getline(all, line);)
+            if (line.find("mesh ") != std::string::npos) of_meshes += line + "\n";
+        return of_meshes;
+    };
+    const auto lines = [](const std::string& s) { return std::count(s.begin(), s.end(), '\n'); };
+    EXPECT_EQ(said(cube(scaled(0.05))), "");
+    const std::string open = said(cube(scaled(0.05), 5)), turned = said(cube(scaled(0.05), 6, true));
+    EXPECT_NE(open.find("bad.yaml:"), std::string::npos) << open;
+    EXPECT_NE(open.find("is not closed (4 open edges, 0 where"), std::string::npos) << open;
+    EXPECT_EQ(lines(open), 1) << open;
+    EXPECT_NE(turned.find("is inside out"), std::string::npos) << turned;
+    EXPECT_EQ(lines(turned), 1) << turned;
 }
 
 TEST(AMaterial, OfNoMassOrThatCannotChangeItsVolumeIsRefused) {

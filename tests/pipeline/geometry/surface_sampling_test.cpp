@@ -5,6 +5,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/face_tree.h"
+#include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/point_grid.h"
 #include "tests/pipeline/geometry/exact_surfaces.h"
 
@@ -113,6 +114,39 @@ TEST_P(SampledBody, TheTreeTellsTheSolid) {
 
 INSTANTIATE_TEST_SUITE_P(Bodies, SampledBody, testing::Range(0, int(exact::bodies().size())),
                          [](const auto& info) { return exact::bodies()[std::size_t(info.param)].name; });
+
+/// A block 1 x 1 x 0.5 whose top goes on to x = 0.6, back to 0.4 and on again, as scanned meshes have it.
+TriangleMesh folded_block() {
+    TriangleMesh m;
+    const float outline[6][2] = {{0, 0}, {1, 0}, {1, 0.5f}, {0.4f, 0.5f}, {0.6f, 0.5f}, {0, 0.5f}};
+    for (const float y : {0.0f, 1.0f})
+        for (const auto& [x, z] : outline) m.vertices.push_back({x, y, z});
+    for (Index k = 0; k < 6; ++k) {
+        const Index next = (k + 1) % 6;
+        m.triangles.push_back({k, next, next + 6});
+        m.triangles.push_back({k, next + 6, k + 6});
+        if (k == 0 || k == 5) continue;
+        m.triangles.push_back({0, next, k});
+        m.triangles.push_back({6, k + 6, next + 6});
+    }
+    for (auto& t : m.triangles) std::swap(t[1], t[2]);
+    return m;
+}
+
+TEST(SampleSurface, NormalsPointOutWhereAMeshIsFoldedOntoItself) {
+    const TriangleMesh mesh = folded_block();
+    ASSERT_TRUE(inspect_mesh(mesh).closed);
+    ASSERT_NEAR(std::abs(inspect_mesh(mesh).volume), 0.5, 1e-6);
+    const SampledSurface s = sample_surface(mesh_shape(mesh), {.count = 2000});
+    std::size_t on_top = 0;
+    for (std::size_t i = 0; i < s.surfels.size(); ++i) {
+        const Vec3& x = s.surfels.position[i];
+        if (x.z() < Real(0.499) || (x - Vec3(0.5f, 0.5f, 0.5f)).cwiseAbs().maxCoeff() > Real(0.45)) continue;
+        ++on_top;
+        EXPECT_GT(s.surfels.normal[i].z(), 0.9) << x.transpose();
+    }
+    EXPECT_GT(on_top, 300u);
+}
 
 TEST(SampleSurface, IsTheSameAtAnyThreadCountAndForEqualCalls) {
     const exact::Body body = exact::cut_cube();

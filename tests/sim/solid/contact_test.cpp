@@ -88,6 +88,50 @@ TEST(Contact, BodiesThatStartInEachOtherAreToldOfOnce) {
     EXPECT_EQ(said(0.0601), "");
 }
 
+/// A strip bent to a hairpin, its lower arm held: the upper one falls onto it and is drawn sideways by a slope of 0.3.
+/// Returns how far the end of the upper arm is drawn along, and the fastest particle's speed at the end.
+std::pair<double, double> folded_strip(double friction) {
+    scene::Scene scene = fixture::rubber_scene(30);
+    scene.materials[0].elastic.youngs_modulus = 3e4;
+    scene.materials[0].elastic.friction = friction;
+    scene.world.gravity = {0, 3, -10};
+    scene::Union hairpin;
+    for (const auto& [at, size] : std::initializer_list<std::pair<Vec3d, Vec3d>>{
+             {{0, 0, 0}, {0.14, 0.04, 0.02}}, {{0, 0, 0.04}, {0.14, 0.04, 0.02}}, {{-0.06, 0, 0.02}, {0.02, 0.04, 0.06}}})
+        hairpin.shapes.push_back(fixture::shape_at(at, scene::BoxShape{size, 0}));
+    scene.bodies = {fixture::body("strip", fixture::shape_at({0, 0, 0}, hairpin))};
+    scene::Handle hold;
+    hold.name = "hold";
+    hold.body = "strip";
+    hold.region = fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.2, 0.1, 0.021}, 0});
+    scene.handles = {hold};
+    Simulation s = make_simulation(scene);
+    std::vector<std::int64_t> end;
+    double before = 0, after = 0, fastest = 0;
+    for (std::size_t i = 0; i < s.particles.size(); ++i)
+        if (s.particles.position[i].x() > 0.05f && s.particles.position[i].z() > 0.03f) {
+            end.push_back(s.particles.id[i]);
+            before += static_cast<double>(s.particles.position[i].y());
+        }
+    for (int frame = 0; frame < 36; ++frame) advance_frame(s);
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        fastest = std::max(fastest, static_cast<double>(s.particles.velocity[i].norm()));
+        if (std::ranges::find(end, s.particles.id[i]) != end.end())
+            after += static_cast<double>(s.particles.position[i].y());
+    }
+    return {(after - before) / static_cast<double>(end.size()), fastest};
+}
+
+TEST(Contact, AFoldedStripComesToRestOnItselfByFriction) {
+    const double slid = folded_strip(0).first;
+    const auto [held, fast] = folded_strip(0.8);
+    // The slope is within the friction cone: what presses on the lower arm sticks to it, and is drawn along by no more
+    // than what the arm gave way before it came down.
+    EXPECT_GT(slid, 0.004);
+    EXPECT_LT(held, 0.5 * slid);
+    EXPECT_LT(fast, 0.005);  // of the 0.6 m/s that it falls with
+}
+
 TEST(Contact, ABodyDoesNotPassThroughItself) {
     // A fork whose prongs, 32 mm apart, are drawn together by as much force as would cross them by 50 mm.
     scene::Scene scene = fixture::rubber_scene(5);

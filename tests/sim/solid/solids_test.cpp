@@ -8,7 +8,10 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/shapes.h"
+#include "sim/solid/whole_gradients.h"
 #include "tests/sim/identity.h"
+#include "tests/sim/solid/blocks.h"
 #include "tests/sim/solid/rubber.h"
 
 namespace thixo {
@@ -199,6 +202,127 @@ TEST(Solids, ASurfaceFollowsARigidMotionExactly) {
         EXPECT_LT((s.surface.surfels.axis1[i] - turned(before.axis1[i])).norm(), 1e-7f);
         EXPECT_LT((s.surface.surfels.normal[i] - turned(before.normal[i])).norm(), 1e-4f);
     }
+}
+
+TEST(Solids, TheLastElementsOfAThinLimbTurnWithIt) {
+    // A block that ends in a row of single particles: the last ones have neighbours along it alone.
+    Elements e = fixture::block(4, 4, 4, 0.01f, 0.1f);
+    for (int k = 0; k < 4; ++k) {
+        const Elements one = fixture::block(1, 1, 1, 0.01f, 0);
+        e.id.push_back(static_cast<std::int64_t>(e.size()));
+        e.owner.push_back(0);
+        e.rest.push_back({0.04f + 0.01f * static_cast<float>(k), 0.015f, 0.015f, 0});
+        e.volume.push_back(one.volume[0]);
+        e.mass.push_back(one.mass[0]);
+        e.support.push_back(one.support[0]);
+        e.depth.push_back(one.depth[0]);
+        e.displacement.push_back({0, 0, 0, 0});
+        e.velocity.push_back({0, 0, 0, 0});
+        e.acceleration.push_back(Vec3::Zero());
+        e.plastic.push_back({});
+    }
+    StressLaw law;
+    law.mu = 1e5;
+    e = fixture::prepared(std::move(e), law);
+    ASSERT_FALSE(e.moment.back().full);
+    const Mat3 turn = Eigen::AngleAxis<Real>(Real(1.3), Vec3(0.3f, -0.8f, 0.52f).normalized()).toRotationMatrix();
+    fixture::move(e, [&](const Vec3& m) { return Vec3(turn * m + Vec3(0.02f, 0, 0.01f)); });
+    std::vector<Mat3> gradients;
+    find_gradients(e, gradients);
+    EXPECT_GT((gradients.back() + Mat3::Identity() - turn).norm(), 0.1f);  // they do not know of themselves
+    complete_gradients(e, gradients);
+    for (const Mat3& h : gradients) EXPECT_LT((h + Mat3::Identity() - turn).norm(), 2e-4f);
+}
+
+TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {
+    scene::Scene scene = fixture::rubber_scene();
+    scene::Orthotropic& o = scene.materials[0].elastic.orthotropic;
+    o.youngs_modulus = {4e5, 1e5, 2e5};
+    o.shear_modulus = {8e4, 3e4, 5e4};
+    o.poisson_ratio = {0.3, 0.2, 0.1};
+    o.rotate = {20, 35, -50};
+    scene.bodies = {fixture::body("block", fixture::shape_at({0.2, 0, 0}, scene::BoxShape{{0.12, 0.12, 0.12}, 0}))};
+    Simulation s = make_simulation(scene);
+    fixture::steps(s, 1, 1e-6);  // sets up the laws
+    Elements& e = s.solids.elements;
+    const Mat3 h = (Mat3() << 0.01f, 0.02f, -0.01f, 0.005f, -0.02f, 0.015f, 0.01f, -0.005f, 0.015f).finished();
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        e.displacement[i] = quad(h * xyz(e.rest[i]));
+        e.velocity[i] = quad(Vec3::Zero());
+    }
+    StressScratch scratch;
+    std::vector<Vec3> force;
+    find_stress_forces(s.solids.laws, e, scratch, force);
+    // C of the strain by hand, in Voigt's order.
+    const Mat3 strain = Real(0.5) * (h + h.transpose() + h.transpose() * h);
+    const Mat3d axes = rotation_from_degrees(o.rotate).toRotationMatrix();
+    Eigen::Matrix<Real, 6, 1> voigt;
+    voigt << strain(0, 0), strain(1, 1), strain(2, 2), 2 * strain(0, 1), 2 * strain(1, 2), 2 * strain(2, 0);
+    const Eigen::Matrix<Real, 6, 1> stress = orthotropic_stiffness(o, axes) * voigt;
+    std::size_t within = 0;
+    const Real size = stress.cwiseAbs().maxCoeff(), width = std::cbrt(e.volume[0]);
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        const Symmetric found = whole_stress(s.solids.laws[0], e, i, gradient_of(e, i));
+        const Real all[6] = {found.xx, found.yy, found.zz, found.xy, found.yz, found.zx};
+        for (int k = 0; k < 6; ++k) EXPECT_NEAR(all[k], stress[k], 1e-3f * size);  // a gradient's rounding over 1 %
+        // Where a uniform stress has nothing to push against: two supports below the surface.
+        if (xyz(e.rest[i]).cwiseAbs().maxCoeff() > Real(0.06) - 2 * e.support[i]) continue;
+        ++within;
+        EXPECT_LT(force[i].norm(), 1e-3f * size * width * width);
+    }
+    EXPECT_GT(within, 7u);
+}
+
+/// u(m) of dissertation 5.28, over all elements of the one body.
+Vec3d displacement_by_formula(const Simulation& s, const Vec3d& m, double support) {
+    const Elements& e = s.solids.elements;
+    double weight = 0;
+    Vec3d sum(0, 0, 0);
+    for (std::size_t j = 0; j < e.size(); ++j) {
+        const Vec3d from = m - xyz(e.rest[j]).cast<double>();
+        const double q = 1 - from.squaredNorm() / square(support), w = q > 0 ? q * q * q : 0;
+        weight += w;
+        sum += w * (xyz(e.displacement[j]).cast<double>() + gradient_of(e, j).cast<double>() * from);
+    }
+    return sum / weight;
+}
+
+TEST(Solids, ASurfaceIsDisplacedAsTheFormulaSays) {
+    scene::Scene scene = fixture::rubber_scene();
+    scene.surface.enabled = true;
+    scene.bodies = {fixture::body("block", fixture::shape_at({0.2, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))};
+    scene.bodies[0].surfels = 600;
+    Simulation s = make_simulation(scene);
+    const Elements& e = s.solids.elements;
+    // Bent, and pulled out at one end so far that some surfels split.
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        const Vec3 m = xyz(e.rest[i]);
+        const Real end = std::max(m.z(), Real(0));
+        s.solids.elements.displacement[i] = quad(Vec3(8 * m.z() * m.z(), 5 * m.x() * m.y(), 25 * end * end));
+    }
+    refresh_surface(s);
+    const SurfelCloud& rest = s.embedded.rest;
+    std::size_t whole = 0;
+    for (std::size_t i = 0; i < s.surface.size(); ++i) {
+        const Index root = s.embedded_source[i];
+        EXPECT_GE(root, s.embedded_source[i > 0 ? i - 1 : 0]);
+        EXPECT_LT((s.surface.surfels.axis1[i].cross(s.surface.surfels.axis2[i]).normalized() -
+                   s.surface.surfels.normal[i]).norm(), 1e-5f);
+        if (s.surface.id[i] != static_cast<std::int64_t>(root)) continue;
+        ++whole;
+        const auto u = [&](const Vec3& m) {
+            return displacement_by_formula(s, m.cast<double>(), static_cast<double>(s.embedded.support[root]));
+        };
+        const Vec3 &m = rest.position[root], &a = rest.axis1[root], &b = rest.axis2[root];
+        const Vec3d middle = u(m), place = m.cast<double>() + middle + s.solids.bodies[0].place;
+        // Rounding: of places a metre off the origin, and of a hundred terms.
+        EXPECT_LT((s.surface.surfels.position[i].cast<double>() - place).norm(), 2e-7);
+        EXPECT_LT((s.surface.surfels.axis1[i].cast<double>() - a.cast<double>() - u(m + a) + middle).norm(), 1e-7);
+        EXPECT_LT((s.surface.surfels.axis2[i].cast<double>() - b.cast<double>() - u(m + b) + middle).norm(), 1e-7);
+    }
+    EXPECT_GT(whole, 300u);
+    EXPECT_LT(whole, s.embedded.size());
+    EXPECT_GT(s.surface.size(), s.embedded.size());
 }
 
 TEST(Solids, ASurfaceSplitsWhereItIsStretchedAndIsRestoredOnRelease) {

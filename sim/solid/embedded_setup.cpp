@@ -1,0 +1,138 @@
+// Surfels on all solids of a scene, and what they are displaced by.
+#include <algorithm>
+#include <array>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/surface_sampling.h"
+#include "sim/scene_shapes.h"
+#include "sim/solid/embedded_surface.h"
+
+namespace thixo {
+namespace {
+
+constexpr int kEnough = 4;  // elements whose weights a surfel needs at least
+
+std::vector<Vec3> places(const SolidBody& body, const Elements& e) {
+    std::vector<Vec3> place;
+    for (Index i = body.begin; i < body.end; ++i) place.push_back(xyz(e.rest[i]));
+    return place;
+}
+
+/// The elements' support, or what reaches a few of them from all over the disc.
+Real support_at(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
+    std::vector<std::pair<Real, Index>> near;
+    grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
+    return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
+}
+
+/// The disc's part on a body with edges: how far one can go in the disc before the surface is left behind.
+EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
+    constexpr int kWays = 16;
+    const Real radius = cloud.axis1[k].norm();
+    std::array<Real, kWays> reach{};
+    for (int w = 0; w < kWays; ++w) {
+        const Real angle = static_cast<Real>(2 * kPi * w / kWays);
+        const Vec3 way = std::cos(angle) * cloud.axis1[k] + std::sin(angle) * cloud.axis2[k];
+        Real r = 1;
+        while (r > Real(0.15) && std::abs(shape.distance(cloud.position[k] + r * way)) > Real(0.1) * radius)
+            r -= Real(0.05);
+        reach[static_cast<std::size_t>(w)] = r;
+    }
+    const auto least = static_cast<std::size_t>(std::ranges::min_element(reach) - reach.begin());
+    const Real across = std::min(reach[(least + kWays / 4) % kWays], reach[(least + 3 * kWays / 4) % kWays]);
+    return {static_cast<Real>(2 * kPi * static_cast<double>(least) / kWays), reach[least], across};
+}
+
+/// The weights of a disc's three places, of all elements within `support` of any of them.
+void append_weights(const PointGrid& grid, Index first, const Vec3& m, const Vec3& axis1, const Vec3& axis2,
+                    Real support, std::vector<SurfelWeight>& out) {
+    const std::size_t begin = out.size();
+    const Poly6 w(support);
+    Real sum[3] = {0, 0, 0};
+    const Vec3 place[3] = {m, m + axis1, m + axis2};
+    for (int k = 0; k < 3; ++k)
+        grid.for_each_neighbour(place[k], support, [&](Index near, Real r2) {
+            const Index element = first + near;
+            auto at = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end(),
+                                   [&](const SurfelWeight& a) { return a.element == element; });
+            if (at == out.end()) at = out.insert(at, {0, 0, 0, element});
+            Real& weight = k == 0 ? at->at : k == 1 ? at->along1 : at->along2;
+            weight = w.value(r2);
+            sum[k] += weight;
+        });
+    for (std::size_t i = begin; i < out.size(); ++i) {
+        out[i].at /= sum[0];
+        out[i].along1 /= sum[1];
+        out[i].along2 /= sum[2];
+    }
+}
+
+/// The weights of the last body's surfels, from those on that have none yet.
+void keep_weights(Index first, EmbeddedSurface& s) {
+    const std::size_t from = s.begin.size() - 1, count = s.size() - from;
+    std::vector<std::vector<SurfelWeight>> found((count + kChunk - 1) / kChunk);
+    std::vector<std::size_t> end(count);
+    parallel_chunks(count, [&](std::size_t begin, std::size_t stop, std::size_t c) {
+        for (std::size_t k = begin; k < stop; ++k) {
+            const std::size_t i = from + k;
+            append_weights(s.grid.back(), first, s.rest.position[i], s.rest.axis1[i], s.rest.axis2[i], s.support[i],
+                           found[c]);
+            end[k] = found[c].size();
+        }
+    });
+    for (std::size_t c = 0; c < found.size(); ++c) {
+        const std::size_t before = s.weight.size();
+        s.weight.insert(s.weight.end(), found[c].begin(), found[c].end());
+        for (std::size_t k = c * kChunk; k < std::min(count, (c + 1) * kChunk); ++k) s.begin.push_back(before + end[k]);
+    }
+}
+
+}  // namespace
+
+EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids) {
+    EmbeddedSurface out;
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        out.trim.emplace_back();
+        out.grid.emplace_back();
+        // What has no rest shape has no such surface.
+        if (body.body < 0 || (solids.phases.any && solids.phases.bond[body.begin] != Bond::rest)) continue;
+        const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.body)];
+        const Shape shape = make_shape(scene, source.shape);
+        SurfaceSampling sampling{.count = static_cast<std::size_t>(source.surfels), .seed = scene.solver.seed};
+        if (source.surfels == 0) sampling.spacing = scene.surface.radius * scene.solver.spacing;
+        const SampledSurface sampled = sample_surface(shape, sampling);
+        const std::vector<Vec3> place = places(body, solids.elements);
+        const Real usual = solids.elements.support[body.begin];
+        // The grid's cells must hold the widest reach.
+        PointGrid near;
+        near.build(place, usual);
+        const Vec3 centre = body.place.cast<Real>();
+        Real widest = usual;
+        const SurfelCloud& cloud = sampled.surfels;
+        for (std::size_t k = 0; k < cloud.size(); ++k) {
+            const Vec3 m = cloud.position[k] - centre;
+            const Real disc = std::max(cloud.axis1[k].norm(), cloud.axis2[k].norm());
+            out.rest.position.push_back(m);
+            out.rest.axis1.push_back(cloud.axis1[k]);
+            out.rest.axis2.push_back(cloud.axis2[k]);
+            out.rest.normal.push_back(cloud.normal[k]);
+            out.owner.push_back(static_cast<std::int32_t>(b));
+            out.sheet.push_back(sampled.sheet[k]);
+            out.first.push_back(cloud.position[k]);
+            const Real off = std::abs(shape.distance(cloud.position[k]));
+            out.beyond.push_back(sampled.trim && off > Real(0.02 * sampled.spacing));
+            out.edge.push_back(sampled.trim ? edge_cut(shape, cloud, k) : EdgeCut{});
+            out.support.push_back(support_at(near, m, disc, usual));
+            out.temperature.push_back(static_cast<Real>(source.temperature));
+            widest = std::max(widest, reach_of_pieces(out, out.size() - 1));
+        }
+        if (sampled.trim) out.trim.back() = trim_node(*sampled.trim);
+        out.grid.back().build(place, widest);
+        keep_weights(solids.bodies[b].begin, out);
+    }
+    return out;
+}
+
+}  // namespace thixo

@@ -19,13 +19,6 @@ std::vector<Vec3> places(const SolidBody& body, const Elements& e) {
     return place;
 }
 
-/// The elements' support, or what reaches a few of them from all over the disc.
-Real support_at(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
-    std::vector<std::pair<Real, Index>> near;
-    grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
-    return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
-}
-
 /// The disc's part on a body with edges: how far one can go in the disc before the surface is left behind.
 EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
     constexpr int kWays = 16;
@@ -42,25 +35,6 @@ EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
     const auto least = static_cast<std::size_t>(std::ranges::min_element(reach) - reach.begin());
     const Real across = std::min(reach[(least + kWays / 4) % kWays], reach[(least + 3 * kWays / 4) % kWays]);
     return {static_cast<Real>(2 * kPi * static_cast<double>(least) / kWays), reach[least], across};
-}
-
-struct Carried {
-    Vec3 shift, velocity;
-};
-/// u and v at the place m of the material frame.
-Carried carried(const PointGrid& grid, const SolidBody& body, const Solids& s, const Vec3& m, Real support) {
-    const Poly6 w(support);
-    Real weight = 0;
-    Carried sum{Vec3::Zero(), Vec3::Zero()};
-    const Elements& e = s.elements;
-    grid.for_each_neighbour(m, support, [&](Index near, Real r2) {
-        const Index j = body.begin + near;
-        const Real a = w.value(r2);
-        weight += a;
-        sum.shift += a * (xyz(e.displacement[j]) + s.gradients[j] * (m - xyz(e.rest[j])));
-        sum.velocity += a * xyz(e.velocity[j]);
-    });
-    return {sum.shift / weight, sum.velocity / weight};
 }
 
 struct Disc {
@@ -125,6 +99,27 @@ void draw(const Field& field, const Disc& rest, std::int64_t id, int level, std:
 
 }  // namespace
 
+Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
+    std::vector<std::pair<Real, Index>> near;
+    grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
+    return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
+}
+
+Carried carried(const PointGrid& grid, const SolidBody& body, const Solids& s, const Vec3& m, Real support) {
+    const Poly6 w(support);
+    Real weight = 0;
+    Carried sum{Vec3::Zero(), Vec3::Zero()};
+    const Elements& e = s.elements;
+    grid.for_each_neighbour(m, support, [&](Index near, Real r2) {
+        const Index j = body.begin + near;
+        const Real a = w.value(r2);
+        weight += a;
+        sum.shift += a * (xyz(e.displacement[j]) + s.gradients[j] * (m - xyz(e.rest[j])));
+        sum.velocity += a * xyz(e.velocity[j]);
+    });
+    return {sum.shift / weight, sum.velocity / weight};
+}
+
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
                                     const Vec3& m, Real support) {
     const Vec3 u = carried(embedded.grid[owner], solids.bodies[owner], solids, m, support).shift;
@@ -165,7 +160,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
             const Real off = std::abs(shape.distance(cloud.position[k]));
             out.beyond.push_back(sampled.trim && off > Real(0.02 * sampled.spacing));
             out.edge.push_back(sampled.trim ? edge_cut(shape, cloud, k) : EdgeCut{});
-            out.support.push_back(support_at(near, m, disc, usual));
+            out.support.push_back(weights_support(near, m, disc, usual));
             out.temperature.push_back(static_cast<Real>(source.temperature));
             widest = std::max(widest, out.support.back());
         }

@@ -51,6 +51,17 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceS
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
                        SurfaceState& surface, std::vector<Index>& source);
 
+/// u and v at a place of a body's material frame.
+struct Carried {
+    Vec3 shift, velocity;
+};
+/// That field at m [m] with weights of this support [m]; `grid` holds the body's elements at rest. Requires an element
+/// within the support, and solids.gradients of now.
+Carried carried(const PointGrid& grid, const SolidBody& body, const Solids& solids, const Vec3& m, Real support);
+
+/// The support of a surfel's weights: `usual` [m], or what reaches a few elements from all over its disc.
+Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual);
+
 /// u(m) of that field with weights of this support [m]; empty where no element is as near.
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
                                     const Vec3& m, Real support);

@@ -126,6 +126,8 @@ void visit_state(Stream& stream, S& s) {
         stream.array("mixed.lift", s.mixed_surface.animated.lift);
         stream.value("mixed.unmeasured", s.mixed_surface.animated.unmeasured);
         for_each_array(s.mixed_surface.animated, [&](const char* name, auto& array) { stream.array(name, array); });
+        for_each_array(s.mixed_surface.zombies, [&](const char* name, auto& array) { stream.array(name, array); });
+        for_each_array(s.mixed_surface.refrozen, [&](const char* name, auto& array) { stream.array(name, array); });
     }
     stream.value("surface.next_id", s.surface.next_id);
     stream.array("surface.lift", s.surface.lift);

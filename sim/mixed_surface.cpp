@@ -74,6 +74,8 @@ void take_over(const EmbeddedSurface& embedded, const Solids& solids, const Surf
         if (!fresh[static_cast<std::size_t>(embedded.owner[root])] || embedded.beyond[root]) continue;
         for_each_pair(to, shown, [&](auto& array, const auto& from) { array.push_back(from[i]); });
         to.id.back() = to.next_id++;
+        const SolidBody& body = solids.bodies[static_cast<std::size_t>(embedded.owner[root])];
+        add_zombie(shown.surfels, i, shown.rest[i], body.material, shown.body[i], state.zombies);
         const EdgeCut& cut = embedded.edge[root];
         Vec3 &a = to.surfels.axis1.back(), &b = to.surfels.axis2.back();
         const Real c = std::cos(cut.angle), s = std::sin(cut.angle);
@@ -94,6 +96,7 @@ SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& soli
     if (state.animated.next_id < kFirstAnimated) state.animated.next_id = kFirstAnimated;
     state.taken.resize(solids.bodies.size(), 0);
     displace_embedded(embedded, solids, state.taken, shown, source);
+    release_thawed(solids, state.animated, state.refrozen, state.zombies);
     std::vector<std::uint8_t> fresh;
     take_over(embedded, solids, shown, source, state, fresh);
     std::vector<Index> kept;
@@ -119,7 +122,8 @@ SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& soli
     for_each_array(matter, [&](const char*, auto& array) { keep(array, members); });
     SurfaceReport report;
     if (!members.empty() || state.animated.size() > 0)
-        report = update_surface(state.animated, matter, walls, params, spacing, support, moulds);
+        report = update_surface(state.animated, matter, walls, params, spacing, support, moulds, &state.zombies);
+    follow_refrozen(solids, particles, support, state.animated, state.refrozen, state.zombies);
     particles.surface_position = particles.position;
     for_each_pair(shown, state.animated,
                   [](auto& array, const auto& from) { array.insert(array.end(), from.begin(), from.end()); });

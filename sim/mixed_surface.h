@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "sim/refrozen_surface.h"
 #include "sim/solid/embedded_surface.h"
 #include "sim/surface/surface.h"
+#include "sim/surface/zombies.h"
 
 namespace thixo {
 
@@ -14,6 +16,8 @@ namespace thixo {
 struct MixedSurface {
     SurfaceState animated;            // of liquids, and of bodies that have begun to melt
     std::vector<std::uint8_t> taken;  // 1: the surfels of this SolidBody are among them
+    Zombies zombies;                  // of those bodies
+    RefrozenSurface refrozen;         // of those that are solid again
 };
 
 /// Ids of animated surfels begin here: those of solids are below.
@@ -22,7 +26,8 @@ inline constexpr std::int64_t kFirstAnimated = std::int64_t(1) << 40;
 /// Brings both parts up to date, and `shown` to all surfels: first those of solids, from `source`, then the animated.
 /// When a body begins to melt its surfels, where they are, become animated ones, but for those that reach past its
 /// edges: from then on they go with the particles, and as far as the matter about them has melted, b, they follow the
-/// potentials and are resampled: s = (1 - b) s_displaced + b s_deformed.
+/// potentials and are resampled: s = (1 - b) s_displaced + b s_deformed. What has frozen throughout is a solid again,
+/// and its surfels follow the rest shape it froze in.
 SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& solids, Particles& particles,
                                    const Walls& walls, const scene::Surface& params, Real spacing, Real support,
                                    const std::vector<Mould>& moulds, MixedSurface& state, SurfaceState& shown,

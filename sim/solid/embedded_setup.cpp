@@ -19,13 +19,6 @@ std::vector<Vec3> places(const SolidBody& body, const Elements& e) {
     return place;
 }
 
-/// The elements' support, or what reaches a few of them from all over the disc.
-Real support_at(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
-    std::vector<std::pair<Real, Index>> near;
-    grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
-    return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
-}
-
 /// The disc's part on a body with edges: how far one can go in the disc before the surface is left behind.
 EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
     constexpr int kWays = 16;
@@ -90,6 +83,12 @@ void keep_weights(Index first, EmbeddedSurface& s) {
 
 }  // namespace
 
+Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
+    std::vector<std::pair<Real, Index>> near;
+    grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
+    return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
+}
+
 EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids) {
     EmbeddedSurface out;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
@@ -124,7 +123,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
             const Real off = std::abs(shape.distance(cloud.position[k]));
             out.beyond.push_back(sampled.trim && off > Real(0.02 * sampled.spacing));
             out.edge.push_back(sampled.trim ? edge_cut(shape, cloud, k) : EdgeCut{});
-            out.support.push_back(support_at(near, m, disc, usual));
+            out.support.push_back(weights_support(near, m, disc, usual));
             out.temperature.push_back(static_cast<Real>(source.temperature));
             widest = std::max(widest, reach_of_pieces(out, out.size() - 1));
         }

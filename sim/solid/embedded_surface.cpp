@@ -228,9 +228,13 @@ void expand(const Splits& splits, const std::vector<T>& pieces, std::vector<T>& 
 
 }  // namespace
 
+Vec3 displacement(const PointGrid& grid, const SolidBody& body, const Solids& solids, const Vec3& m, Real support) {
+    return carried(grid, body.begin, solids.motions, m, support).shift(m);
+}
+
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
                                     const Vec3& m, Real support) {
-    const Vec3 u = carried(embedded.grid[owner], solids.bodies[owner].begin, solids.motions, m, support).shift(m);
+    const Vec3 u = displacement(embedded.grid[owner], solids.bodies[owner], solids, m, support);
     return u.allFinite() ? std::optional(u) : std::nullopt;
 }
 

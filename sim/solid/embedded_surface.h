@@ -59,7 +59,14 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceS
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const std::vector<std::uint8_t>& taken,
                        SurfaceState& surface, std::vector<Index>& source);
 
-/// u(m) of that field with weights of this support [m]; empty where no element is as near. After displace_embedded.
+/// The support of a surfel's weights: `usual` [m], or what reaches a few elements from all over its disc.
+Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual);
+
+/// u(m) of that field with weights of this support [m]; `grid` holds the body's elements at rest, one of them within the
+/// support. After displace_embedded.
+Vec3 displacement(const PointGrid& grid, const SolidBody& body, const Solids& solids, const Vec3& m, Real support);
+
+/// The same of a body with a surface; empty where no element is as near.
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
                                     const Vec3& m, Real support);
 

@@ -6,6 +6,8 @@
 namespace thixo {
 namespace {
 
+constexpr Real kLevel = Real(0.005);  // eps of surfels
+
 /// What a sum over particles about a place reads, in the order of a grid of them.
 struct Carriers {
     PointGrid grid;
@@ -40,12 +42,7 @@ struct Carriers {
     }
 };
 
-struct LocalMotion {
-    Vec3 shift{0, 0, 0};           // u(s) [m]
-    Mat3 gradient = Mat3::Zero();  // G [1]
-};
-
-LocalMotion motion_at(const Vec3& s, std::int32_t component, const Carriers& particles) {
+LocalMotion motion_at(const Vec3& s, std::int32_t component, const Carriers& particles, Real level) {
     Lanes w{}, mx{}, my{}, mz{}, ux{}, uy{}, uz{};
     Lanes xx{}, xy{}, xz{}, yy{}, yz{}, zz{}, c[3][3]{};
     particles.for_each_run(s, component, [&](Index slot, Lanes a, Lanes x, Lanes y, Lanes z) {
@@ -86,7 +83,7 @@ LocalMotion motion_at(const Vec3& s, std::int32_t component, const Carriers& par
     covariance = scale * (covariance / weight - mean_shift * mean.transpose());
     spread = scale * (spread / weight - mean * mean.transpose());
     // A full neighbourhood spreads by 0.09 h^2 each way.
-    spread += Real(0.005) * Mat3::Identity();
+    spread += level * Mat3::Identity();
     motion.gradient = covariance * spread.inverse();
     motion.shift = mean_shift - motion.gradient * mean;
     return motion;
@@ -94,27 +91,41 @@ LocalMotion motion_at(const Vec3& s, std::int32_t component, const Carriers& par
 
 }  // namespace
 
-void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
-              Real support) {
+Vec3 LocalMotion::turned(const Vec3& normal) const {
+    const Mat3 stretch = Mat3::Identity() + gradient;
+    if (std::abs(stretch.determinant()) < Real(0.05)) return normal;  // torn, not deformed: the old normal says more
+    const Vec3 n = (stretch.inverse().transpose() * normal).normalized();
+    return n.allFinite() ? n : normal;
+}
+
+void for_each_motion(const std::vector<Vec3>& places, const Particles& particles,
+                     const std::vector<std::int32_t>& component, Real support, Real level,
+                     const std::function<void(std::size_t, const LocalMotion&)>& act) {
     const Carriers carriers(particles.surface_position, support, particles,
                             [&](Index j) -> Vec3 { return particles.position[j] - particles.surface_position[j]; });
+    parallel_for(places.size(), [&](std::size_t i) { act(i, motion_at(places[i], component[i], carriers, level)); });
+}
+
+void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
+              Real support) {
     SurfelCloud& cloud = surface.surfels;
-    parallel_for(surface.size(), [&](std::size_t i) {
-        const LocalMotion motion = motion_at(cloud.position[i], component[i], carriers);
-        cloud.position[i] += motion.shift;
-        const Mat3 stretch = Mat3::Identity() + motion.gradient;
-        if (std::abs(stretch.determinant()) < Real(0.05)) return;  // torn, not deformed: the old normal says more
-        const Vec3 n = (stretch.inverse().transpose() * cloud.normal[i]).normalized();
-        // The first axis keeps its direction as far as the new plane allows, so that colour and texture do not spin.
-        const Real r1 = cloud.axis1[i].norm(), r2 = cloud.axis2[i].norm();
-        Vec3 t = stretch * cloud.axis1[i];
-        t -= n * n.dot(t);
-        if (!(t.squaredNorm() > 0) || !n.allFinite()) return;
-        t.normalize();
-        cloud.normal[i] = n;
-        cloud.axis1[i] = r1 * t;
-        cloud.axis2[i] = r2 * n.cross(t);
-    });
+    for_each_motion(cloud.position, particles, component, support, kLevel,
+                    [&](std::size_t i, const LocalMotion& motion) {
+                        cloud.position[i] += motion.shift;
+                        const Mat3 stretch = Mat3::Identity() + motion.gradient;
+                        if (std::abs(stretch.determinant()) < Real(0.05)) return;
+                        const Vec3 n = motion.turned(cloud.normal[i]);
+                        // The first axis keeps its direction as far as the new plane allows, so that colour and texture
+                        // do not spin.
+                        const Real r1 = cloud.axis1[i].norm(), r2 = cloud.axis2[i].norm();
+                        Vec3 t = stretch * cloud.axis1[i];
+                        t -= n * n.dot(t);
+                        if (!(t.squaredNorm() > 0) || !n.allFinite()) return;
+                        t.normalize();
+                        cloud.normal[i] = n;
+                        cloud.axis1[i] = r1 * t;
+                        cloud.axis2[i] = r2 * n.cross(t);
+                    });
 }
 
 void interpolate_attributes(SurfaceState& surface, const Particles& particles,

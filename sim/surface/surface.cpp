@@ -9,6 +9,7 @@
 #include "sim/surface/potentials.h"
 #include "sim/surface/resample.h"
 #include "sim/surface/volume.h"
+#include "sim/surface/zombies.h"
 
 namespace thixo {
 namespace {
@@ -68,8 +69,8 @@ void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNo
 }  // namespace
 
 SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
-                             const scene::Surface& params, Real spacing, Real support,
-                             const std::vector<Mould>& moulds) {
+                             const scene::Surface& params, Real spacing, Real support, const std::vector<Mould>& moulds,
+                             Zombies* zombies) {
     const Real full_radius = Real(params.radius) * spacing;
     const bool first = surface.size() == 0;
     SurfelNotes notes;
@@ -77,6 +78,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     notes.lost.assign(surface.size(), 0);
     displace(surface, particles, notes.component, support);
     notes.melt = melt_of(surface, particles, notes.component, support);
+    if (zombies) displace_zombies(particles, support, *zombies);
 
     LiquidPoints points = gather_liquid(particles, walls, support);
     set_colours(points, support);
@@ -113,6 +115,10 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
     const bool calm = 100 * (report.inserted + report.deleted) < surface.size();
     hold_volume(surface, particles, notes, full_radius, spacing, calm);
+    if (zombies) {
+        project_zombies(surface, notes.component, notes.melt, Real(params.support) * full_radius, *zombies);
+        take_rest_of_zombies(*zombies, notes.component, notes.melt, support, surface);
+    }
     interpolate_attributes(surface, particles, notes.component, support);
     sort_by_cell_and_id(surface, Real(params.support) * full_radius);
     particles.surface_position = particles.position;

@@ -62,12 +62,14 @@ struct SurfaceReport {
     int unconverged = 0;    // projections that hit their cap on steps
 };
 
+struct Zombies;
+
 /// Brings the surface up to date with the particles: displace, deform by the potentials, constrain, resample.
 /// The first call (no surfels yet) makes one surfel per surface particle and refines. Sets particles.surface_position =
 /// position. `spacing` is the particle spacing [m], `support` the particle kernel support h [m]; `moulds` are those of
-/// `params`.
+/// `params`; `zombies`, where matter has melted, go along and give surfels their m0.
 SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
                              const scene::Surface& params, Real spacing, Real support,
-                             const std::vector<Mould>& moulds = {});
+                             const std::vector<Mould>& moulds = {}, Zombies* zombies = nullptr);
 
 }  // namespace thixo

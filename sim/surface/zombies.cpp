@@ -1,0 +1,123 @@
+#include "sim/surface/zombies.h"
+
+#include <algorithm>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/implicit_surface.h"
+#include "sim/surface/displace.h"
+
+namespace thixo {
+namespace {
+
+constexpr Real kSameSide = Real(0.5);  // cosine between normals of one side
+// A tenth of the surfels': where the damped gradient is wrong they are brought back to the surface, but not along it.
+constexpr Real kLevel = Real(0.0005);
+constexpr Real kNear = Real(0.2);    // how far zombies may be off the surface, in surfel supports
+constexpr int kAsked = 24;           // zombies looked at
+constexpr std::size_t kFitted = 14;  // of those the most that take part
+// Two zombies this much farther apart at first than now were brought together by a fold or a merge.
+constexpr Real kFolded = 4;
+
+/// Weighted first-order fit of m0 about a place.
+struct RestFit {
+    Real weight = 0;
+    Vec3 mean{0, 0, 0}, mean_rest{0, 0, 0};
+    Mat3 spread = Mat3::Zero(), covariance = Mat3::Zero();
+    void add(Real w, const Vec3& x, const Vec3& m) {
+        weight += w;
+        mean += w * x;
+        mean_rest += w * m;
+        covariance += (w * m) * x.transpose();
+        spread += (w * x) * x.transpose();
+    }
+    /// At x = 0; offsets were given in parts of the weights' support.
+    Vec3 value() const {
+        const Vec3 x = mean / weight, m = mean_rest / weight;
+        const Mat3 c = covariance / weight - m * x.transpose();
+        // They lie nearly in a plane: across it the fit is level.
+        const Mat3 s = spread / weight - x * x.transpose() + Real(1e-3) * Mat3::Identity();
+        return m - c * s.inverse() * x;
+    }
+};
+
+}  // namespace
+
+void add_zombie(const SurfelCloud& cloud, std::size_t i, const Vec3& rest, std::int32_t component, std::int32_t body,
+                Zombies& zombies) {
+    zombies.position.push_back(cloud.position[i]);
+    zombies.normal.push_back(cloud.normal[i]);
+    zombies.rest.push_back(rest);
+    zombies.component.push_back(component);
+    zombies.body.push_back(body);
+}
+
+void displace_zombies(const Particles& particles, Real support, Zombies& zombies) {
+    if (zombies.size() == 0) return;
+    for_each_motion(zombies.position, particles, zombies.component, support, kLevel,
+                    [&](std::size_t i, const LocalMotion& motion) {
+                        zombies.position[i] += motion.shift;
+                        zombies.normal[i] = motion.turned(zombies.normal[i]);
+                    });
+}
+
+void project_zombies(const SurfaceState& surface, const std::vector<std::int32_t>& component,
+                     const std::vector<Real>& melt, Real support, Zombies& zombies) {
+    if (zombies.size() == 0 || surface.size() == 0) return;
+    const SurfelCloud& cloud = surface.surfels;
+    PointGrid grid;
+    grid.build(cloud.position, support);
+    const Poly6 w(support);
+    parallel_for(zombies.size(), [&](std::size_t k) {
+        SurfelAverage average;
+        int count = 0;
+        Real melted = 0;
+        grid.for_each_neighbour(zombies.position[k], support, [&](Index i, Real r2) {
+            if (component[i] != zombies.component[k] || cloud.normal[i].dot(zombies.normal[k]) < kSameSide) return;
+            average.add(w.value(r2), cloud.position[i] - zombies.position[k], cloud.normal[i]);
+            melted += w.value(r2) * melt[i];
+            ++count;
+        });
+        if (count < 3 || !average.defined()) return;
+        const Real b = std::min(melted / average.weight, Real(1));
+        const Vec3 n = average.unit_normal(), turned = (1 - b) * zombies.normal[k] + b * n;
+        const Real off = average.value(), near = kNear * support;
+        zombies.position[k] -= b * (off - std::clamp(off, -near, near)) * n;
+        if (turned.squaredNorm() > 0) zombies.normal[k] = turned.normalized();
+    });
+}
+
+void take_rest_of_zombies(const Zombies& zombies, const std::vector<std::int32_t>& component,
+                          const std::vector<Real>& melt, Real reach, SurfaceState& surface) {
+    if (zombies.size() == 0) return;
+    PointGrid grid;
+    grid.build(zombies.position, reach);
+    const SurfelCloud& cloud = surface.surfels;
+    parallel_for(surface.size(), [&](std::size_t i) {
+        if (!(melt[i] > 0)) return;
+        const Vec3& x = cloud.position[i];
+        std::vector<std::pair<Real, Index>> near, chosen;
+        grid.nearest(x, kAsked, reach, near);
+        for (const auto& [r2, k] : near) {
+            if (zombies.component[k] != component[i] || zombies.normal[k].dot(cloud.normal[i]) < kSameSide) continue;
+            if (!chosen.empty()) {
+                const Index first = chosen.front().second;
+                const Real apart = (zombies.position[k] - zombies.position[first]).norm() + reach / 8;
+                if (zombies.body[k] != zombies.body[first] ||
+                    (zombies.rest[k] - zombies.rest[first]).norm() > kFolded * apart)
+                    continue;
+            }
+            chosen.emplace_back(r2, k);
+            if (chosen.size() == kFitted) break;
+        }
+        if (chosen.empty()) return;
+        const Real support = Real(1.05) * std::sqrt(chosen.back().first) + reach / 1000;
+        const Poly6 w(support);
+        const Vec3& origin = zombies.rest[chosen.front().second];
+        RestFit fit;
+        for (const auto& [r2, k] : chosen)
+            fit.add(w.value(r2), (zombies.position[k] - x) / support, zombies.rest[k] - origin);
+        surface.rest[i] = origin + fit.value();
+    });
+}
+
+}  // namespace thixo

@@ -122,7 +122,8 @@ void warn_of_meshes(const scene::Scene& scene) {
         if (report.triangles == 0) return;
         if (!report.closed)
             log_warning(
-                "{}: mesh {} is not closed ({} open edges, {} where more than two triangles meet or two contradict each "
+                "{}: mesh {} is not closed ({} open edges, {} where more than two triangles meet or two contradict "
+                "each "
                 "other); its inside is taken by winding number: close it where the body comes out wrong",
                 shape.where, k->file, report.open_edges, report.bad_edges);
         if (report.inside_out)

@@ -102,8 +102,7 @@ void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& no
         normals.swap(turned);
     }
     if (face.surface)
-        parallel_for(positions.size(),
-                     [&](std::size_t i) { turn_outwards(face, spacing, positions[i], normals[i]); });
+        parallel_for(positions.size(), [&](std::size_t i) { turn_outwards(face, spacing, positions[i], normals[i]); });
 }
 
 }  // namespace thixo

@@ -12,11 +12,11 @@
 namespace thixo {
 namespace {
 
-constexpr int kPerCell = 3;         // points tried in a cell
-constexpr double kLayer = 0.25;     // half thickness of the layer, in cells
+constexpr int kPerCell = 3;           // points tried in a cell
+constexpr double kLayer = 0.25;       // half thickness of the layer, in cells
 constexpr Real kBeside = Real(0.05);  // of a point where its side is asked, in spacings
-constexpr Real kSteeper = 2;        // that the distance may be in places of a cell than in others
-constexpr double kMostCells = 1e8;  // of one face
+constexpr Real kSteeper = 2;          // that the distance may be in places of a cell than in others
+constexpr double kMostCells = 1e8;    // of one face
 
 struct Cell {
     std::int32_t x, y, z;

@@ -55,9 +55,9 @@ bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal);
 /// tells the way out.
 void turn_outwards(const Face& face, Real spacing, const Vec3& x, Vec3& normal);
 
-/// One step of the same, at a fifth of the cost: x comes as near as the face is flat over the way, and the normal is that
-/// at the start. False, and x as it was, where the face is `most` [m] or more away. `slope`: of the distance at the
-/// start [1].
+/// One step of the same, at a fifth of the cost: x comes as near as the face is flat over the way, and the normal is
+/// that at the start. False, and x as it was, where the face is `most` [m] or more away. `slope`: of the distance at
+/// the start [1].
 bool bring_near(const Face& face, Real spacing, Real most, Vec3& x, Vec3& normal, Real* slope = nullptr);
 
 }  // namespace thixo

@@ -30,8 +30,9 @@ struct Span {
     Real nearest_sample(const Vec3& x, int& nearest) const {
         Real away[kSamples];
         for (int i = 0; i < kSamples; ++i)
-            away[i] = std::sqrt(square(x.x() - sample_x[i]) + square(x.y() - sample_y[i]) + square(x.z() - sample_z[i])) -
-                      radius[i];
+            away[i] =
+                std::sqrt(square(x.x() - sample_x[i]) + square(x.y() - sample_y[i]) + square(x.z() - sample_z[i])) -
+                radius[i];
         nearest = 0;
         for (int i = 1; i < kSamples; ++i)
             if (away[i] < away[nearest]) nearest = i;
@@ -49,8 +50,7 @@ struct Span {
             best = std::min(best, away - p[3]);
             const Real along = from.dot(v.head<3>()) * inverse, slope = along - v[3];
             (slope > 0 ? high : low) = t;
-            const Real curvature =
-                (v.head<3>().squaredNorm() + from.dot(w.head<3>()) - along * along) * inverse - w[3];
+            const Real curvature = (v.head<3>().squaredNorm() + from.dot(w.head<3>()) - along * along) * inverse - w[3];
             Real next = t - slope / curvature;
             const bool newton = curvature > 0 && next >= low && next <= high;
             if (!newton) next = (low + high) / 2;
@@ -86,9 +86,9 @@ struct Swept final : Shape::Node {
         thread_local std::vector<Real> bound;
         bound.resize(centre_x.size());
         for (std::size_t k = 0; k < bound.size(); ++k)
-            bound[k] = std::sqrt(square(x.x() - centre_x[k]) + square(x.y() - centre_y[k]) +
-                                 square(x.z() - centre_z[k])) -
-                       reach[k];
+            bound[k] =
+                std::sqrt(square(x.x() - centre_x[k]) + square(x.y() - centre_y[k]) + square(x.z() - centre_z[k])) -
+                reach[k];
         const auto first = static_cast<std::size_t>(std::ranges::min_element(bound) - bound.begin());
         Real best = std::numeric_limits<Real>::max();
         const auto ask = [&](const Span& s) {

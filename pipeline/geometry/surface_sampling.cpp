@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kSweeps = 12;
 constexpr std::size_t kFew = 4096;  // surfels that tell a surface's area
-constexpr double kWidest = 1.25;  // points are found for spacings up to this times the guess
+constexpr double kWidest = 1.25;    // points are found for spacings up to this times the guess
 constexpr Real kCovered =
     Real(0.8);  // farthest a tried point may lie from a surfel, in radii: there may be others between
 

@@ -289,13 +289,9 @@ void take_over(const View& view, std::vector<Found>& found, const std::vector<Re
     ContactNodes& n = solids.contacts.nodes = {};
     std::vector<Index> order(found.size());
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-        return found[a].key() < found[b].key();
-    });
+    std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return found[a].key() < found[b].key(); });
     std::size_t before = 0;
-    const auto key = [&](std::size_t k) {
-        return NodeKey{old.sample[k], old.partner[k], old.first[k], old.second[k]};
-    };
+    const auto key = [&](std::size_t k) { return NodeKey{old.sample[k], old.partner[k], old.first[k], old.second[k]}; };
     const std::size_t bodies = solids.bodies.size();
     for (const Index k : order) {
         const Found& f = found[k];

@@ -287,8 +287,7 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const st
             }
         },
         kSplits);
-    for (std::size_t k = kSplits; k < splits.at.size(); ++k)
-        splits.first[k + 1] += splits.first[k / kSplits * kSplits];
+    for (std::size_t k = kSplits; k < splits.at.size(); ++k) splits.first[k + 1] += splits.first[k / kSplits * kSplits];
     SurfaceState parts;
     std::vector<Index> roots;
     resize_surface(parts, splits.first.back());

@@ -35,7 +35,7 @@ struct EmbeddedSurface {
     std::vector<Real> temperature;              // degC
     std::vector<std::optional<TrimNode>> trim;  // by body
     std::vector<PointGrid> grid;                // of every body's elements at rest
-    std::vector<std::size_t> begin{0};          // of every surfel's weights, and the end: kept, as nothing at rest moves
+    std::vector<std::size_t> begin{0};  // of every surfel's weights, and the end: kept, as nothing at rest moves
     std::vector<SurfelWeight> weight;
     std::size_t size() const { return owner.size(); }
 };

@@ -75,12 +75,13 @@ void measure(const Figure& figure) {
     const double parts = static_cast<double>(c.frames);
     const std::string times =
         figure.published > 0 ? fmt::format("{:.0f}", figure.published / (step + update)) : std::string("-");
-    fmt::print("{:<18} {:>9} {:>8} {:>7.2f} | {:>7.3f} = {:>7.3f} + {:>6.3f} | {:>7.2f} = {:>7.2f} + {:>6.2f} | {:>6.1f} "
-               "{:>8.4f} | {:>9} {:>6}\n",
-               figure.file, s.particles.size(), s.surface.size(), c.set_up, 1e3 * step,
-               1e3 * (c.physics - c.contact) / steps, 1e3 * c.contact / steps, 1e3 * update, 1e3 * c.displacing / parts,
-               1e3 * c.touching / parts, steps / parts, (c.physics + c.surface) / parts,
-               figure.published > 0 ? fmt::format("{:.3f}", figure.published) : std::string("-"), times);
+    fmt::print(
+        "{:<18} {:>9} {:>8} {:>7.2f} | {:>7.3f} = {:>7.3f} + {:>6.3f} | {:>7.2f} = {:>7.2f} + {:>6.2f} | {:>6.1f} "
+        "{:>8.4f} | {:>9} {:>6}\n",
+        figure.file, s.particles.size(), s.surface.size(), c.set_up, 1e3 * step, 1e3 * (c.physics - c.contact) / steps,
+        1e3 * c.contact / steps, 1e3 * update, 1e3 * c.displacing / parts, 1e3 * c.touching / parts, steps / parts,
+        (c.physics + c.surface) / parts,
+        figure.published > 0 ? fmt::format("{:.3f}", figure.published) : std::string("-"), times);
 }
 
 }  // namespace
@@ -89,9 +90,9 @@ int main(int argc, char** argv) {
     const int threads = argc > 1 ? std::stoi(argv[1]) : 1;
     set_thread_count(threads);
     std::vector<Figure> figures = {{"fig_5_05_bust", 1.0 / 30}, {"fig_5_24_octopus", 2}, {"fig_5_26_collide", 0}};
-    fmt::print("threads: {}\n{:<18} {:>9} {:>8} {:>7} | {:<26} | {:<26} | {:>6} {:>8} | {:>9} {:>6}\n", threads, "figure",
-               "particles", "surfels", "set-up", "ms a step = elastic + contact", "ms an update = move + touch",
-               "steps", "s/frame", "published", "times");
+    fmt::print("threads: {}\n{:<18} {:>9} {:>8} {:>7} | {:<26} | {:<26} | {:>6} {:>8} | {:>9} {:>6}\n", threads,
+               "figure", "particles", "surfels", "set-up", "ms a step = elastic + contact",
+               "ms an update = move + touch", "steps", "s/frame", "published", "times");
     for (const Figure& figure : figures) {
         bool asked = argc <= 2;
         for (int i = 2; i < argc; ++i) asked |= figure.file == argv[i];

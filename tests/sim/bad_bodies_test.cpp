@@ -102,10 +102,13 @@ TEST(ABodysMesh, ThatIsOpenOrInsideOutIsToldOfOnce) {
         const auto file = folder.path / "body.obj";
         std::ofstream(file) << mesh;
         const std::string shape = "{mesh: {file: \"" + file.string() + "\", scale: 1}}",
-                          text = "frames: {first: 0, last: 1}\nmaterials: {stuff: {youngs_modulus: 1.0e5}}\nbodies:\n"
-                                 "  one: {material: stuff, shape: " + shape + "}\n"
-                                 "  row: {material: stuff, shape: {repeat: {count: 3, step: [0, 0.3, 0], shapes: [" + shape +
-                                 "]}, translate: [1, 0, 0]}}\nsolver: {spacing: 0.02}\n";
+                          text =
+                              "frames: {first: 0, last: 1}\nmaterials: {stuff: {youngs_modulus: 1.0e5}}\nbodies:\n"
+                              "  one: {material: stuff, shape: " +
+                              shape +
+                              "}\n"
+                              "  row: {material: stuff, shape: {repeat: {count: 3, step: [0, 0.3, 0], shapes: [" +
+                              shape + "]}, translate: [1, 0, 0]}}\nsolver: {spacing: 0.02}\n";
         testing::internal::CaptureStderr();
         make_simulation(scene::parse_scene(text, "bad.yaml"));
         std::istringstream all(testing::internal::GetCapturedStderr());

@@ -96,8 +96,10 @@ std::pair<double, double> folded_strip(double friction) {
     scene.materials[0].elastic.friction = friction;
     scene.world.gravity = {0, 3, -10};
     scene::Union hairpin;
-    for (const auto& [at, size] : std::initializer_list<std::pair<Vec3d, Vec3d>>{
-             {{0, 0, 0}, {0.14, 0.04, 0.02}}, {{0, 0, 0.04}, {0.14, 0.04, 0.02}}, {{-0.06, 0, 0.02}, {0.02, 0.04, 0.06}}})
+    for (const auto& [at, size] :
+         std::initializer_list<std::pair<Vec3d, Vec3d>>{{{0, 0, 0}, {0.14, 0.04, 0.02}},
+                                                        {{0, 0, 0.04}, {0.14, 0.04, 0.02}},
+                                                        {{-0.06, 0, 0.02}, {0.02, 0.04, 0.06}}})
         hairpin.shapes.push_back(fixture::shape_at(at, scene::BoxShape{size, 0}));
     scene.bodies = {fixture::body("strip", fixture::shape_at({0, 0, 0}, hairpin))};
     scene::Handle hold;

@@ -306,8 +306,10 @@ TEST(Solids, ASurfaceIsDisplacedAsTheFormulaSays) {
     for (std::size_t i = 0; i < s.surface.size(); ++i) {
         const Index root = s.embedded_source[i];
         EXPECT_GE(root, s.embedded_source[i > 0 ? i - 1 : 0]);
-        EXPECT_LT((s.surface.surfels.axis1[i].cross(s.surface.surfels.axis2[i]).normalized() -
-                   s.surface.surfels.normal[i]).norm(), 1e-5f);
+        EXPECT_LT(
+            (s.surface.surfels.axis1[i].cross(s.surface.surfels.axis2[i]).normalized() - s.surface.surfels.normal[i])
+                .norm(),
+            1e-5f);
         if (s.surface.id[i] != static_cast<std::int64_t>(root)) continue;
         ++whole;
         const auto u = [&](const Vec3& m) {

@@ -414,6 +414,7 @@ TEST(Melting, ResumedRunEqualsTheUninterruptedOneBitForBit) {
 TEST(Melting, ARunResumedAfterFreezingEqualsTheUninterruptedOne) {
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
+    scene.surface.enabled = true;
     scene.world.boundaries = {floor_at(0)};
     scene.materials = {wax()};
     scene.materials[0].melting.liquid.viscosity = 20;

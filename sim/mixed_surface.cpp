@@ -10,7 +10,7 @@ namespace thixo {
 namespace {
 
 // That a disc goes past an edge of its body, and keeps at least, in radii.
-constexpr Real kPastEdge = Real(0.1), kShortest = Real(0.35);
+constexpr Real kPastEdge = Real(0.16), kShortest = Real(0.35);
 
 template <class T>
 void keep(std::vector<T>& array, const std::vector<Index>& kept) {

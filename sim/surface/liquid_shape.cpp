@@ -241,7 +241,7 @@ Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component
     });
     if (near_wall) {
         const WallPlane& wall = walls_beside(x, n, component, note).first;
-        if (wall.distance(x) < 0 || on_coat(wall, x, n)) return 0;
+        if (on_coat(wall, x, n)) return 0;
     }
     if (!(slope != 0)) return 0;
     const Real mean = (aa + bb) / 2, spread = std::hypot((aa - bb) / 2, ab);

@@ -132,8 +132,8 @@ struct LiquidShape {
     }
 
     /// Largest principal curvature of the level set of phi at x, convex or hollow, from the second derivatives of phi:
-    /// |eigenvalue| of P (grad grad phi) P / |grad phi|, P the projection across n [1/m]. Zero inside a wall and on its
-    /// coat, which is not a level set.
+    /// |eigenvalue| of P (grad grad phi) P / |grad phi|, P the projection across n [1/m]. Zero on the coat of a
+    /// wall, which is not a level set.
     Real curvature(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const;
     Real curvature(const Vec3& x, const Vec3& n, std::int32_t component) const {
         WallNote note;

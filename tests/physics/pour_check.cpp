@@ -137,14 +137,27 @@ void measure_pops(const Simulation& s, PourFrame& frame) {
     frame.pop99 = static_cast<double>(moves[moves.size() * 99 / 100] / h);
 }
 
+/// The surfels that are not hidden in walls: places and normals.
+SurfelCloud seen_of(const Simulation& s) {
+    SurfelCloud seen;
+    const SurfelCloud& all = s.surface.surfels;
+    for (std::size_t i = 0; i < all.size(); ++i)
+        if (wall_distance(s.walls, all.position[i]) >= 0) {
+            seen.position.push_back(all.position[i]);
+            seen.normal.push_back(all.normal[i]);
+        }
+    return seen;
+}
+
 void count_pieces(const Simulation& s, PourFrame& frame) {
-    const auto &x = s.particles.position, &y = s.surface.surfels.position;
+    const SurfelCloud seen = seen_of(s);
+    const auto &x = s.particles.position, &y = seen.position;
     const Real h = s.problem.smoothing.support, reach = Real(1.15) * h;
     const PointGrid particles = grid_of(x, reach);
     Sets clusters(x.size());
     for (Index i = 0; i < x.size(); ++i)
         particles.for_each_neighbour(x[i], reach, [&](Index j, Real) { clusters.join(i, j); });
-    Sets pieces = pieces_of(s.surface.surfels, touch_of(s));
+    Sets pieces = pieces_of(seen, touch_of(s));
     std::vector<Index> cluster(y.size(), kNone);  // of each piece, by its root
     std::vector<char> bridge(y.size(), 0);
     for (Index i = 0; i < y.size(); ++i) {

@@ -19,8 +19,9 @@ struct PourFrame {
     /// supports h. Left out are surfels hidden in walls, and what is within h of a piece that the update takes away or
     /// makes: there it parts or joins.
     double pop = 0, pop99 = 0;
-    /// Pieces of the surface, and those of them that hold particles of two clusters that do not touch: the surfaces of
-    /// two drops or pairs meet when they are 1.07 and 1.09 h apart, hence particles within 1.15 h are one cluster.
+    /// Pieces of the surface in the room, and those of them that hold particles of two clusters that do not touch: the
+    /// surfaces of two drops or pairs meet when they are 1.07 and 1.09 h apart, hence particles within 1.15 h are one
+    /// cluster.
     std::size_t pieces = 0, bridges = 0;
 };
 

@@ -16,7 +16,7 @@ constexpr Real kFlatMean =
 constexpr Real kRepulsion = Real(0.1);
 constexpr Real kMostLag = Real(0.1);  // behind the iso-surface, in spacings
 // Off the iso-surface though nothing else pulls, and on the way there; moves of the last iteration. In spacings.
-constexpr Real kAdrift = Real(0.12), kLate = Real(0.15), kStillMoves = Real(0.05);
+constexpr Real kAdrift = Real(0.12), kLate = Real(0.10), kStillMoves = Real(0.05);
 /// S_i and S_sub of every surfel, and what sums over S_i read, packed.
 struct Surroundings {
     SurfelLists& lists;

@@ -17,7 +17,6 @@ TEST(PourFilm, IsClosedHoldsItsVolumeAndDoesNotPop) {
                "volume", "pop [h]", "99% [h]", "pieces", "bridges");
     double holes = 0, rays = 0, volume = 0, pop = 0, pop99 = 0;
     std::size_t bridges = 0;
-    int popped = 0;
     gate::check_pour(s, 241, 1'000'000, [&](const gate::PourFrame& f) {
         fmt::print("{:5} {:9} {:8} {:6} {:7.4f} {:8.3f} {:8.3f} {:7} {:8}\n", f.frame, f.particles, f.surfels, f.holes,
                    f.volume, f.pop, f.pop99, f.pieces, f.bridges);
@@ -27,22 +26,18 @@ TEST(PourFilm, IsClosedHoldsItsVolumeAndDoesNotPop) {
         if (f.particles > 500) volume = std::max(volume, std::abs(f.volume - 1));
         pop = std::max(pop, f.pop);
         pop99 = std::max(pop99, f.pop99);
-        popped += f.pop > 0.1;
         bridges += f.bridges;
     });
     gate::report("film of a pour", "rays from within that leave by a hole", "per million", 1e6 * holes / rays);
     gate::report("film of a pour", "largest error of the enclosed volume", "%", 100 * volume);
     gate::report("film of a pour", "largest move when nothing has moved, in supports", "1", pop);
-    gate::report("film of a pour", "frames in which it is over 0.1", "1", popped);
     gate::report("film of a pour", "largest move of 99 surfels in 100, in supports", "1", pop99);
     gate::report("film of a pour", "surface pieces about liquid that does not touch", "1", double(bridges));
-    // No hole in 10^6 rays a frame, but for a single ray here and there in 240.
-    EXPECT_LT(holes / rays, 1e-7);
+    // No hole in 10^6 rays a frame, but for a ray or two in 240 frames.
+    EXPECT_LT(holes / rays, 2e-8);
     EXPECT_LT(volume, 0.02);
     EXPECT_LT(pop99, 0.05);
-    // The aim is none over 0.1: a single surfel in a hollow far smaller than itself may still jump, in a frame of 20.
-    EXPECT_LT(popped, 12);
-    EXPECT_LT(pop, 0.25);
+    EXPECT_LT(pop, 0.1);
     EXPECT_EQ(bridges, 0u);
 }
 

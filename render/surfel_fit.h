@@ -13,6 +13,7 @@ struct Fit {
     float weight = 0;    // sum of the weights; 0: no surfel's support holds the point
     float distance = 0;  // signed, about metres
     Vec3f gradient{0, 0, 0};
+    float curvature = 0;    // of the sphere: its gradient changes by this times the way [1/m]
     Vec3f centre{0, 0, 0};  // mean of the surfels, seen from the point
 };
 
@@ -39,7 +40,8 @@ struct FitSums {
         const float along = mean[6] - place.dot(normal);     // mean of y.n less mean y . mean n
         const float spread = mean[7] - place.squaredNorm();  // variance of y
         const float limit = 1.0f / radius;                   // of the curvature: a sphere of one surfel
-        const float curvature = std::clamp(along / std::max(spread, 1e-3f * radius * radius), -limit, limit);
+        const float curvature = result.curvature =
+            std::clamp(along / std::max(spread, 1e-3f * radius * radius), -limit, limit);
         result.gradient = normal - curvature * centre;
         result.distance = -(result.gradient.dot(centre) + 0.5f * curvature * (spread + centre.squaredNorm()));
         return result;

@@ -12,6 +12,7 @@ constexpr int kMaxRows = Candidates::kRows;
 /// Normals this near to their mean are within 35 degrees of each other: they agree fully with any mean of them.
 constexpr float kNearMean = 0.95371695f;  // 17.5 degrees
 constexpr float kFacing = 0.1f;
+constexpr float kLastStep = 3e-3f;  // radii
 
 /// Candidates prepared along the ray: x = reference + tau d, everything relative to the reference.
 struct Patch {
@@ -188,24 +189,26 @@ bool smooth_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const 
     const float t_reference = std::max(ray.tmin, patch.row[0]->near[std::countr_zero(patch.taking_part[0])]);
     const Vec3f& d = ray.direction;
     if (!prepare(blocks, ray.origin + t_reference * d, t_reference, patch)) return false;
-    const float tolerance = 1e-5f * patch.radius, reach = 16 * patch.radius;
+    // Where Newton's last step was shorter than this, its own error is under 1e-5 radii.
+    const float last_step = kLastStep * patch.radius, reach = 16 * patch.radius;
     float tau = guess(patch, t_reference);
     for (int i = 0; i < 6; ++i) {
         if (!(std::abs(tau) < reach)) return false;
         const Fit at = patch.fit(d, tau);
         const float slope = at.gradient.dot(d);
         if (!(at.weight > 0) || (inside ? slope < 0.5f * kFacing : slope > -0.5f * kFacing)) return false;
-        if (std::abs(at.distance) >= tolerance) {
-            tau -= at.distance / slope;
+        const float step = -at.distance / slope;
+        if (std::abs(step) >= last_step) {
+            tau += step;
             continue;
         }
-        const float t = t_reference + tau;
+        const float t = t_reference + tau + step;
         if (!(t >= ray.tmin && t <= end)) return false;
         if (trims.trimmed(object[patch.layer]) &&
             !trims.keeps(object[patch.layer], patch.layer, ray.origin + t * d, patch.radius))
             return false;
         hit.t = t;
-        hit.normal = at.gradient.normalized();
+        hit.normal = (at.gradient + step * at.curvature * d).normalized();
         hit.radius = patch.radius;
         hit.layer = patch.layer;
         if (want_weights) note_weights(patch, blocks, tau, at.weight, hit);

@@ -158,8 +158,10 @@ float guess(const Patch& patch, float t_reference) {
     return sum(product) / sum(total);
 }
 
-void note_weights(const Patch& patch, std::span<const SurfelBlock> blocks, float tau, float total, SurfelHit& hit) {
+/// False: none weighs anything there.
+bool note_weights(const Patch& patch, std::span<const SurfelBlock> blocks, float tau, SurfelHit& hit) {
     hit.count = 0;
+    float total = 0;
     for (int i = 0; i < patch.count; ++i) {
         alignas(32) float w[kLanes];
         _mm256_store_ps(w, patch.weights(i, _mm256_set1_ps(tau)));
@@ -167,9 +169,12 @@ void note_weights(const Patch& patch, std::span<const SurfelBlock> blocks, float
             const int lane = std::countr_zero(lanes);
             if (w[lane] <= 0) continue;
             hit.source[hit.count] = blocks[patch.row[i]->block].source[lane];
-            hit.weight[hit.count++] = w[lane] / total;
+            hit.weight[hit.count++] = w[lane];
+            total += w[lane];
         }
     }
+    for (int k = 0; k < hit.count; ++k) hit.weight[k] /= total;
+    return hit.count > 0;
 }
 
 }  // namespace
@@ -211,8 +216,7 @@ bool smooth_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const 
         hit.normal = (at.gradient + step * at.curvature * d).normalized();
         hit.radius = patch.radius;
         hit.layer = patch.layer;
-        if (want_weights) note_weights(patch, blocks, tau, at.weight, hit);
-        return true;
+        return !want_weights || note_weights(patch, blocks, tau + step, hit);
     }
     return false;
 }

@@ -14,6 +14,9 @@
 namespace thixo {
 namespace {
 
+/// That a solid's disc may stretch to, in radii of a liquid's.
+constexpr Real kLongestDisc = Real(1.5);
+
 template <class T>
 void permute(std::vector<T>& array, const std::vector<Index>& order) {
     std::vector<T> sorted(array.size());
@@ -76,7 +79,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     SurfelNotes notes;
     notes.component = components(surface, particles);
     notes.lost.assign(surface.size(), 0);
-    displace(surface, particles, notes.component, support);
+    displace(surface, particles, notes.component, support, kLongestDisc * full_radius);
     notes.melt = melt_of(surface, particles, notes.component, support);
     if (zombies) displace_zombies(particles, support, *zombies);
 

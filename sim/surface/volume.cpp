@@ -186,8 +186,9 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         if (std::abs(volume[c] - matter) > kOpen * matter) continue;
         const Real missing = static_cast<Real>(0.7 * (matter - volume[c]) / area);
         // What little has melted of a body must not make up for all that is missing of it.
-        const Real share = static_cast<Real>(melted / area);
-        const Real lift = std::clamp(surface.lift[c] + std::clamp(missing, -step, step), share * lowest, share * highest);
+        const Real share = clamp01(static_cast<Real>(3 * melted / area));
+        const Real lift =
+            std::clamp(surface.lift[c] + std::clamp(missing, -step, step), share * lowest, share * highest);
         largest = std::max(largest, std::abs(lift - surface.lift[c]));
         surface.lift[c] = lift;
     }

@@ -22,7 +22,7 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 
 /// Brings `surface.lift` nearer to what makes each component enclose the volume of its particles:
 ///   lift <- lift + 0.7 (V_particles - V)/sum A_i g_i where that is at most 0.08 spacings; -0.6 to 0.3 spacings,
-///   of a body that melts times the share of its surface that has
+///   of a body of which less than a third of the surface has melted, three times that share of it
 /// A_i is the area of a surfel, g_i the share of the lift that it has (SurfelNotes::give): all of it where matter has
 /// come apart, in splashes and thin sheets, whose iso-surface encloses up to a third too much, a fifth elsewhere, where
 /// it encloses a few per cent too little when it bends. As a step is small nobody sees the surface swell and shrink.

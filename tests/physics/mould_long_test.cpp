@@ -68,8 +68,9 @@ TEST(Mould, ABustMeltsIntoItFreezesAndDropsOut) {
     EXPECT_NEAR(volume, matter, 0.05 * matter);
     gate::report("fig_6_12_mould", "median distance of the surface from the mould", "spacings",
                  distance_from_mould(s) / spacing);
-    // Particles fill a mould to half a spacing; the surface is the mould's own.
-    EXPECT_LT(distance_from_mould(s), 0.1 * spacing);
+    // Particles fill a mould to half a spacing. The surface lines it, up to 0.15 spacings inside its walls
+    // (LiquidShape::wall_depth), where another 0.05 are for what bends more sharply than its discs.
+    EXPECT_LT(distance_from_mould(s), 0.2 * spacing);
     const double held = mean_height(s);
     go_on_to(s, 5.9);
     EXPECT_LT(mean_melt(s), 0.02);

@@ -3,14 +3,15 @@
 #include <algorithm>
 
 #include "pipeline/base/parallel.h"
-#include "pipeline/geometry/kernels.h"
-#include "pipeline/geometry/point_grid.h"
+#include "sim/surface/interpolate.h"
 
 namespace thixo {
 namespace {
 
 // That a disc goes past an edge of its body, and keeps at least, in radii.
-constexpr Real kPastEdge = Real(0.16), kShortest = Real(0.35);
+constexpr Real kPastEdge = Real(0.22), kShortest = Real(0.35);
+// Part of its way to two edges that a disc in their corner takes: the half-axes of an ellipse about a rectangle.
+constexpr Real kIntoCorner = Real(1.4142136);
 
 template <class T>
 void keep(std::vector<T>& array, const std::vector<Index>& kept) {
@@ -34,19 +35,11 @@ void take_temperatures(const Particles& particles, Real support, const EmbeddedS
     bool any = false;
     for (std::size_t k = 0; k < particles.size() && !any && !source.empty(); ++k) any = changed(k);
     if (!any) return;
-    PointGrid grid;
-    grid.build(particles.position, support);
-    const Poly6 w(support);
-    parallel_for(source.size(), [&](std::size_t i) {
-        double weight = 0, sum = 0;
-        grid.for_each_neighbour(shown.surfels.position[i], support, [&](Index k, Real r2) {
-            if (particles.body[k] != shown.body[i]) return;
-            const auto a = static_cast<double>(w.value(r2));
-            weight += a;
-            sum += a * particles.temperature[k];
-        });
-        if (weight > 0) shown.temperature[i] = static_cast<Real>(sum / weight);
-    });
+    interpolate(
+        shown.surfels.position, particles, support,
+        [&](std::size_t i, Index k) { return particles.body[k] == shown.body[i]; },
+        [&](Index k) { return particles.temperature[k]; },
+        [&](std::size_t i, double temperature) { shown.temperature[i] = static_cast<Real>(temperature); });
 }
 
 /// Whether any matter of a body has begun to melt.
@@ -81,7 +74,11 @@ void take_over(const EmbeddedSurface& embedded, const Solids& solids, const Surf
         const Real c = std::cos(cut.angle), s = std::sin(cut.angle);
         const Vec3 along = c * a + s * b, across = c * b - s * a;
         // Ellipses side by side must overlap at the edge, not only touch it.
-        const auto past = [](Real reach) { return std::clamp(kPastEdge + Real(1.2) * reach, kShortest, Real(1)); };
+        // Where two edges cut a disc short, in a corner, an ellipse would leave out the corner itself.
+        const bool corner = cut.along < 1 && cut.across < 1;
+        const auto past = [corner](Real reach) {
+            return std::clamp(kPastEdge + (corner ? kIntoCorner : Real(1.2)) * reach, kShortest, Real(1));
+        };
         a = past(cut.along) * along;
         b = past(cut.across) * across;
     }

@@ -317,10 +317,11 @@ void refresh_surface(Simulation& s) {
     if (!s.solids.empty() && !s.solids.phases.any)
         draw_contacts(s.embedded, s.embedded_source, s.walls, s.solids, s.surface);
     SurfaceReport& sum = s.stats.surface;
-    const std::size_t inserted = sum.inserted + report.inserted, deleted = sum.deleted + report.deleted;
+    const SurfaceReport before = sum;
     sum = report;
-    sum.inserted = inserted;
-    sum.deleted = deleted;
+    sum.inserted += before.inserted;
+    sum.deleted += before.deleted;
+    add(before.seconds, sum.seconds);
     ++s.stats.surface_updates;
 }
 

@@ -107,24 +107,27 @@ void for_each_motion(const std::vector<Vec3>& places, const Particles& particles
 }
 
 void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
-              Real support) {
+              Real support, Real longest) {
     SurfelCloud& cloud = surface.surfels;
+    // Discs stretch with their matter, or a solid that is pulled or squashed would show gaps between them.
+    const auto carried = [&](const Vec3& axis, const Mat3& stretch, const Vec3& n) -> Vec3 {
+        Vec3 t = stretch * axis;
+        t -= n * n.dot(t);
+        const Real most = std::max(longest, axis.norm()), length = t.norm();
+        return length > most ? Vec3(t * (most / length)) : t;
+    };
     for_each_motion(cloud.position, particles, component, support, kLevel,
                     [&](std::size_t i, const LocalMotion& motion) {
                         cloud.position[i] += motion.shift;
                         const Mat3 stretch = Mat3::Identity() + motion.gradient;
                         if (std::abs(stretch.determinant()) < Real(0.05)) return;
                         const Vec3 n = motion.turned(cloud.normal[i]);
-                        // The first axis keeps its direction as far as the new plane allows, so that colour and texture
-                        // do not spin.
-                        const Real r1 = cloud.axis1[i].norm(), r2 = cloud.axis2[i].norm();
-                        Vec3 t = stretch * cloud.axis1[i];
-                        t -= n * n.dot(t);
-                        if (!(t.squaredNorm() > 0) || !n.allFinite()) return;
-                        t.normalize();
+                        const Vec3 a = carried(cloud.axis1[i], stretch, n), b = carried(cloud.axis2[i], stretch, n);
+                        // Squashed to a line it keeps its axes: they are fitted anew where it melts.
+                        if (!n.allFinite() || !(a.cross(b).norm() > Real(1e-3) * a.norm() * b.norm())) return;
                         cloud.normal[i] = n;
-                        cloud.axis1[i] = r1 * t;
-                        cloud.axis2[i] = r2 * n.cross(t);
+                        cloud.axis1[i] = a;
+                        cloud.axis2[i] = b;
                     });
 }
 

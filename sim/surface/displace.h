@@ -26,11 +26,12 @@ void for_each_motion(const std::vector<Vec3>& places, const Particles& particles
 /// Moves every surfel by the particles' displacement u since the last update, a first-order moving least squares fit
 /// about the weighted mean m of the particles in reach: u(s) = u_m + G (s - m), G = [sum w (u_j - u_m)(x_j - m)^T] [sum
 /// w (x_j - m)(x_j - m)^T + eps W]^-1, weights V0 w_poly6(s - x_j, h) at the particles' old places; normals turn with
-/// it, n <- unit((1 + G)^-T n), and so do the axes. The term eps = 0.005 h^2 makes G vanish across directions the
+/// it, n <- unit((1 + G)^-T n), and the axes t <- (1 + G) t, which then need not be at right angles, but no axis grows
+/// beyond `longest` [m]. The term eps = 0.005 h^2 makes G vanish across directions the
 /// particles do not span. Reads particles.surface_position (old) and position (new). `component` is that of each
 /// surfel; particles of other components (materials) are not seen.
 void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
-              Real support);
+              Real support, Real longest);
 
 /// Velocity and temperature of every surfel: normalised interpolation of the particles in reach, sum A_j w_j / sum w_j;
 /// body of the nearest. Surfels with no particle in reach keep what they have.

@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/base/timer.h"
 #include "sim/surface/displace.h"
 #include "sim/surface/fit_discs.h"
+#include "sim/surface/interpolate.h"
 #include "sim/surface/liquid_shape.h"
 #include "sim/surface/potentials.h"
 #include "sim/surface/resample.h"
@@ -13,6 +15,9 @@
 
 namespace thixo {
 namespace {
+
+/// That a solid's disc may stretch to, in radii of a liquid's.
+constexpr Real kLongestDisc = Real(1.5);
 
 template <class T>
 void permute(std::vector<T>& array, const std::vector<Index>& order) {
@@ -31,19 +36,11 @@ std::vector<Real> melt_of(const SurfaceState& surface, const Particles& particle
                           const std::vector<std::int32_t>& component, Real support) {
     std::vector<Real> melt(surface.size(), 1);
     if (std::ranges::all_of(particles.melt, [](Real b) { return b == 1; })) return melt;
-    PointGrid grid;
-    grid.build(particles.position, support);
-    const Poly6 w(support);
-    parallel_for(surface.size(), [&](std::size_t i) {
-        Real weight = 0, sum = 0;
-        grid.for_each_neighbour(surface.surfels.position[i], support, [&](Index j, Real r2) {
-            if (particles.material[j] != component[i]) return;
-            const Real a = particles.rest_volume[j] * w.value(r2);
-            weight += a;
-            sum += a * particles.melt[j];
-        });
-        if (weight > 0) melt[i] = std::min(sum / weight, Real(1));
-    });
+    interpolate(
+        surface.surfels.position, particles, support,
+        [&](std::size_t i, Index j) { return particles.material[j] == component[i]; },
+        [&](Index j) { return particles.melt[j]; },
+        [&](std::size_t i, double b) { melt[i] = std::min(static_cast<Real>(b), Real(1)); });
     return melt;
 }
 
@@ -73,12 +70,20 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
                              Zombies* zombies) {
     const Real full_radius = Real(params.radius) * spacing;
     const bool first = surface.size() == 0;
+    SurfaceReport report;
+    double lap = wall_seconds();
+    const auto book = [&lap](double& seconds) {
+        const double now = wall_seconds();
+        seconds += now - lap;
+        lap = now;
+    };
     SurfelNotes notes;
     notes.component = components(surface, particles);
     notes.lost.assign(surface.size(), 0);
-    displace(surface, particles, notes.component, support);
+    displace(surface, particles, notes.component, support, kLongestDisc * full_radius);
     notes.melt = melt_of(surface, particles, notes.component, support);
     if (zombies) displace_zombies(particles, support, *zombies);
+    book(report.seconds.displacing);
 
     LiquidPoints points = gather_liquid(particles, walls, support);
     set_colours(points, support);
@@ -94,11 +99,12 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
         notes.curvature[i] = shape.curvature(cloud.position[i], cloud.normal[i], notes.component[i], notes.wall[i]);
         notes.radius[i] = notes.melt[i] > 0 ? fitting_radius(notes.curvature[i], full_radius) : cloud.axis2[i].norm();
     });
-    SurfaceReport report;
+    book(report.seconds.field);
     const auto refill = [&] {
         const ResampleReport r = resample(surface, notes, shape, particles, params);
         report.inserted += r.inserted;
         report.deleted += r.deleted;
+        book(report.seconds.resampling);
     };
     if (first) refill();  // one surfel a surface particle, then all between them
     const bool all_liquid = std::ranges::all_of(notes.melt, [](Real b) { return b == 1; });
@@ -107,14 +113,18 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
                                        notes.wall, notes.colour, notes.lists, notes.melt, notes.lost},
                                       shape, params, moulds);
     if (!all_liquid) blend_with_solid(displaced, cloud, notes);
+    book(report.seconds.relaxing);
     report.iterations = relaxed.iterations;
     report.largest_move = relaxed.largest_move;
     retreat_from_creases(cloud, notes, shape, Real(params.support) * full_radius);
+    book(report.seconds.fitting);
     refill();
 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
+    book(report.seconds.fitting);
     const bool calm = 100 * (report.inserted + report.deleted) < surface.size();
     hold_volume(surface, particles, notes, full_radius, spacing, calm);
+    book(report.seconds.volume);
     if (zombies) {
         project_zombies(surface, notes.component, notes.melt, Real(params.support) * full_radius, *zombies);
         take_rest_of_zombies(*zombies, notes.component, notes.melt, support, surface);
@@ -122,6 +132,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     interpolate_attributes(surface, particles, notes.component, support);
     sort_by_cell_and_id(surface, Real(params.support) * full_radius);
     particles.surface_position = particles.position;
+    book(report.seconds.texture);
     return report;
 }
 

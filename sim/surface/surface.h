@@ -54,12 +54,33 @@ void for_each_pair(S& a, const S& b, F&& f) {
     });
 }
 
+/// Where the time of an update went [s].
+struct SurfaceSeconds {
+    double displacing = 0;  // surfels and zombies, with the melt about each
+    double field = 0;       // particles and images that the colour field sums, curvature
+    double relaxing = 0;    // the potentials' iterations
+    double resampling = 0;
+    double fitting = 0;  // axes and ends of discs
+    double volume = 0;
+    double texture = 0;  // zombies, attributes, order
+};
+inline void add(const SurfaceSeconds& a, SurfaceSeconds& sum) {
+    sum.displacing += a.displacing;
+    sum.field += a.field;
+    sum.relaxing += a.relaxing;
+    sum.resampling += a.resampling;
+    sum.fitting += a.fitting;
+    sum.volume += a.volume;
+    sum.texture += a.texture;
+}
+
 /// What an update did; goes to stats.jsonl.
 struct SurfaceReport {
     std::size_t inserted = 0, deleted = 0;
     int iterations = 0;
     Real largest_move = 0;  // [m] of the last iteration
     int unconverged = 0;    // projections that hit their cap on steps
+    SurfaceSeconds seconds;
 };
 
 struct Zombies;

@@ -131,6 +131,20 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
     return std::accumulate(volume.begin(), volume.end(), 0.0);
 }
 
+namespace {
+
+/// Volume of a particle's matter [m^3]: a liquid's at rest, for what it is compressed by is the solver's error; a
+/// solid's as far as it is pressed together, or the surface of what has melted of the body would swell in its place.
+/// Where a density is less than at rest, it is the free surface's, not the matter's.
+double matter_of(const Particles& p, std::size_t j) {
+    const double rest = static_cast<double>(p.rest_volume[j]), b = static_cast<double>(p.melt[j]);
+    if (!(b < 1) || !(p.density[j] > 0)) return rest;
+    const double now = static_cast<double>(p.mass[j]) / static_cast<double>(p.density[j]);
+    return b * rest + (1 - b) * std::clamp(now, 0.5 * rest, rest);
+}
+
+}  // namespace
+
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
                  bool calm) {
     if (calm && surface.unmeasured > 0) {
@@ -152,22 +166,29 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         return;  // too widely spread to be measured: the lift stays as it is
     }
     surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
+    const std::vector<Real> whole(component.size(), 1);
     Real largest = 0;
     for (std::size_t c = 0; c < volume.size(); ++c) {
         const auto in_c = static_cast<std::int32_t>(c);
         const double matter = parallel_sum(particles.size(), [&](std::size_t j) {
-            return particles.material[j] == in_c ? static_cast<double>(particles.rest_volume[j]) : 0.0;
+            return particles.material[j] == in_c ? matter_of(particles, j) : 0.0;
         });
-        const double area = parallel_sum(component.size(), [&](std::size_t i) {
-            return component[i] == in_c && s.area[i] > 0
-                       ? static_cast<double>(notes.give[i] * kOwnArea * square(notes.radius[i]))
-                       : 0.0;
-        });
+        const auto area_of = [&](const std::vector<Real>& part) {
+            return parallel_sum(component.size(), [&](std::size_t i) {
+                return component[i] == in_c && s.area[i] > 0
+                           ? static_cast<double>(part[i] * notes.give[i] * kOwnArea * square(notes.radius[i]))
+                           : 0.0;
+            });
+        };
+        const double area = area_of(whole), melted = area_of(notes.melt);
         if (!(area > 0) || !(matter > 0)) continue;
         // A surface that is open somewhere, where a floor is just wetted, say, has no volume to go by.
         if (std::abs(volume[c] - matter) > kOpen * matter) continue;
         const Real missing = static_cast<Real>(0.7 * (matter - volume[c]) / area);
-        const Real lift = std::clamp(surface.lift[c] + std::clamp(missing, -step, step), lowest, highest);
+        // What little has melted of a body must not make up for all that is missing of it.
+        const Real share = clamp01(static_cast<Real>(3 * melted / area));
+        const Real lift =
+            std::clamp(surface.lift[c] + std::clamp(missing, -step, step), share * lowest, share * highest);
         largest = std::max(largest, std::abs(lift - surface.lift[c]));
         surface.lift[c] = lift;
     }

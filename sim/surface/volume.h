@@ -21,10 +21,12 @@ std::vector<double> volume_by_component(const SurfaceState& surface, const std::
 double surface_volume(const SurfaceState& surface, const Particles& particles, const Walls& walls, Real radius);
 
 /// Brings `surface.lift` nearer to what makes each component enclose the volume of its particles:
-///   lift <- lift + 0.7 (V_particles - V)/sum A_i g_i where that is at most 0.08 spacings; -0.6 to 0.3 spacings
+///   lift <- lift + 0.7 (V_particles - V)/sum A_i g_i where that is at most 0.08 spacings; -0.6 to 0.3 spacings,
+///   of a body of which less than a third of the surface has melted, three times that share of it
 /// A_i is the area of a surfel, g_i the share of the lift that it has (SurfelNotes::give): all of it where matter has
 /// come apart, in splashes and thin sheets, whose iso-surface encloses up to a third too much, a fifth elsewhere, where
 /// it encloses a few per cent too little when it bends. As a step is small nobody sees the surface swell and shrink.
+/// V_particles is the matter's: of a solid what is left of it where it is pressed together.
 /// Where it was next to nothing the following three updates go without, if `calm`: the surface has hardly changed. A
 /// volume that is off by more than 15 % is that of a surface which is open somewhere, and changes nothing.
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,

@@ -64,10 +64,19 @@ void project_zombies(const SurfaceState& surface, const std::vector<std::int32_t
                      const std::vector<Real>& melt, Real support, Zombies& zombies) {
     if (zombies.size() == 0 || surface.size() == 0) return;
     const SurfelCloud& cloud = surface.surfels;
-    PointGrid grid;
+    // Beside solid matter alone they are where they should be.
+    std::vector<Vec3> molten;
+    for (std::size_t i = 0; i < surface.size(); ++i)
+        if (melt[i] > 0) molten.push_back(cloud.position[i]);
+    if (molten.empty()) return;
+    PointGrid grid, molten_grid;
     grid.build(cloud.position, support);
+    molten_grid.build(molten, support);
     const Poly6 w(support);
     parallel_for(zombies.size(), [&](std::size_t k) {
+        bool any = false;
+        molten_grid.for_each_neighbour(zombies.position[k], support, [&](Index, Real) { any = true; });
+        if (!any) return;
         SurfelAverage average;
         int count = 0;
         Real melted = 0;
@@ -90,7 +99,7 @@ void take_rest_of_zombies(const Zombies& zombies, const std::vector<std::int32_t
                           const std::vector<Real>& melt, Real reach, SurfaceState& surface) {
     if (zombies.size() == 0) return;
     PointGrid grid;
-    grid.build(zombies.position, reach);
+    grid.build(zombies.position, reach / 4);  // what is looked for is mostly nearer than that
     const SurfelCloud& cloud = surface.surfels;
     parallel_for(surface.size(), [&](std::size_t i) {
         if (!(melt[i] > 0)) return;

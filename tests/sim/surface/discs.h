@@ -40,8 +40,11 @@ class Discs {
         const Real t = (cloud_.position[i] - origin).dot(cloud_.normal[i]) / rate;
         if (t <= 0) return false;
         const Vec3 offset = origin + t * direction - cloud_.position[i];
+        // The axes need not be at right angles: offset = u a + v b.
         const Vec3 &a = cloud_.axis1[i], &b = cloud_.axis2[i];
-        return square(offset.dot(a) / a.squaredNorm()) + square(offset.dot(b) / b.squaredNorm()) <= 1;
+        const Real aa = a.squaredNorm(), bb = b.squaredNorm(), ab = a.dot(b), pa = offset.dot(a), pb = offset.dot(b);
+        const Real det = aa * bb - ab * ab;
+        return square(pa * bb - pb * ab) + square(pb * aa - pa * ab) <= square(det);
     }
     const SurfelCloud& cloud_;
     double radius_;

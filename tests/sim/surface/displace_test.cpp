@@ -37,7 +37,7 @@ TEST(Displace, IsExactForATranslation) {
     for (Vec3& x : p.position) x += way;
     SurfaceState s = surfels_on_ball(3.9 * d, 200);
     const SurfaceState before = s;
-    displace(s, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport));
+    displace(s, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport), Real(1));
     for (std::size_t i = 0; i < s.size(); ++i) {
         // Double state: only rounding is left.
         EXPECT_LT((s.surfels.position[i] - before.surfels.position[i] - way).norm(), 1e-12 * d);
@@ -52,7 +52,7 @@ TEST(Displace, TurnsSurfelsWithATurningLiquid) {
     for (Vec3& x : p.position) x = turn * x;
     SurfaceState s = surfels_on_ball(3.9 * d, 200);
     const SurfaceState before = s;
-    displace(s, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport));
+    displace(s, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport), Real(1));
     for (std::size_t i = 0; i < s.size(); ++i) {
         const Vec3 expected = turn * before.surfels.position[i];
         // At the surface the particles spread by 0.03 h^2 across it: the term eps = 0.005 h^2 damps the gradient by
@@ -65,11 +65,31 @@ TEST(Displace, TurnsSurfelsWithATurningLiquid) {
     }
 }
 
+TEST(Displace, StretchesDiscsWithTheirMatter) {
+    Particles p = liquid(packed_ball(4 * d, 0.1));
+    Mat3 stretch = Mat3::Identity();
+    stretch(0, 0) = Real(1.2);
+    stretch(0, 1) = Real(0.1);
+    for (Vec3& x : p.position) x = stretch * x;
+    SurfaceState s = surfels_on_ball(3 * d, 200);  // among the particles, where the sums are full
+    const SurfaceState before = s;
+    displace(s, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport), Real(1));
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        // As above: eps = 0.005 h^2 beside the spread of the particles, here 0.05 to 0.09 h^2 each way, damps a tenth.
+        EXPECT_LT((s.surfels.axis1[i] - stretch * before.surfels.axis1[i]).norm(), 0.1 * 0.25 * 0.5 * d);
+        EXPECT_LT((s.surfels.axis2[i] - stretch * before.surfels.axis2[i]).norm(), 0.1 * 0.25 * 0.5 * d);
+    }
+    SurfaceState kept = before;
+    displace(kept, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport), Real(0.5 * d));
+    for (const auto* axes : {&kept.surfels.axis1, &kept.surfels.axis2})
+        for (const Vec3& t : *axes) EXPECT_LT(t.norm(), 0.5 * d * (1 + 1e-12));
+}
+
 TEST(Displace, LeavesSurfelsWithoutParticlesWhereTheyAre) {
     Particles p = liquid({Vec3(1, 1, 1)});
     SurfaceState s = surfels_on_ball(4 * d, 20);
     const SurfaceState before = s;
-    displace(s, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport));
+    displace(s, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport), Real(1));
     EXPECT_EQ(s.surfels.position, before.surfels.position);
 }
 

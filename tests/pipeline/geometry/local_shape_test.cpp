@@ -34,13 +34,13 @@ std::vector<Named> shapes() {
             {"body", body},
             {"bitten", bitten},
             {"sharp", difference_of({union_of({arms, ball}), eyes})},
-            {"common", intersection_of({body, box({1, 1, 0.4}), sphere(0.8)}, 0.03)},
+            {"common", intersection_of({body, ellipsoid({1, 1, 0.4}), sphere(0.8)}, 0.03)},
             {"mirrored", mirrored(bitten, {1, 0.2, 0}, -0.3)},
             {"placed", transformed(bitten, 0.8, rotation_from_degrees({20, 30, 40}), {0.1, -0.1, 0.2})},
             {"grown", offset(bitten, 0.02)},
             {"shrunk", offset(bitten, -0.02)},
             {"shell", shell(body, 0.03)},
-            {"shell in a box", intersection_of({box({1.5, 1.5, 1.2}), inverted(body)})},
+            {"room in a ball", intersection_of({sphere(0.9), inverted(body)})},
             {"rough", roughened(bitten, 0.02, 0.15, 3)}};
 }
 

@@ -16,9 +16,19 @@ inline Box3 common(const Box3& a, const Box3& b) {
         if (c.lower[k] > c.upper[k]) c.lower[k] = c.upper[k] = (c.lower[k] + c.upper[k]) / 2;
     return c;
 }
+/// The way from the nearest place of the box to x, 0 inside.
+inline Vec3 away_from(const Box3& box, const Vec3& x) { return x - x.cwiseMax(box.lower).cwiseMin(box.upper); }
 /// Distance from x to the box, 0 inside.
 inline Real distance_to(const Box3& box, const Vec3& x) {
     return (box.lower - x).cwiseMax(x - box.upper).cwiseMax(Real(0)).norm();
+}
+/// The larger of d and the distance to the box where x is out of it; `slope`, of d, becomes that of the larger.
+inline Real out_of_box(const Box3& box, const Vec3& x, Real d, Vec3& slope) {
+    const Vec3 away = away_from(box, x);
+    const Real outside = away.norm();
+    if (!(outside > 0 && outside > d)) return d;
+    slope = away / outside;
+    return outside;
 }
 
 }  // namespace thixo

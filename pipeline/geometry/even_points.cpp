@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/neighbour_lists.h"
@@ -15,6 +14,42 @@ float crowding(Real r2, Real reach) {
     const float a = 1 - static_cast<float>(std::sqrt(r2) / reach), a2 = a * a, a4 = a2 * a2;
     return a > 0 ? a4 * a4 : 0;
 }
+
+/// Points by weight, to a thousandth of the greatest: a stack for each step of it. Weights only fall, so that a point
+/// is looked at again when its turn comes, and put where it belongs by then.
+class Crowded {
+  public:
+    explicit Crowded(const std::vector<float>& weight) : next_(weight.size(), kNone), first_(kLevels, kNone) {
+        const float most = weight.empty() ? 0 : *std::ranges::max_element(weight);
+        levels_a_weight_ = most > 0 ? float(kLevels) / most : 0;
+        for (std::size_t i = weight.size(); i-- > 0;) put(static_cast<Index>(i), level(weight[i]));
+        top_ = kLevels - 1;
+    }
+    Index take(const std::vector<float>& weight) {
+        for (;;) {
+            while (first_[top_] == kNone) --top_;
+            const Index i = first_[top_];
+            first_[top_] = next_[i];
+            const std::size_t now = level(weight[i]);
+            if (now >= top_) return i;
+            put(i, now);
+        }
+    }
+
+  private:
+    static constexpr std::size_t kLevels = 1024;
+    std::size_t level(float weight) const {
+        return std::min(static_cast<std::size_t>(std::max(weight * levels_a_weight_, 0.0f)), kLevels - 1);
+    }
+    void put(Index i, std::size_t level) {
+        next_[i] = first_[level];
+        first_[level] = i;
+    }
+    std::vector<Index> next_;   // of the same level
+    std::vector<Index> first_;  // of a level
+    float levels_a_weight_ = 0;
+    std::size_t top_ = 0;
+};
 
 }  // namespace
 
@@ -38,21 +73,10 @@ std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const 
     std::vector<float> weight(n, 0);
     parallel_for(n, [&](std::size_t i) { for_each_near(i, [&](Index, float w) { weight[i] += w; }); });
     std::vector<char> alive(n, 1);
-    std::priority_queue<std::pair<float, Index>> heap;
-    {
-        std::vector<std::pair<float, Index>> all(n);
-        for (Index i = 0; i < n; ++i) all[i] = {weight[i], i};
-        heap = std::priority_queue<std::pair<float, Index>>({}, std::move(all));
-    }
-    for (std::size_t left = n; left > count;) {
-        const auto [w, i] = heap.top();
-        heap.pop();
-        if (w > weight[i]) {  // weights only fall: what it was when it was put here
-            heap.push({weight[i], i});
-            continue;
-        }
+    Crowded crowded(weight);
+    for (std::size_t left = n; left > count; --left) {
+        const Index i = crowded.take(weight);
         alive[i] = 0;
-        --left;
         for_each_near(i, [&](Index j, float part) { weight[j] -= part; });
     }
     for (Index i = 0; i < n; ++i)

@@ -1,12 +1,12 @@
 #include "pipeline/geometry/face_points.h"
 
-#include <array>
 #include <cmath>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/local_shape.h"
 #include "pipeline/geometry/point_grid.h"
 
 namespace thixo {
@@ -14,9 +14,12 @@ namespace {
 
 constexpr int kPerCell = 3;           // points tried in a cell
 constexpr double kLayer = 0.25;       // half thickness of the layer, in cells
+constexpr Real kStep = Real(0.05);    // of differences, in spacings
 constexpr Real kBeside = Real(0.05);  // of a point where its side is asked, in spacings
 constexpr Real kSteeper = 2;          // that the distance may be in places of a cell than in others
-constexpr double kMostCells = 1e8;    // of one face
+constexpr Real kRounded = Real(1.001);
+constexpr double kMostCells = 1e8;  // of one face
+constexpr double kPerBlock = 8;     // spacings an edge of a block that leaves parts of a shape out
 
 struct Cell {
     std::int32_t x, y, z;
@@ -24,19 +27,6 @@ struct Cell {
 
 InputError too_many(double spacing) {
     return InputError("a surface at spacing {} m needs too many surfels; ask for fewer or a larger spacing", spacing);
-}
-
-/// Gradient by four distances around x; the mean of them is the distance to second order.
-Vec3 quick_gradient(const Face& face, const Vec3& x, Real h, Real& mean) {
-    const std::array<Vec3, 4> corner{Vec3(1, -1, -1), Vec3(-1, -1, 1), Vec3(-1, 1, -1), Vec3(1, 1, 1)};
-    Vec3 g = Vec3::Zero();
-    mean = 0;
-    for (const Vec3& c : corner) {
-        const Real d = face.distance(x + h * c);
-        g += d * c;
-        mean += d / 4;
-    }
-    return g / (4 * h);
 }
 
 /// Cubes of the final edge that the layer about the face may pass through, near the solid's surface.
@@ -61,23 +51,32 @@ class CellSearch {
         }
     }
     const std::vector<Cell>& cells() const { return cells_; }
+    Vec3 centre(const Cell& c) const { return (lower(c) + Vec3d::Constant(size_ / 2)).cast<Real>(); }
+    /// Of the centre of cell i from the face.
+    Real distance(std::size_t i) const { return distance_[i]; }
     double edge() const { return edge_; }
     Vec3d lower(const Cell& c) const { return origin_ + size_ * Vec3d(c.x, c.y, c.z); }
 
   private:
     void keep_near() {
         std::vector<char> near(cells_.size());
+        distance_.resize(cells_.size());
         const double half = 0.8661 * size_;
         parallel_for(cells_.size(), [&](std::size_t i) {
-            const Vec3 centre = (lower(cells_[i]) + Vec3d::Constant(size_ / 2)).cast<Real>();
-            near[i] = std::abs(static_cast<double>(face_.distance(centre))) <= half + kLayer * edge_ &&
-                      (solid_.single() ||
-                       std::abs(static_cast<double>(solid_.shape.distance(centre))) <= half + reach_ + edge_);
+            const Vec3 at = centre(cells_[i]);
+            distance_[i] = face_.distance(at);
+            near[i] =
+                std::abs(static_cast<double>(distance_[i])) <= half + kLayer * edge_ &&
+                (solid_.single() || std::abs(static_cast<double>(solid_.shape.distance(at))) <= half + reach_ + edge_);
         });
         std::size_t kept = 0;
         for (std::size_t i = 0; i < cells_.size(); ++i)
-            if (near[i]) cells_[kept++] = cells_[i];
+            if (near[i]) {
+                distance_[kept] = distance_[i];
+                cells_[kept++] = cells_[i];
+            }
         cells_.resize(kept);
+        distance_.resize(kept);
     }
     void split() {
         if (8.0 * static_cast<double>(cells_.size()) > kMostCells) throw too_many(2 * edge_);
@@ -95,6 +94,7 @@ class CellSearch {
     double reach_, edge_, size_ = 0;
     Vec3d origin_;
     std::vector<Cell> cells_;
+    std::vector<Real> distance_;  // of their centres from the face
 };
 
 /// Point j of a cell in its unit cube: a low-discrepancy sequence from a random start.
@@ -130,10 +130,14 @@ Found points_in_layer(const FacedSolid& solid, int k, double spacing, double rea
     parallel_chunks(cells.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         for (std::size_t i = begin; i < end; ++i) {
             Real slope = Real(1) / kSteeper;  // that distances in the cell are taken to have
+            const Real away = std::abs(search.distance(i));
+            const Vec3 centre = search.centre(cells[i]);
             for (int j = 0; j < kPerCell; ++j) {
                 const Vec3d u = point_in_cell(seed, static_cast<std::uint64_t>(k), cells[i], j);
                 Candidate c;
                 c.position = (search.lower(cells[i]) + search.edge() * u).cast<Real>();
+                // Distance changes by no more than the way.
+                if (square(away - layer) > (c.position - centre).squaredNorm() * kRounded && away > layer) continue;
                 const Real d = face.distance(c.position);
                 if (!(std::abs(d) < layer * std::min(kSteeper * slope, Real(1)))) continue;
                 // Whether a face bounds the solid there is asked of a point on it.
@@ -204,11 +208,13 @@ FacePoints face_points(const FacedSolid& solid, int k, double spacing, double re
 
 }  // namespace
 
-FacedSolid::FacedSolid(const Shape& s) : shape(s), tree(without_differences(faces_of(s))) {
-    const auto box = shape.bounds();
-    if (!box) throw InputError("an unbounded shape has no closed surface to sample; intersect it with a box");
-    bounds = *box;
-    for (const Shape& face : number_faces(tree)) faces.push_back({face, face.node().direct_surface()});
+FacedSolid::FacedSolid(const Shape& s, const Box3& box, double spacing)
+    : shape(s), bounds(box), tree(without_differences(faces_of(s))) {
+    for (const Shape& face : number_faces(tree)) {
+        const auto surface = face.node().direct_surface();
+        faces.push_back({surface ? face : by_blocks(face, kPerBlock * spacing), surface});
+    }
+    if (!single()) shape = by_blocks(shape, kPerBlock * spacing);
 }
 
 bool FacedSolid::on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const {
@@ -243,9 +249,8 @@ bool bring_near(const Face& face, Real spacing, Real most, Vec3& x, Vec3& normal
         face.surface->project(x, normal);
         return true;
     }
-    Real d;
-    const Vec3 g = quick_gradient(face, x, Real(0.05) * spacing, d);
-    const Real slope2 = g.squaredNorm(), slope = std::sqrt(slope2);
+    Vec3 g;
+    const Real d = face.shape.sloped(x, kStep * spacing, g), slope2 = g.squaredNorm(), slope = std::sqrt(slope2);
     if (slope_there) *slope_there = slope;
     if (!(slope2 > Real(1e-4)) || !(std::abs(d) < most * slope)) return false;
     x -= d / slope2 * g;
@@ -258,24 +263,28 @@ bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
         face.surface->project(x, normal);
         return true;
     }
-    const Real h = Real(0.05) * spacing;
-    constexpr int kSteps = 12, kKept = 3;  // steps, and those that a gradient serves
+    constexpr int kSteps = 12, kKept = 3;  // steps, and those that a gradient by differences serves
+    const bool known = face.shape.knows_slope();
     Vec3 y = x, g = Vec3::Zero();
     Real d = 0, slope = 0;
+    const auto look = [&] {
+        d = face.shape.sloped(y, kStep * spacing, g);
+        slope = g.norm();
+        return slope > Real(1e-2);
+    };
+    bool looked = false;  // at y
     for (int i = 0; i < kSteps; ++i) {
-        if (i % kKept == 0) {
-            g = quick_gradient(face, y, h, d);
-            slope = g.norm();
-            if (!(slope > Real(1e-2))) return false;
-        }
-        d = face.distance(y);
+        looked = known || i % kKept == 0;
+        if (looked && !look()) return false;
+        if (!known) d = face.distance(y);
         const Real step = d / slope;
         if (std::abs(step) < Real(1e-5) * spacing) break;
         y -= std::clamp(step, -spacing, spacing) / slope * g;
+        looked = false;
     }
     if (!(std::abs(d) < Real(1e-2) * spacing)) return false;
-    normal = face.gradient(y, 2 * h);
-    if (!(normal.squaredNorm() > Real(0.5))) return false;
+    if (!looked && !look()) return false;
+    normal = g / slope;
     x = y;
     return true;
 }

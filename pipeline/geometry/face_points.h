@@ -6,20 +6,22 @@
 
 #include "pipeline/geometry/direct_surface.h"
 #include "pipeline/geometry/face_tree.h"
+#include "pipeline/geometry/sloped_shape.h"
 
 namespace thixo {
 
 /// A face: by its distance, and where it is made of a surface, that.
 struct Face {
-    Shape shape;
+    SlopedShape shape;
     std::shared_ptr<const DirectSurface> surface;
     Real distance(const Vec3& x) const { return shape.distance(x); }
     Vec3 gradient(const Vec3& x, Real step) const { return shape.gradient(x, step); }
 };
 
-/// A solid taken apart: the shape, its faces, and the tree over their numbers, without differences.
+/// A solid taken apart: the shape, its faces, and the tree over their numbers, without differences. Faces of many parts
+/// that surfels `spacing` [m] apart will ask are made quick (by_blocks).
 struct FacedSolid {
-    explicit FacedSolid(const Shape& shape);
+    FacedSolid(const Shape& shape, const Box3& bounds, double spacing);
     Shape shape;
     Box3 bounds;
     FaceTree tree;
@@ -55,7 +57,7 @@ bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal);
 /// tells the way out.
 void turn_outwards(const Face& face, Real spacing, const Vec3& x, Vec3& normal);
 
-/// One step of the same, at a fifth of the cost: x comes as near as the face is flat over the way, and the normal is
+/// One step of the same, at a third of the cost: x comes as near as the face is flat over the way, and the normal is
 /// that at the start. False, and x as it was, where the face is `most` [m] or more away. `slope`: of the distance at
 /// the start [1].
 bool bring_near(const Face& face, Real spacing, Real most, Vec3& x, Vec3& normal, Real* slope = nullptr);

@@ -6,10 +6,12 @@
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/direct_surface.h"
 #include "pipeline/geometry/face_tree.h"
+#include "pipeline/geometry/local_shape.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/point_surfels.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/sloped_shape.h"
 
 namespace thixo {
 namespace {
@@ -37,7 +39,7 @@ struct MovedSurface final : DirectSurface {
     Vec3 shift;
 };
 
-struct Transformed final : Shape::Node {
+struct Transformed final : Shape::Node, PartedNode, SlopedNode {
     Transformed(Shape s, double f, const Quatd& r, const Vec3d& t)
         : shape(std::move(s)),
           factor(Real(f)),
@@ -49,6 +51,17 @@ struct Transformed final : Shape::Node {
           exact_translation(t) {}
     Real distance(const Vec3& x) const override {
         return factor * shape.distance(inverse_rotation * (x - translation) * inverse_factor);
+    }
+    std::optional<Shape> within(const Ball3& ball) const override {
+        return with_parts_within(
+            *this, {inverse_rotation * (ball.centre - translation) * inverse_factor, ball.radius * inverse_factor});
+    }
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        Vec3 inner;
+        const Real d =
+            shape.sloped(inverse_rotation * (x - translation) * inverse_factor, step * inverse_factor, inner);
+        slope = inverse_rotation.transpose() * inner;
+        return factor * d;
     }
     void distances(const Vec3* x, Real* out, std::size_t n) const override {
         constexpr std::size_t kRow = 32;
@@ -93,7 +106,7 @@ struct Transformed final : Shape::Node {
         if (!inner) return nullptr;
         return std::make_shared<PointSurfels>(moved(*inner, exact_factor, rotation, exact_translation));
     }
-    Shape shape;
+    SlopedShape shape;
     Real factor, inverse_factor;
     Mat3 inverse_rotation;
     Vec3 translation;
@@ -102,7 +115,7 @@ struct Transformed final : Shape::Node {
     Vec3d exact_translation;
 };
 
-struct Offset final : Shape::Node {
+struct Offset final : Shape::Node, PartedNode, SlopedNode {
     Offset(Shape s, Real d) : shape(std::move(s)), by(d) {
         if (const auto inner = shape.bounds()) {
             const Real shrink = -(inner->upper - inner->lower).minCoeff() / 2;
@@ -115,34 +128,52 @@ struct Offset final : Shape::Node {
         const Real outside = distance_to(*box, x);  // beyond a corner of the shrunk box d alone may fall below it
         return outside > 0 ? std::max(d, outside) : d;
     }
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        const Real d = shape.sloped(x, step, slope) - by;
+        return by < 0 && box ? out_of_box(*box, x, d, slope) : d;
+    }
+    std::optional<Shape> within(const Ball3& ball) const override { return with_parts_within(*this, ball); }
     std::optional<Box3> bounds() const override { return box; }
     std::shared_ptr<const FaceTree> faces(Real more) const override { return shape.node().faces(by + more); }
     std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
-    Shape shape;
+    SlopedShape shape;
     Real by;
     std::optional<Box3> box;
 };
 
 /// Between the surface and the same surface `thickness` further in.
-struct Shell final : Shape::Node {
+struct Shell final : Shape::Node, PartedNode, SlopedNode {
     Shell(Shape s, Real t) : shape(std::move(s)), thickness(t) {}
     Real distance(const Vec3& x) const override {
         const Real d = shape.distance(x);
         return std::max(d, -d - thickness);
     }
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        const Real d = shape.sloped(x, step, slope);
+        if (-d - thickness <= d) return d;
+        slope = -slope;
+        return -d - thickness;
+    }
+    std::optional<Shape> within(const Ball3& ball) const override { return with_parts_within(*this, ball); }
     std::optional<Box3> bounds() const override { return shape.bounds(); }
     std::shared_ptr<const FaceTree> faces(Real by) const override {
         return std::make_shared<FaceTree>(
             FaceTree::of(FaceTree::Op::all, {faces_of(shape, by), complement(faces_of(shape, -thickness - by))}));
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
-    Shape shape;
+    SlopedShape shape;
     Real thickness;
 };
 
-struct Inverted final : Shape::Node {
+struct Inverted final : Shape::Node, PartedNode, SlopedNode {
     explicit Inverted(Shape s) : shape(std::move(s)) {}
     Real distance(const Vec3& x) const override { return -shape.distance(x); }
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        const Real d = shape.sloped(x, step, slope);
+        slope = -slope;
+        return -d;
+    }
+    std::optional<Shape> within(const Ball3& ball) const override { return with_parts_within(*this, ball); }
     std::optional<Box3> bounds() const override { return std::nullopt; }
     std::optional<TriangleMesh> exact_mesh(int segments) const override {
         auto mesh = shape.node().exact_mesh(segments);
@@ -154,7 +185,7 @@ struct Inverted final : Shape::Node {
         return inner ? std::make_shared<FaceTree>(complement(*inner)) : nullptr;
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
-    Shape shape;
+    SlopedShape shape;
 };
 
 }  // namespace

@@ -6,8 +6,10 @@
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/face_tree.h"
+#include "pipeline/geometry/local_shape.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/sloped_shape.h"
 
 namespace thixo {
 namespace {
@@ -18,8 +20,16 @@ Real smooth_min(Real a, Real b, Real radius) {
     return std::min(a, b) - (overlap > 0 ? overlap * overlap / (4 * radius) : Real(0));
 }
 
+/// The same, and in slope_a, of a, the gradient of the result.
+Real smooth_min(Real a, Real b, Real radius, Vec3& slope_a, const Vec3& slope_b) {
+    const Real overlap = radius - std::abs(a - b), other = overlap > 0 ? overlap / (2 * radius) : Real(0);
+    const Real part_b = a <= b ? other : 1 - other;
+    slope_a += part_b * (slope_b - slope_a);
+    return smooth_min(a, b, radius);
+}
+
 /// Of the shape whose surface is nearest.
-std::optional<Vec3f> colour_of_nearest(const std::vector<Shape>& shapes, const Vec3& x) {
+std::optional<Vec3f> colour_of_nearest(const std::vector<SlopedShape>& shapes, const Vec3& x) {
     const Shape* nearest = nullptr;
     Real best = std::numeric_limits<Real>::max();
     for (const Shape& s : shapes)
@@ -33,7 +43,7 @@ std::optional<Vec3f> colour_of_nearest(const std::vector<Shape>& shapes, const V
 /// The boxes of shapes: no shape is nearer than its box, which is quickly told.
 class Boxes {
   public:
-    explicit Boxes(const std::vector<Shape>& shapes) {
+    explicit Boxes(const std::vector<SlopedShape>& shapes) {
         for (const Shape& s : shapes) boxes_.push_back(s.bounds());
     }
     bool farther(std::size_t k, const Vec3& x, Real than) const {
@@ -46,8 +56,33 @@ class Boxes {
     std::vector<std::optional<Box3>> boxes_;
 };
 
-struct Union final : Shape::Node {
-    Union(std::vector<Shape> list, Real radius) : shapes(std::move(list)), boxes(shapes), smooth(radius) {
+/// How far above the least of n folded values one must be to leave no trace: a fold lowers a value by smooth/4 at most
+/// and looks smooth far.
+Real traceless(Real smooth, std::size_t n) { return smooth * (2 + Real(n) / 4); }
+
+/// The shapes whose value (distance, or whatever `value` makes of it) may come within `margin` of the least in the
+/// ball, each with what matters of it; the first in any case if `keep_first`. Empty where that is all of all.
+template <class F>
+std::vector<Shape> least_in(const std::vector<SlopedShape>& shapes, const Ball3& ball, Real margin, bool keep_first,
+                            F&& value) {
+    std::vector<Real> at_centre;
+    for (std::size_t k = 0; k < shapes.size(); ++k) at_centre.push_back(value(k, shapes[k].distance(ball.centre)));
+    const Real most = *std::ranges::min_element(at_centre) + 2 * ball.radius + margin;
+    std::vector<Shape> kept;
+    bool same = true;
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+        if (at_centre[k] > most && !(keep_first && k == 0)) continue;
+        const auto part = parts_within(shapes[k], ball);
+        kept.push_back(part.value_or(shapes[k]));
+        same &= !part;
+    }
+    if (same && kept.size() == shapes.size()) kept.clear();
+    return kept;
+}
+
+struct Union final : Shape::Node, PartedNode, SlopedNode {
+    Union(const std::vector<Shape>& list, Real radius)
+        : shapes(list.begin(), list.end()), boxes(shapes), smooth(radius) {
         box = shapes[0].bounds();
         for (const Shape& s : shapes) {
             const auto other = s.bounds();
@@ -65,6 +100,28 @@ struct Union final : Shape::Node {
         }
         return d;
     }
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        Real d = shapes[0].sloped(x, step, slope);
+        for (std::size_t k = 1; k < shapes.size(); ++k) {
+            if (boxes.farther(k, x, d + smooth)) continue;
+            Vec3 other_slope;
+            const Real other = shapes[k].sloped(x, step, other_slope);
+            if (smooth > 0) {
+                d = smooth_min(d, other, smooth, slope, other_slope);
+            } else if (other < d) {
+                d = other;
+                slope = other_slope;
+            }
+        }
+        return d;
+    }
+    std::optional<Shape> within(const Ball3& ball) const override {
+        std::vector<Shape> kept = least_in(shapes, ball, traceless(smooth, shapes.size()), false,
+                                           [](std::size_t, Real distance) { return distance; });
+        if (kept.empty()) return std::nullopt;
+        if (kept.size() == 1) return kept[0];
+        return Shape(std::make_shared<Union>(std::move(kept), smooth));
+    }
     std::optional<Box3> bounds() const override { return box; }
     std::shared_ptr<const FaceTree> faces(Real by) const override {
         if (smooth > 0) return nullptr;
@@ -73,16 +130,16 @@ struct Union final : Shape::Node {
         return std::make_shared<FaceTree>(std::move(tree));
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
-    std::vector<Shape> shapes;
+    std::vector<SlopedShape> shapes;
     Boxes boxes;
     Real smooth;
     std::optional<Box3> box;
 };
 
 /// Intersection of the first with the others, or (less) with their complements.
-struct Intersection final : Shape::Node {
-    Intersection(std::vector<Shape> list, Real radius, bool less_)
-        : shapes(std::move(list)), boxes(shapes), smooth(radius), less(less_) {
+struct Intersection final : Shape::Node, PartedNode, SlopedNode {
+    Intersection(const std::vector<Shape>& list, Real radius, bool less_)
+        : shapes(list.begin(), list.end()), boxes(shapes), smooth(radius), less(less_) {
         box = shapes[0].bounds();
         for (std::size_t k = 1; k < shapes.size() && !less; ++k) {
             const auto other = shapes[k].bounds();
@@ -100,6 +157,41 @@ struct Intersection final : Shape::Node {
         // near it.
         return box ? std::max(d, outside(x)) : d;
     }
+    /// As the union of the complements.
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        Real d = -shapes[0].sloped(x, step, slope);
+        slope = -slope;
+        for (std::size_t k = 1; k < shapes.size(); ++k) {
+            if (less && boxes.farther(k, x, smooth + d)) continue;
+            Vec3 other_slope;
+            Real other = shapes[k].sloped(x, step, other_slope);
+            if (!less) {
+                other = -other;
+                other_slope = -other_slope;
+            }
+            if (smooth > 0) {
+                d = smooth_min(d, other, smooth, slope, other_slope);
+            } else if (other < d) {
+                d = other;
+                slope = other_slope;
+            }
+        }
+        slope = -slope;
+        return box ? out_of_box(*box, x, -d, slope) : -d;
+    }
+    /// The first stays, whose sign differs in a difference, and the box.
+    std::optional<Shape> within(const Ball3& ball) const override {
+        std::vector<Shape> kept =
+            least_in(shapes, ball, traceless(smooth, shapes.size()), true,
+                     [&](std::size_t k, Real distance) { return less && k > 0 ? distance : -distance; });
+        if (kept.empty()) return std::nullopt;
+        const bool in_box = !box || ((ball.centre - box->lower).minCoeff() > ball.radius &&
+                                     (box->upper - ball.centre).minCoeff() > ball.radius);
+        if (kept.size() == 1 && in_box) return kept[0];
+        auto part = std::make_shared<Intersection>(std::move(kept), smooth, less);
+        part->box = box;
+        return Shape(std::move(part));
+    }
     std::optional<Box3> bounds() const override { return box; }
     std::shared_ptr<const FaceTree> faces(Real by) const override {
         if (smooth > 0) return nullptr;
@@ -114,7 +206,7 @@ struct Intersection final : Shape::Node {
         return d > 0 ? d : std::numeric_limits<Real>::lowest();
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
-    std::vector<Shape> shapes;
+    std::vector<SlopedShape> shapes;
     Boxes boxes;
     Real smooth;
     bool less;

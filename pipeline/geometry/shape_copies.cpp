@@ -5,18 +5,28 @@
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/face_tree.h"
+#include "pipeline/geometry/local_shape.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/sloped_shape.h"
 
 namespace thixo {
 namespace {
 
 /// The image alone.
-struct Reflected final : Shape::Node {
+struct Reflected final : Shape::Node, PartedNode, SlopedNode {
     Reflected(Shape s, const Vec3& n, Real o) : shape(std::move(s)), normal(n), offset(o) {}
     Vec3 image(const Vec3& x) const { return x - 2 * (normal.dot(x) - offset) * normal; }
     Real distance(const Vec3& x) const override { return shape.distance(image(x)); }
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        const Real d = shape.sloped(image(x), step, slope);
+        slope -= 2 * normal.dot(slope) * normal;
+        return d;
+    }
+    std::optional<Shape> within(const Ball3& ball) const override {
+        return with_parts_within(*this, {image(ball.centre), ball.radius});
+    }
     std::optional<Box3> bounds() const override {
         const auto inner = shape.bounds();
         if (!inner) return std::nullopt;
@@ -32,14 +42,14 @@ struct Reflected final : Shape::Node {
             *inner, [&](const Shape& face) { return Shape(std::make_shared<Reflected>(face, normal, offset)); }));
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(image(x)); }
-    Shape shape;
+    SlopedShape shape;
     Vec3 normal;
     Real offset;
 };
 
 /// The union of many like shapes: those whose boxes are farther than another's surface are not asked.
-struct Copies final : Shape::Node {
-    explicit Copies(std::vector<Shape> list) : shapes(std::move(list)) {
+struct Copies final : Shape::Node, PartedNode, SlopedNode {
+    explicit Copies(const std::vector<Shape>& list) : shapes(list.begin(), list.end()) {
         for (const Shape& s : shapes) boxes.push_back(*s.bounds());
         box = boxes[0];
         for (const Box3& b : boxes) box = joined(box, b);
@@ -70,6 +80,22 @@ struct Copies final : Shape::Node {
         nearest(x, d);
         return d;
     }
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        Real d;
+        return shapes[nearest(x, d)].sloped(x, step, slope);
+    }
+    std::optional<Shape> within(const Ball3& ball) const override {
+        Real least;
+        nearest(ball.centre, least);
+        const Real most = least + 2 * ball.radius;
+        std::vector<Shape> kept;
+        for (std::size_t k = 0; k < shapes.size(); ++k)
+            if (distance_to(boxes[k], ball.centre) <= std::max(most, Real(0)) &&
+                shapes[k].distance(ball.centre) <= most)
+                kept.push_back(parts_within(shapes[k], ball).value_or(shapes[k]));
+        if (kept.size() == 1) return kept[0];
+        return Shape(std::make_shared<Copies>(std::move(kept)));
+    }
     std::optional<Box3> bounds() const override { return box; }
     std::shared_ptr<const FaceTree> faces(Real by) const override {
         FaceTree tree{FaceTree::Op::any};
@@ -80,7 +106,7 @@ struct Copies final : Shape::Node {
         Real d;
         return shapes[nearest(x, d)].node().colour(x);
     }
-    std::vector<Shape> shapes;
+    std::vector<SlopedShape> shapes;
     std::vector<Box3> boxes;
     Box3 box;
 };

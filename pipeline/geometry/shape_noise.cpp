@@ -4,8 +4,10 @@
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/face_tree.h"
 #include "pipeline/geometry/gradient_noise.h"
+#include "pipeline/geometry/local_shape.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/sloped_shape.h"
 
 namespace thixo {
 namespace {
@@ -26,7 +28,7 @@ struct Roughness {
 
 /// (distance - noise) / slope. Where the shape has edges its distance is that of the tree of its faces, so that the
 /// faces raised by the noise are its faces.
-struct Rough final : Shape::Node {
+struct Rough final : Shape::Node, PartedNode, SlopedNode {
     Rough(Shape s, const Roughness& r, Real by_)
         : shape(std::move(s)), tree(shape.node().faces(by_)), roughness(r), by(by_), inverse_slope(1 / r.slope()) {
         if (const auto inner = shape.bounds()) box = grown(*inner, r.most() + std::max(by, Real(0)));
@@ -37,6 +39,19 @@ struct Rough final : Shape::Node {
         const Real d = (smooth - roughness.height(x)) * inverse_slope;
         return outside > 0 ? std::max(d, outside) : d;
     }
+    Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
+        if (tree) return SlopedShape::by_differences(*this, x, step, slope);
+        const Real smooth = shape.sloped(x, step, slope) - by;
+        const NoiseSample noise = fractal_noise((x / roughness.scale).cast<float>(), roughness.octaves);
+        slope -= roughness.amplitude / roughness.scale * noise.gradient.cast<Real>();
+        slope *= inverse_slope;
+        const Real d = (smooth - roughness.amplitude * Real(noise.value)) * inverse_slope;
+        return box ? out_of_box(*box, x, d, slope) : d;
+    }
+    /// A tree of faces is asked in place of the shape.
+    std::optional<Shape> within(const Ball3& ball) const override {
+        return tree ? std::nullopt : with_parts_within(*this, ball);
+    }
     std::optional<Box3> bounds() const override { return box; }
     std::shared_ptr<const FaceTree> faces(Real more) const override {
         const Real total = by + more * roughness.slope();
@@ -46,7 +61,7 @@ struct Rough final : Shape::Node {
             *inner, [&](const Shape& face) { return Shape(std::make_shared<Rough>(face, roughness, Real(0))); }));
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(x); }
-    Shape shape;
+    SlopedShape shape;
     std::shared_ptr<const FaceTree> tree;
     Roughness roughness;
     Real by, inverse_slope;

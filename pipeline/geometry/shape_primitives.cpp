@@ -6,15 +6,21 @@
 #include "pipeline/geometry/primitive_mesh.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/sloped_shape.h"
 
 namespace thixo {
 namespace {
 
 Real length_of(Real a, Real b) { return std::sqrt(a * a + b * b); }
 
-struct Sphere final : Shape::Node {
+struct Sphere final : Shape::Node, SlopedNode {
     explicit Sphere(Real r) : radius(r) {}
     Real distance(const Vec3& x) const override { return x.norm() - radius; }
+    Real sloped(const Vec3& x, Real, Vec3& slope) const override {
+        const Real r = x.norm();
+        slope = r > 0 ? Vec3(x / r) : Vec3::Zero();
+        return r - radius;
+    }
     std::optional<Box3> bounds() const override { return Box3{Vec3::Constant(-radius), Vec3::Constant(radius)}; }
     std::optional<TriangleMesh> exact_mesh(int segments) const override { return sphere_mesh(radius, segments); }
     Real radius;
@@ -116,9 +122,13 @@ struct Torus final : Shape::Node {
     Real radius, tube;
 };
 
-struct Plane final : Shape::Node {
+struct Plane final : Shape::Node, SlopedNode {
     Plane(const Vec3& n, Real o) : normal(n), offset(o) {}
     Real distance(const Vec3& x) const override { return normal.dot(x) - offset; }
+    Real sloped(const Vec3& x, Real, Vec3& slope) const override {
+        slope = normal;
+        return distance(x);
+    }
     std::optional<Box3> bounds() const override { return std::nullopt; }
     Vec3 normal;
     Real offset;

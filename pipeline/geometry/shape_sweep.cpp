@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "pipeline/geometry/bounds.h"
+#include "pipeline/geometry/local_shape.h"
 #include "pipeline/geometry/shape_checks.h"
 #include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/sloped_shape.h"
 
 namespace thixo {
 namespace {
@@ -39,15 +41,18 @@ struct Span {
         return away[nearest];
     }
     /// The least of f(t) = |x - c(t)| - r(t) near a sample: Newton's method on f' within the bracket of its
-    /// neighbours, by halves where that leaves it.
-    Real refined(const Vec3& x, int nearest) const {
+    /// neighbours, by halves where that leaves it. In `found` its ball.
+    Real refined(const Vec3& x, int nearest, Vec4& found) const {
         Real low = Real(std::max(nearest - 1, 0)) / kSteps, high = Real(std::min(nearest + 1, kSteps)) / kSteps;
         Real t = Real(nearest) / kSteps, best = std::numeric_limits<Real>::max();
         for (int i = 0; i < 12; ++i) {
             const Vec4 p = at(t), v = velocity(t), w = acceleration(t);
             const Vec3 from = p.head<3>() - x;
             const Real away = from.norm(), inverse = 1 / std::max(away, std::numeric_limits<Real>::min());
-            best = std::min(best, away - p[3]);
+            if (away - p[3] < best) {
+                best = away - p[3];
+                found = p;
+            }
             const Real along = from.dot(v.head<3>()) * inverse, slope = along - v[3];
             (slope > 0 ? high : low) = t;
             const Real curvature = (v.head<3>().squaredNorm() + from.dot(w.head<3>()) - along * along) * inverse - w[3];
@@ -60,11 +65,14 @@ struct Span {
             if (step < (newton ? Real(5e-3) : Real(1e-4))) break;
         }
         const Vec4 p = at(t);
-        return std::min(best, (x - p.head<3>()).norm() - p[3]);
+        const Real last = (x - p.head<3>()).norm() - p[3];
+        if (!(last < best)) return best;
+        found = p;
+        return last;
     }
 };
 
-struct Swept final : Shape::Node {
+struct Swept final : Shape::Node, PartedNode, SlopedNode {
     explicit Swept(std::vector<Span> list) : spans(std::move(list)) {
         for (std::size_t k = 0; k < spans.size(); ++k) {
             const Box3 ball{spans[k].centre - Vec3::Constant(spans[k].reach),
@@ -72,6 +80,10 @@ struct Swept final : Shape::Node {
             box = k == 0 ? ball : joined(box, ball);
         }
         tighten();
+        lay_out();
+    }
+    void lay_out() {
+        for (auto* v : {&centre_x, &centre_y, &centre_z, &reach}) v->clear();
         for (const Span& s : spans) {
             centre_x.push_back(s.centre.x());
             centre_y.push_back(s.centre.y());
@@ -83,6 +95,18 @@ struct Swept final : Shape::Node {
     /// min over t of |x - c(t)| - r(t): the union of balls. By the nearest sample, then Newton's method from it; spans
     /// that cannot be nearer than another's samples are left out.
     Real distance(const Vec3& x) const override {
+        Vec4 ball;
+        return nearest_ball(x, ball);
+    }
+    Real sloped(const Vec3& x, Real, Vec3& slope) const override {
+        Vec4 ball;
+        const Real d = nearest_ball(x, ball);
+        slope = x - ball.head<3>();
+        const Real away = slope.norm();
+        if (away > 0) slope /= away;
+        return d;
+    }
+    Real nearest_ball(const Vec3& x, Vec4& ball) const {
         thread_local std::vector<Real> bound;
         bound.resize(centre_x.size());
         for (std::size_t k = 0; k < bound.size(); ++k)
@@ -94,12 +118,31 @@ struct Swept final : Shape::Node {
         const auto ask = [&](const Span& s) {
             int nearest;
             const Real sample = s.nearest_sample(x, nearest);
-            if (sample - s.between < best) best = std::min(best, s.refined(x, nearest));
+            if (!(sample - s.between < best)) return;
+            Vec4 found;
+            if (const Real d = s.refined(x, nearest, found); d < best) {
+                best = d;
+                ball = found;
+            }
         };
         ask(spans[first]);
         for (std::size_t k = 0; k < spans.size(); ++k)
             if (k != first && bound[k] < best) ask(spans[k]);
         return best;
+    }
+    std::optional<Shape> within(const Ball3& ball) const override {
+        std::vector<Real> sample;
+        int nearest;
+        for (const Span& s : spans) sample.push_back(s.nearest_sample(ball.centre, nearest));
+        const Real most = *std::ranges::min_element(sample) + 2 * ball.radius;
+        std::vector<Span> kept;
+        for (std::size_t k = 0; k < spans.size(); ++k)
+            if (sample[k] - spans[k].between <= most) kept.push_back(spans[k]);
+        if (kept.size() == spans.size()) return std::nullopt;
+        auto part = std::make_shared<Swept>(*this);
+        part->spans = std::move(kept);
+        part->lay_out();
+        return Shape(std::move(part));
     }
     std::optional<Box3> bounds() const override { return box; }
 

@@ -42,6 +42,13 @@ double spacing_for(const SolidPoints& points, std::size_t count, double widest) 
     return (low + high) / 2;
 }
 
+/// At which a box would have a square for each of `count` surfels.
+double spacing_by_box(const Box3& bounds, std::size_t count) {
+    const Vec3d size = (bounds.upper - bounds.lower).cast<double>();
+    const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+    return std::sqrt(area / static_cast<double>(count));
+}
+
 /// Points, and in `spacing` what the count comes to.
 SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling, double& spacing) {
     if (sampling.spacing > 0) {
@@ -49,8 +56,7 @@ SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling
         return points_on_faces(solid, spacing, kSheetReach * spacing, sampling.seed);
     }
     const Vec3d size = (solid.bounds.upper - solid.bounds.lower).cast<double>();
-    const double box = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
-    double guess = std::sqrt(box / static_cast<double>(sampling.count));
+    double guess = spacing_by_box(solid.bounds, sampling.count);
     // The area of many is found with few.
     if (sampling.count >= 4 * kFew) {
         double few = 0;
@@ -156,7 +162,9 @@ SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& samplin
     if (sampling.count > 0 && sampling.spacing > 0)
         throw InputError("a surface is sampled by a count of surfels or by their spacing; give one of the two");
     if (sampling.count == 0 && sampling.spacing == 0) return one_for_every_point(shape);
-    const FacedSolid solid(shape);
+    const auto box = shape.bounds();
+    if (!box) throw InputError("an unbounded shape has no closed surface to sample; intersect it with a box");
+    const FacedSolid solid(shape, *box, sampling.count > 0 ? spacing_by_box(*box, sampling.count) : sampling.spacing);
     SampledSurface result;
     const SolidPoints points = find_points(solid, sampling, result.spacing);
     result.area = area_on_surface(points);

@@ -110,9 +110,18 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
         const Vec3 centre = body.place.cast<Real>();
         Real widest = usual;
         const SurfelCloud& cloud = sampled.surfels;
+        const auto disc = [&](std::size_t k) { return std::max(cloud.axis1[k].norm(), cloud.axis2[k].norm()); };
+        std::vector<char> beyond(cloud.size());
+        std::vector<EdgeCut> edge(cloud.size());
+        std::vector<Real> support(cloud.size());
+        parallel_for(cloud.size(), [&](std::size_t k) {
+            support[k] = weights_support(near, cloud.position[k] - centre, disc(k), usual);
+            if (!sampled.trim) return;
+            beyond[k] = std::abs(shape.distance(cloud.position[k])) > Real(0.02 * sampled.spacing);
+            edge[k] = edge_cut(shape, cloud, k);
+        });
         for (std::size_t k = 0; k < cloud.size(); ++k) {
             const Vec3 m = cloud.position[k] - centre;
-            const Real disc = std::max(cloud.axis1[k].norm(), cloud.axis2[k].norm());
             out.rest.position.push_back(m);
             out.rest.axis1.push_back(cloud.axis1[k]);
             out.rest.axis2.push_back(cloud.axis2[k]);
@@ -120,10 +129,9 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
             out.owner.push_back(static_cast<std::int32_t>(b));
             out.sheet.push_back(sampled.sheet[k]);
             out.first.push_back(cloud.position[k]);
-            const Real off = std::abs(shape.distance(cloud.position[k]));
-            out.beyond.push_back(sampled.trim && off > Real(0.02 * sampled.spacing));
-            out.edge.push_back(sampled.trim ? edge_cut(shape, cloud, k) : EdgeCut{});
-            out.support.push_back(weights_support(near, m, disc, usual));
+            out.beyond.push_back(beyond[k]);
+            out.edge.push_back(edge[k]);
+            out.support.push_back(support[k]);
             out.temperature.push_back(static_cast<Real>(source.temperature));
             widest = std::max(widest, reach_of_pieces(out, out.size() - 1));
         }

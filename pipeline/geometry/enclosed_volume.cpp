@@ -43,8 +43,10 @@ Lattice lattice_around(std::span<const Vec3> positions, Real support) {
     lattice.origin = lower - Vec3::Constant(Real(1.5) * support);
     const Vec3 extent = (upper - lower + Vec3::Constant(3 * support)) / lattice.edge;
     if (!(double(extent.maxCoeff()) < kMostCells))
-        throw ResourceError("the enclosed volume of {} surfels spread over {} x {} x {} cells is too large to compute",
-                            positions.size(), extent.x(), extent.y(), extent.z());
+        throw ResourceError(
+            "the enclosed volume of {} surfels spread over {} x {} x {} cells is too large to compute; does matter fly "
+            "away? Keep it in with boundaries",
+            positions.size(), extent.x(), extent.y(), extent.z());
     return lattice;
 }
 

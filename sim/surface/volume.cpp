@@ -159,12 +159,7 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         const bool near = (surface.surfels.position[i] - note.asked).squaredNorm() < square(Real(0.5) * spacing);
         return near ? note.walls.first : WallPlane{};
     });
-    std::vector<double> volume;
-    try {
-        volume = volume_by_component(s, surface.surfels, component, radius);
-    } catch (const ResourceError&) {
-        return;  // too widely spread to be measured: the lift stays as it is
-    }
+    const std::vector<double> volume = volume_by_component(s, surface.surfels, component, radius);
     surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
     const std::vector<Real> whole(component.size(), 1);
     Real largest = 0;

@@ -13,7 +13,8 @@ namespace thixo {
 std::vector<std::int32_t> components(const SurfaceState& surface, const Particles& particles);
 
 /// Volume [m^3] that the surfels of each component enclose, up to the walls: the coat that reaches a little into them,
-/// so that no film of air is seen there, does not count. `radius` r_s of a full surfel [m].
+/// so that no film of air is seen there, does not count. `radius` r_s of a full surfel [m]. Throws ResourceError where
+/// surfels are spread over millions of radii.
 std::vector<double> volume_by_component(const SurfaceState& surface, const std::vector<std::int32_t>& component,
                                         const Walls& walls, Real radius);
 

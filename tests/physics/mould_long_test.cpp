@@ -31,7 +31,8 @@ double mean_height(const Simulation& s) {
 /// Share of the particles whose centre the mould's shape holds.
 double cast_share(const Simulation& s) {
     const Shape& cast = s.problem.moulds.front().shape;
-    const auto inside = std::ranges::count_if(s.particles.position, [&](const Vec3& x) { return cast.distance(x) < 0; });
+    const auto inside =
+        std::ranges::count_if(s.particles.position, [&](const Vec3& x) { return cast.distance(x) < 0; });
     return static_cast<double>(inside) / static_cast<double>(s.particles.size());
 }
 

@@ -217,6 +217,7 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
                 const auto drawn = [&] {
                     if (!past_edge)
                         past_edge =
+                            embedded.beyond[root] &&
                             std::abs(solids.contacts.shape[owner].distance(embedded.first[root])) > kOwnSurface * width;
                     return Drawn{cloud.position[i], cloud.normal[i], *past_edge};
                 };

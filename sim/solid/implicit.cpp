@@ -21,7 +21,7 @@ double dot(const Vec3& a, const Vec3& b) { return a.cast<double>().dot(b.cast<do
 /// The rigid motion of a body by its masses: of its momenta.
 struct RigidRates {
     double mass = 0;
-    Vec3d centre{0, 0, 0}, velocity{0, 0, 0}, spin{0, 0, 0};
+    Vec3d centre{0, 0, 0}, velocity{0, 0, 0}, angular{0, 0, 0}, spin{0, 0, 0};
     Mat3d inertia = Mat3d::Zero();
     Vec3d spin_of(const Vec3d& angular) const {
         const Eigen::SelfAdjointEigenSolver<Mat3d> eigen(inertia);
@@ -60,7 +60,8 @@ RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
     r.velocity = sum.momentum / sum.mass;
     const Mat3d spread = sum.second - sum.mass * r.centre * r.centre.transpose();
     r.inertia = spread.trace() * Mat3d::Identity() - spread;
-    r.spin = r.spin_of(sum.angular - r.centre.cross(sum.momentum));
+    r.angular = sum.angular - r.centre.cross(sum.momentum);
+    r.spin = r.spin_of(r.angular);
     return r;
 }
 
@@ -89,6 +90,8 @@ Turning turn_on(const RigidRates& r, double dt) {
 void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
     Elements& e = solids.elements;
     for (auto* v : {&s.start, &s.base, &s.rigid}) v->resize(e.size());
+    s.turning.assign(e.size(), Vec3::Zero());
+    s.angular.assign(solids.bodies.size(), Vec3d::Zero());
     for (SolidBody& body : solids.bodies) {
         if (body.begin == body.end) continue;
         const RigidRates r = rigid_rates(body, e, [&](std::size_t i) {
@@ -96,6 +99,7 @@ void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
         });
         const Turning on = turn_on(r, dt);
         const Mat3d back = on.turn.transpose(), change = back - Mat3d::Identity();
+        s.angular[static_cast<std::size_t>(&body - solids.bodies.data())] = back * r.angular;
         parallel_for(body.end - body.begin, [&](std::size_t k) {
             const std::size_t i = body.begin + k;
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - r.centre;
@@ -109,6 +113,7 @@ void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
             e.velocity[i] = quad((trembles + rigid).cast<Real>());
             e.acceleration[i] = Vec3::Zero();
             const Vec3d turning = on.spin.cross(on.spin.cross(y)) + on.change.cross(y);
+            s.turning[i] = turning.cast<Real>();
             solids.external[i] = (back * solids.external[i].cast<double>() - turning).cast<Real>();
         });
         body.place += body.turn * (r.centre + dt * r.velocity - on.turn * r.centre);
@@ -319,15 +324,23 @@ class Step {
     ImplicitScratch& s_;
 };
 
-/// What the residual leaves of each body's momenta is given to it as a rigid motion.
-void keep_momenta(double dt, Solids& solids, ImplicitScratch& s) {
+/// What the step leaves of each body's momenta is given to it as a rigid motion: the residual, and what the velocities
+/// `before` have of angular momentum at the places of now, less what turns along, in place of what the body had.
+/// Between these two lies how the deformation of the step changes the inertia.
+void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, ImplicitScratch& s) {
     Elements& e = solids.elements;
-    for (const SolidBody& body : solids.bodies) {
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
         if (std::any_of(solids.held.begin() + body.begin, solids.held.begin() + body.end,
                         [](auto h) { return h != 0; }))
             continue;
-        const RigidRates left =
-            rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * s.residual[i].cast<double>()); });
+        if (body.begin == body.end) continue;
+        RigidRates left = rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * s.residual[i].cast<double>()); });
+        const RigidRates taken = rigid_rates(body, e, [&](std::size_t i) {
+            return Vec3d(static_cast<double>(e.mass[i]) *
+                         (xyz(before[i]).cast<double>() - dt * s.turning[i].cast<double>()));
+        });
+        left.spin += left.spin_of(s.angular[b] - taken.angular);
         parallel_for(body.end - body.begin, [&](std::size_t k) {
             const std::size_t i = body.begin + k;
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - left.centre;
@@ -390,7 +403,7 @@ ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& 
     const std::vector<Quad> before = e.velocity;
     move_held(time + dt, dt, solids);
     const ImplicitReport report = Step(dt, tolerance, walls, before, solids, s).solve();
-    keep_momenta(dt, solids, s);
+    keep_momenta(dt, before, solids, s);
     take_boundary_state(dt, solids);
     stay_out_of_walls(walls, solids);
     return report;

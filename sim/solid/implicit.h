@@ -20,6 +20,8 @@ struct ImplicitScratch {
     BoundaryTerms boundaries;
     std::vector<Quad> start, base;             // u at the beginning, in the frame of the end and in its own [m]
     std::vector<Quad> rigid;                   // velocity of the rigid motion at the end [m/s]
+    std::vector<Vec3> turning;                 // acceleration of what turns along [m/s^2]
+    std::vector<Vec3d> angular;                // of each body about its centre, before, in the frame of the end
     std::vector<Quad> change, direction;       // of u [m]
     std::vector<Vec3> residual, product;       // [N]
     std::vector<Vec3> preconditioned;          // [m]

@@ -54,10 +54,9 @@ TEST(ImplicitSolids, AreStableAtManyTimesTheExplicitStepAndNeverGainEnergy) {
     EXPECT_LE(most, before);
     EXPECT_GT(kinetic(s), 0.1 * before);
     EXPECT_EQ(s.stats.solid_unconverged, 0);
-    // What is left is the rigid motion: momentum stays but for rounding, 1e-6 of the motion, and the angular one but
-    // for what the trembling has of it between the frames, a few parts in a thousand.
+    // What is left is the rigid motion: momenta stay but for rounding, 1e-6 of the motion, a hundred times.
     EXPECT_LT((fixture::momentum(s.particles) - linear).norm(), 1e-5 * motion);
-    EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 0.01 * angular.norm());
+    EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-5 * angular.norm());
     EXPECT_LT(s.solids.stretch2, 1.01);
 }
 

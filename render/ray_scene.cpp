@@ -261,6 +261,7 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         Query query;
         rtcInitIntersectContext(&query.context);
         query.from = &from;
+        query.candidates.begin = ray.tmin;
         RTCRayHit found;
         found.ray = {ray.origin.x(),
                      ray.origin.y(),

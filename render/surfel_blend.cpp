@@ -144,19 +144,19 @@ bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, 
 /// away; it would then be caught there. A crossing within this many radii that the normal contradicts is none.
 constexpr float kStart = 0.3f;  // radii
 
-/// Where the next support begins, behind t.
+/// Where the next support begins, at t or behind it.
 float next_support(const Group& g, float t) {
     float next = kInfinity;
     for (int i = 0; i < g.count; ++i)
-        if (g.enter[i] > t) next = std::min(next, g.enter[i]);
+        if (g.enter[i] >= t) next = std::min(next, g.enter[i]);
     return next;
 }
 
 /// Walks along the ray by the distance f tells, until f changes to the sign of the other side.
-bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& trims, const Ray& ray, float t_reference,
-                 float end, bool inside, float& tau, Fit& at) {
+bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& trims, const Ray& ray, float t_start,
+                 float t_reference, float end, bool inside, float& tau, Fit& at) {
     const Vec3f& d = ray.direction;
-    const float start = ray.tmin - t_reference;
+    const float start = t_start - t_reference;
     const float begin = std::max(start, g.start);
     const bool trimmed = trims.trimmed(g.object);
     end = std::min(end, g.end);
@@ -294,7 +294,9 @@ bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const I
         if (inside ? g.away < 0 : g.towards > 0) continue;  // f only moves away from the crossing looked for
         float tau = 0;
         Fit at;
-        if (!crossing_of(groups, g, trims, ray, t_reference, end - t_reference, inside, tau, at)) continue;
+        if (!crossing_of(groups, g, trims, ray, candidates.start(ray, g.radius), t_reference, end - t_reference, inside,
+                         tau, at))
+            continue;
         if (found && t_reference + tau >= hit.t) continue;
         found = true;
         hit.t = t_reference + tau;

@@ -208,7 +208,7 @@ bool smooth_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const 
             continue;
         }
         const float t = t_reference + tau + step;
-        if (!(t >= ray.tmin && t <= end)) return false;
+        if (!(t >= candidates.start(ray, patch.radius) && t <= end)) return false;
         if (trims.trimmed(object[patch.layer]) &&
             !trims.keeps(object[patch.layer], patch.layer, ray.origin + t * d, patch.radius))
             return false;

@@ -59,7 +59,10 @@ PointSet particle_points(const Simulation& s) {
                    return Vec3f(static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z));
                }));
     points.add("id", p.id);
-    points.add("pscale", std::vector<float>(n, static_cast<float>(s.problem.smoothing.spacing / 2)));
+    const Real spacing = s.problem.smoothing.spacing;
+    points.add("pscale", collect<float>(n, [&](std::size_t i) {
+                   return static_cast<float>((p.has.spacing ? p.spacing[i] : spacing) / 2);
+               }));
     points.add("density", floats(p.density));
     points.add("pressure", collect<float>(n, [&](std::size_t i) { return static_cast<float>(shown_pressure(s, i)); }));
     points.add("temperature", floats(p.temperature));

@@ -17,6 +17,7 @@ struct Particles {
         bool surface = true;             // surface_position
         bool implicit_pressure = true;   // restoring
         bool implicit_viscosity = true;  // viscous_acceleration
+        bool spacing = true;             // spacing
     } has;
     std::vector<std::int64_t> id;            // unique for ever, given in order of creation
     std::vector<Vec3> position;              // x [m]
@@ -25,6 +26,7 @@ struct Particles {
     std::vector<Vec3> viscous_acceleration;  // the implicit viscosity's share of it [m/s^2]
     std::vector<Real> mass;                  // m [kg]
     std::vector<Real> rest_volume;           // V0 = m/rho0 [m^3]
+    std::vector<Real> spacing;               // of the lattice about it, where that is not the same everywhere [m]
     std::vector<Real> density;               // rho [kg/m^3], summation density with the walls' share
     std::vector<Real> pressure;              // P [Pa]
     std::vector<Real> restoring;         // the density solve's pressure times time squared, of the last step [Pa s^2]
@@ -49,6 +51,7 @@ void for_each_array(P& p, F&& f) {
     if (p.has.implicit_viscosity) f("viscous_acceleration", p.viscous_acceleration);
     f("mass", p.mass);
     f("rest_volume", p.rest_volume);
+    if (p.has.spacing) f("spacing", p.spacing);
     f("density", p.density);
     f("pressure", p.pressure);
     if (p.has.implicit_pressure) f("restoring", p.restoring);

@@ -41,7 +41,7 @@ struct RestField {
     const Solids& solids;
 
     Real support(const Vec3& m, Real disc) const {
-        return std::min(weights_support(grid, m, disc, solids.elements.support[body.begin]), grid.cell());
+        return std::min(weights_support(grid, m, disc, solids.elements.support[body.typical]), grid.cell());
     }
     /// m of a place y of the body's frame, y = m + u(m): u changes little from place to place.
     Vec3 material(const Vec3& y, Real disc) const {

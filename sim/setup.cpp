@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/volume_sampling.h"
 #include "sim/sampling.h"
 #include "sim/scene_shapes.h"
 #include "sim/solid/solid_setup.h"
@@ -104,6 +106,45 @@ void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, con
                 body.shape.where, body.name, x.x(), x.y(), x.z());
 }
 
+/// Particles of a hexagonal lattice: of a liquid each is what a site of the packing stands for, the mass of a solid is
+/// that of its shape.
+SampledVolume pack_body(const Shape& shape, bool solid, const std::function<bool(const Vec3&)>& free,
+                        const Simulation& s) {
+    const Real d = s.problem.smoothing.spacing;
+    SampledVolume sites;
+    sites.position = pack_shape(shape, d, free, s.problem.periodic);
+    const std::size_t count = sites.position.size();
+    if (count == 0) return sites;
+    const Real volume =
+        solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count))
+              : cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
+    sites.volume.assign(count, volume);
+    sites.spacing.assign(count, d);
+    return sites;
+}
+
+/// A solid's particles on another lattice (dissertation 5.7).
+SampledVolume sample_solid(const scene::Body& body, const Shape& shape, Real spacing) {
+    const bool octree = body.sampling.lattice == scene::Lattice::octree;
+    try {
+        return sample_volume(shape, {.lattice = octree ? Lattice::octree : Lattice::uniform,
+                                     .spacing = static_cast<double>(spacing),
+                                     .levels = body.sampling.levels});
+    } catch (const InputError& error) {
+        throw InputError("{}: body '{}': {}", body.shape.where, body.name, error.what());
+    }
+}
+
+Vec3d centre_of_mass(const SampledVolume& sites) {
+    Vec3d sum(0, 0, 0);
+    double volume = 0;
+    for (std::size_t k = 0; k < sites.position.size(); ++k) {
+        sum += static_cast<double>(sites.volume[k]) * sites.position[k].cast<double>();
+        volume += static_cast<double>(sites.volume[k]);
+    }
+    return sum / volume;
+}
+
 void add_body(const scene::Body& body, int number, Simulation& s) {
     const scene::Scene& scene = s.problem.scene;
     const Real d = s.problem.smoothing.spacing;
@@ -124,29 +165,28 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
     };
     const Shape shape = make_shape(scene, body.shape);
     refuse_beyond_faces(body, shape, s.problem.periodic, d);
-    const std::vector<Vec3> sites = pack_shape(shape, d, free, s.problem.periodic);
-    if (sites.empty())
+    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_body(shape, solid, free, s)
+                                                                                   : sample_solid(body, shape, d);
+    const std::size_t count = sites.position.size();
+    if (count == 0)
         throw InputError(
             "{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
             body.shape.where, body.name, d);
-    if (solid) refuse_overlap(body, sites, s);
-    // Of a liquid what a site of the packing stands for; of a solid the mass is that of its shape.
-    const Real volume =
-        solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(sites.size()))
-              : cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
-    Vec3d centre(0, 0, 0);
-    for (const Vec3& x : sites) centre += x.cast<double>() / static_cast<double>(sites.size());
+    if (solid) refuse_overlap(body, sites.position, s);
+    const Vec3d centre = centre_of_mass(sites);
     const std::size_t first = s.particles.size();
-    resize(s.particles, first + sites.size());
+    resize(s.particles, first + count);
     Particles& p = s.particles;
-    for (std::size_t k = 0; k < sites.size(); ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
         const std::size_t i = first + k;
         p.id[i] = s.next_id++;
-        p.position[i] = s.problem.periodic.wrapped(sites[k]);
+        p.position[i] = s.problem.periodic.wrapped(sites.position[k]);
         if (p.has.surface) p.surface_position[i] = p.position[i];
-        p.velocity[i] = (body.velocity + body.angular_velocity.cross(sites[k].cast<double>() - centre)).cast<Real>();
+        p.velocity[i] =
+            (body.velocity + body.angular_velocity.cross(sites.position[k].cast<double>() - centre)).cast<Real>();
         p.acceleration[i] = s.problem.gravity;
-        p.rest_volume[i] = volume;
+        p.rest_volume[i] = sites.volume[k];
+        if (p.has.spacing) p.spacing[i] = sites.spacing[k];
         p.density[i] = s.problem.materials[static_cast<std::size_t>(material)].density;
         p.mass[i] = p.density[i] * p.rest_volume[i];
         p.temperature[i] = body.temperature;
@@ -205,7 +245,10 @@ Simulation make_simulation(const scene::Scene& scene) {
     s.particles.has = {.surface = scene.surface.enabled,
                        .implicit_pressure = scene.solver.pressure == scene::Pressure::dfsph,
                        .implicit_viscosity = std::ranges::any_of(
-                           s.problem.materials, [](const MaterialParams& m) { return m.implicit_viscosity > 0; })};
+                           s.problem.materials, [](const MaterialParams& m) { return m.implicit_viscosity > 0; }),
+                       .spacing = std::ranges::any_of(scene.bodies, [](const scene::Body& b) {
+                           return b.sampling.lattice == scene::Lattice::octree;
+                       })};
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
     s.solids = make_solids(scene, smoothing, s.particles);
     make_phases(scene, smoothing, s.particles, s.solids);

@@ -292,6 +292,31 @@ void check_handles(const Scene& scene, const Checker& check) {
     }
 }
 
+/// An octree's particles differ in size, which elements know of and smoothing kernels do not.
+void check_sampling(const Scene& scene, const Checker& check) {
+    const auto flows = [](const Material& m) { return !m.elastic.solid() || m.melting.any(); };
+    const auto conducts = [](const Material& m) { return m.thermal.conductivity > 0; };
+    const auto any_body = [&](auto&& is) {
+        return std::ranges::any_of(scene.bodies, [&](const Body& b) {
+            return std::ranges::any_of(scene.materials,
+                                       [&](const Material& m) { return m.name == b.material && is(m); });
+        });
+    };
+    for (const Body& b : scene.bodies) {
+        if (b.sampling.lattice == Lattice::hexagonal) continue;
+        const std::string path = "bodies." + b.name + ".sampling.lattice";
+        const std::string remedy = "write lattice: hexagonal";
+        for (const Material& m : scene.materials)
+            check.require(m.name != b.material || !flows(m), path,
+                          "what is liquid or melts is sampled by a hexagonal lattice alone", remedy);
+        if (b.sampling.lattice != Lattice::octree) continue;
+        check.require(scene.emitters.empty() && !any_body(flows), path,
+                      "solids sampled by an octree in a scene with liquids are not supported yet", remedy);
+        check.require(!any_body(conducts), path, "heat in a solid sampled by an octree is not supported yet",
+                      remedy + ", or leave out \"conductivity\"");
+    }
+}
+
 /// What solids cannot do yet, told before anything is computed.
 void check_solids(const Scene& scene, const Checker& check) {
     const auto find = [&](const std::string& material) {
@@ -381,6 +406,7 @@ void check_scene(const Scene& scene, ReadContext& context) {
     check_orthotropic(scene, check);
     check_handles(scene, check);
     check_solids(scene, check);
+    check_sampling(scene, check);
     check_look(scene.look, context);
 }
 

@@ -110,6 +110,26 @@ void visit(V& v, Material& m) {
     v.reference("look", m.look, Refers::appearance, any(), "appearance; left out: the one of the material's own name");
 }
 
+enum class Lattice { hexagonal, uniform, octree };
+template <>
+struct Words<Lattice> {
+    static constexpr std::array<std::string_view, 3> list{"hexagonal", "uniform", "octree"};
+};
+
+/// Where the particles of a body stand at the start (dissertation 5.7).
+struct Sampling {
+    Lattice lattice = Lattice::hexagonal;
+    int levels = 2;  // of an octree: cells inside are up to 2^levels spacings wide
+};
+template <class V>
+void visit(V& v, Sampling& s) {
+    v.key(
+        "lattice", s.lattice, "", any(),
+        "hexagonal: the closest packing; uniform: cubes; octree: cubes of the size `solver.spacing` at the surface and "
+        "wider ones inside. The last two are for solids that do not melt, an octree for scenes without liquids");
+    v.key("levels", s.levels, "", between(0, 8), "octree: cells deep inside are up to 2^levels spacings wide");
+}
+
 struct Body {
     std::string name, material;
     Shape shape;
@@ -117,6 +137,7 @@ struct Body {
     Vec3d angular_velocity{0, 0, 0};  // rad/s about the shape's centre of mass
     double temperature = 20;          // degC
     int surfels = 0;                  // about so many on a solid; 0: by surface.radius
+    Sampling sampling;
 };
 template <class V>
 void visit(V& v, Body& b) {
@@ -128,6 +149,7 @@ void visit(V& v, Body& b) {
     v.key("temperature", b.temperature, "degC", between(-273.15, 1e5), "temperature at the start");
     v.key("surfels", b.surfels, "", between(0, 10'000'000),
           "number of surfels on the surface of a solid, about; 0: discs of the size surface.radius asks for");
+    v.block("sampling", b.sampling, "where its particles stand");
 }
 
 struct Emitter {

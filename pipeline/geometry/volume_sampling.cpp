@@ -58,11 +58,12 @@ struct Grid {
     Eigen::Array3i count;
 };
 
-/// Whether the surface passes a cell: its box reaches the tangent plane of the nearest surface.
-bool touches(const Shape& shape, const Grid& grid, Key k, int level) {
+/// Whether a cell is too near the surface to be this wide: its box reaches the tangent plane of the nearest surface, or
+/// comes nearer to it than one cell of every finer level.
+bool to_be_split(const Shape& shape, const Grid& grid, Key k, int level) {
     const Real edge = static_cast<Real>(grid.edge(level));
     const Vec3 x = grid.centre(k, level);
-    const Real d = std::abs(shape.distance(x));
+    const Real d = std::abs(shape.distance(x)) - static_cast<Real>(grid.edge(level) - grid.edge0);
     if (d > Real(0.8661) * edge) return false;
     const Vec3 n = shape.gradient(x, Real(0.05) * edge);
     const Real across = n.cwiseAbs().sum();
@@ -116,7 +117,7 @@ std::vector<Leaf> octree_leaves(const Shape& shape, const Grid& grid) {
     for (int level = grid.levels; level > 0; --level) {
         const auto at = static_cast<std::size_t>(level);
         split[at] = chosen(level == grid.levels ? top : children(split[at + 1]),
-                           [&](Key k) { return touches(shape, grid, k, level); });
+                           [&](Key k) { return to_be_split(shape, grid, k, level); });
     }
     for (int level = 2; level <= grid.levels; ++level) {
         const auto at = static_cast<std::size_t>(level);

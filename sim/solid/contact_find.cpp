@@ -34,7 +34,7 @@ struct Extent {
 
 Extent extent_of(const SolidBody& body, const BodyPose& pose, const Elements& e, std::vector<Vec3>& place) {
     Extent out;
-    out.width = std::cbrt(e.volume[body.begin]);
+    out.width = std::cbrt(e.volume[body.typical]);
     out.box.lower.setConstant(std::numeric_limits<Real>::max());
     out.box.upper = -out.box.lower;
     Vec3d sum(0, 0, 0);
@@ -117,7 +117,7 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     const SolidBody& body = view.solids.bodies[at(partner)];
     const Real width = view.extents[at(partner)].width, margin = kContactMargin * width;
     if (!near_matter(view.solids, body, c.grid[at(partner)], x)) return std::nullopt;
-    fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.begin], x, fit);
+    fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.typical], x, fit);
     const Vec3 m = fit.material + c.origin[at(partner)];
     const Shape& shape = c.shape[at(partner)];
     const Real d = shape.distance(m);
@@ -162,7 +162,7 @@ void find_between(const View& view, std::int32_t owner, std::int32_t partner, st
     const ContactSamples& s = view.solids.contacts.samples;
     const Elements& e = view.solids.elements;
     const Box3& box = view.extents[at(partner)].box;
-    const Real reach = view.reach(partner), wide = reach + 2 * e.support[view.solids.bodies[at(owner)].begin];
+    const Real reach = view.reach(partner), wide = reach + 2 * e.support[view.solids.bodies[at(owner)].typical];
     const Index first = s.first[at(owner)];
     const std::size_t count = s.first[at(owner) + 1] - first;
     std::vector<Vec3> place(count);
@@ -249,7 +249,7 @@ void make_grid(std::int32_t number, Solids& solids) {
     if (c.gridded[at(number)]) return;
     const SolidBody& body = solids.bodies[at(number)];
     c.grid[at(number)].build(std::span(c.place).subspan(body.begin, body.end - body.begin),
-                             solids.elements.support[body.begin]);
+                             solids.elements.support[body.typical]);
     c.gridded[at(number)] = 1;
 }
 
@@ -259,7 +259,7 @@ struct PairLaw {
 };
 PairLaw pair_law(const Solids& solids, std::int32_t a, std::int32_t b) {
     const auto layer = [&](std::int32_t body) {  // 1/k and 1/(mass per area)
-        const Index i = solids.bodies[at(body)].begin;
+        const Index i = solids.bodies[at(body)].typical;
         const Elements& e = solids.elements;
         return std::pair(1 / contact_pressure(solids.laws[at(body)], e.volume[i]),
                          square(std::cbrt(e.volume[i])) / e.mass[i]);
@@ -365,7 +365,7 @@ std::vector<Meets> ways_to_meet(const Solids& solids) {
 double shortest_time(const Solids& solids, const std::vector<Extent>& extents) {
     double shortest = 1e30;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
-        const Index i = solids.bodies[b].begin;
+        const Index i = solids.bodies[b].typical;
         if (!(extents[b].width > 0)) continue;
         const Real sound =
             std::sqrt(solids.laws[b].wave_modulus() * solids.elements.volume[i] / solids.elements.mass[i]);
@@ -378,7 +378,7 @@ double shortest_time(const Solids& solids, const std::vector<Extent>& extents) {
 
 bool near_matter(const Solids& solids, const SolidBody& body, const PointGrid& grid, const Vec3& x) {
     constexpr double kReach = 1.4;  // from any place of a surface to the nearest element, and the margin, in widths
-    const double width = std::cbrt(static_cast<double>(solids.elements.volume[body.begin]));
+    const double width = std::cbrt(static_cast<double>(solids.elements.volume[body.typical]));
     const auto reach = static_cast<Real>(kReach * width * std::sqrt(std::max(1.0, solids.stretch2)));
     bool near = reach > grid.cell();
     if (!near) grid.for_each_neighbour(x, reach, [&](Index, Real) { near = true; });

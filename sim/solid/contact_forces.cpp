@@ -32,7 +32,7 @@ void follow_contacts(Solids& solids) {
 }
 
 Pressing pressing_of(const Solids& solids, std::size_t partner, double kick, double dt, double last, bool backwards) {
-    const Real width = std::cbrt(solids.elements.volume[solids.bodies[partner].begin]);
+    const Real width = std::cbrt(solids.elements.volume[solids.bodies[partner].typical]);
     return {static_cast<Real>(0.5 / kick),
             kOutwards * width * static_cast<Real>(dt),
             static_cast<Real>(dt),

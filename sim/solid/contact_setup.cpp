@@ -16,7 +16,7 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
     const SolidBody& body = solids.bodies[static_cast<std::size_t>(number)];
     const Elements& e = solids.elements;
     const Shape& shape = c.shape[static_cast<std::size_t>(number)];
-    const double width = std::cbrt(static_cast<double>(e.volume[body.begin]));
+    const double width = std::cbrt(static_cast<double>(e.volume[body.typical]));
     const SampledSurface sampled = sample_surface(shape, {.count = 0, .spacing = width / kPerWidth, .seed = seed});
     ContactSamples& s = c.samples;
     const Vec3 origin = c.origin[static_cast<std::size_t>(number)];
@@ -31,7 +31,7 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
         s.normal.push_back(normal);
     }
     s.area.resize(s.size(), static_cast<Real>(sampled.area / static_cast<double>(s.size() - first)));
-    const Real support = e.support[body.begin];
+    const Real support = e.support[body.typical];
     std::vector<Vec3> place(e.size());
     for (Index i = body.begin; i < body.end; ++i) place[i] = xyz(e.rest[i]);
     PointGrid grid;
@@ -68,7 +68,7 @@ void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const Con
                 return depth;
             };
             const Real depth = std::max(deepest(a, b), deepest(b, a));
-            if (!(depth > kTold * std::cbrt(solids.elements.volume[solids.bodies[a].begin]))) continue;
+            if (!(depth > kTold * std::cbrt(solids.elements.volume[solids.bodies[a].typical]))) continue;
             log_warning(
                 "{}: body '{}' starts {:.3g} m deep in body '{}'; they are pushed apart slowly: move one of them",
                 source(b).shape.where, source(b).name, depth, source(a).name);

@@ -32,7 +32,7 @@ struct DrawnBody {
     Vec3 material(const Vec3& x, ElementFit& fit) const {
         const SolidBody& body = solids.bodies[number];
         const Elements& e = solids.elements;
-        const Real support = e.support[body.begin];
+        const Real support = e.support[body.typical];
         fit_elements(body, e, solids.contacts.place, solids.contacts.grid[number], pose.turn, support, x, fit);
         Vec3 m = fit.material;
         for (int k = 0; k < 8; ++k) {
@@ -77,11 +77,11 @@ std::vector<DrawnBody> drawn_bodies(const EmbeddedSurface& embedded, Solids& sol
             box.lower = box.lower.cwiseMin(c.place[i]);
             box.upper = box.upper.cwiseMax(c.place[i]);
         }
-        const Real width = std::cbrt(e.volume[body.begin]);
+        const Real width = std::cbrt(e.volume[body.typical]);
         const Real reach = width * static_cast<Real>(std::sqrt(std::max(1.0, solids.stretch2)));
         box.lower.array() -= reach;
         box.upper.array() += reach;
-        c.grid[b].build(std::span(c.place).subspan(body.begin, body.end - body.begin), e.support[body.begin]);
+        c.grid[b].build(std::span(c.place).subspan(body.begin, body.end - body.begin), e.support[body.typical]);
         const StressLaw& law = solids.laws[b];
         const Real modulus = law.mu * (3 * law.lambda + 2 * law.mu) / (law.lambda + law.mu);
         bodies.push_back({embedded, solids, b, poses[b], width, modulus, box});
@@ -212,7 +212,7 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
             for (std::size_t i = begin; i < end; ++i) {
                 const Index root = source[i];
                 const auto owner = static_cast<std::size_t>(embedded.owner[root]);
-                const Real width = std::cbrt(solids.elements.volume[solids.bodies[owner].begin]);
+                const Real width = std::cbrt(solids.elements.volume[solids.bodies[owner].typical]);
                 std::optional<bool> past_edge;
                 const auto drawn = [&] {
                     if (!past_edge)

@@ -35,8 +35,10 @@ using Stiffness6 = Eigen::Matrix<Real, 6, 6>;
 struct SolidBody {
     std::int32_t body =
         0;  // index into Scene::bodies, and Particles::body; -1: what emitters release, without rest shape
-    std::int32_t material = 0;       // index into Scene::materials
-    Index begin = 0, end = 0;        // its elements
+    std::int32_t material = 0;  // index into Scene::materials
+    Index begin = 0, end = 0;   // its elements
+    Index typical = 0;          // one whose width and support are those at its surface
+    Index lightest = 0;
     Mat3d turn = Mat3d::Identity();  // R
     Vec3d place{0, 0, 0};            // t [m]
 };

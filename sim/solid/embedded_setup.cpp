@@ -103,7 +103,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
         if (source.surfels == 0) sampling.spacing = scene.surface.radius * scene.solver.spacing;
         const SampledSurface sampled = sample_surface(shape, sampling);
         const std::vector<Vec3> place = places(body, solids.elements);
-        const Real usual = solids.elements.support[body.begin];
+        const Real usual = solids.elements.support[body.typical];
         // The grid's cells must hold the widest reach.
         PointGrid near;
         near.build(place, usual);

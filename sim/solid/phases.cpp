@@ -164,7 +164,8 @@ void make_phases(const scene::Scene& scene, const Smoothing& smoothing, const Pa
                 if (from.material == scene.materials[m].name && scene.materials[m].elastic.solid())
                     material = static_cast<std::int32_t>(m);
         const auto end = static_cast<Index>(e.size());
-        solids.bodies.push_back({.body = -1, .material = material, .begin = end, .end = end});
+        solids.bodies.push_back(
+            {.body = -1, .material = material, .begin = end, .end = end, .typical = end, .lightest = end});
     }
     s.refrozen.assign(solids.bodies.size(), 0);
     calibrate_rates(smoothing, s);

@@ -1,6 +1,7 @@
 #include "sim/solid/solid_setup.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/point_grid.h"
@@ -27,6 +28,18 @@ std::vector<Index> elements_in_order(const Particles& particles, std::int32_t bo
     return order;
 }
 
+/// Bodies are sampled finest at the surface; cells there are cut to all sizes, of which a typical one is the lattice's.
+void choose_examples(const Elements& e, const Smoothing& smoothing, SolidBody& body) {
+    const Real lattice = cube(smoothing.spacing / smoothing.support);
+    const auto off = [&](Index i) { return std::abs(std::log(e.volume[i] / (lattice * cube(e.support[i])))); };
+    body.typical = body.lightest = body.begin;
+    for (Index i = body.begin + 1; i < body.end; ++i) {
+        if (e.mass[i] < e.mass[body.lightest]) body.lightest = i;
+        const Index best = body.typical;
+        if (e.support[i] < e.support[best] || (e.support[i] == e.support[best] && off(i) < off(best))) body.typical = i;
+    }
+}
+
 void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& smoothing, const Particles& particles,
               Solids& s) {
     const scene::Body& source = scene.bodies[static_cast<std::size_t>(number)];
@@ -37,7 +50,12 @@ void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& s
     Elements& e = s.elements;
     SolidBody body{.body = number, .material = particles.material[order[0]], .begin = static_cast<Index>(e.size())};
     Vec3d centre(0, 0, 0);
-    for (const Index k : order) centre += particles.position[k].cast<double>() / static_cast<double>(order.size());
+    double mass = 0;
+    for (const Index k : order) {
+        centre += static_cast<double>(particles.mass[k]) * particles.position[k].cast<double>();
+        mass += static_cast<double>(particles.mass[k]);
+    }
+    centre /= mass;
     body.place = centre;
     const Shape shape = make_shape(scene, scene.bodies[static_cast<std::size_t>(number)].shape);
     for (const Index k : order) {
@@ -46,7 +64,8 @@ void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& s
         e.rest.push_back(quad((particles.position[k].cast<double>() - centre).cast<Real>()));
         e.mass.push_back(particles.mass[k]);
         e.volume.push_back(particles.rest_volume[k]);
-        e.support.push_back(smoothing.support);
+        e.support.push_back(particles.has.spacing ? smoothing.support * (particles.spacing[k] / smoothing.spacing)
+                                                  : smoothing.support);
         e.depth.push_back(std::max(-shape.distance(particles.position[k]), Real(0)));
         e.displacement.push_back(quad(Vec3::Zero()));
         e.velocity.push_back(quad(particles.velocity[k]));
@@ -57,6 +76,7 @@ void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& s
         s.element_of[id] = static_cast<Index>(e.size() - 1);
     }
     body.end = static_cast<Index>(e.size());
+    choose_examples(e, smoothing, body);
     s.bodies.push_back(body);
 }
 

@@ -44,7 +44,7 @@ std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std:
     std::vector<double> stiffest(bodies.size(), 0);
     for (int k = 0; k < kIterations; ++k) {
         for (const SolidBody& body : bodies)
-            if (body.begin < body.end) normalise(body, kSmall * elements.support[body.begin], field);
+            if (body.begin < body.end) normalise(body, kSmall * elements.support[body.typical], field);
         elements.displacement.swap(field);
         find_stress_forces(still, elements, scratch, force);
         elements.displacement.swap(field);
@@ -85,7 +85,7 @@ double stable_sub_step(const Solids& solids, bool walls) {
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         if (solids.bodies[b].begin == solids.bodies[b].end) continue;
         const StressLaw& law = solids.laws[b];
-        const Index first = solids.bodies[b].begin;
+        const Index lightest = solids.bodies[b].lightest;
         const FastestRates rates{std::max(solids.rates[b].stiffest, phases.rates.stiffest),
                                  std::max(solids.rates[b].damping, phases.rates.damping)};
         double omega2 = rates.stiffest * growth;
@@ -95,7 +95,8 @@ double stable_sub_step(const Solids& solids, bool walls) {
             damping += solids.contacts.rates[b].damping;
         }
         if (walls) {
-            const double spring = contact_stiffness(law, solids.elements.volume[first], solids.elements.mass[first]);
+            const double spring =
+                contact_stiffness(law, solids.elements.volume[lightest], solids.elements.mass[lightest]);
             omega2 += spring;
             damping += 2 * static_cast<double>(law.contact_damping) * std::sqrt(spring);
         }

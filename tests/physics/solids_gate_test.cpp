@@ -81,6 +81,14 @@ TEST(PulledBar, OfFibresGetsLongerByTheModulusOfTheDirectionItIsPulledIn) {
         {"pulled bar of fibres, along them", "lateral contraction", "1", -lateral / strain, 0.2, 0.01, "Poisson"});
 }
 
+TEST(PulledBar, SampledByOtherLatticesGetsLongerTheSame) {
+    for (const std::string lattice : {"uniform", "octree"}) {
+        const auto [strain, lateral] = pulled({"bodies.bar.sampling.lattice=" + lattice});
+        gate::expect({"pulled bar, " + lattice, "strain F/(E A)", "%", 100 * strain, 1, 0.03, "Hooke"});
+        gate::expect({"pulled bar, " + lattice, "lateral contraction", "1", -lateral / strain, 0.3, 0.009, "Poisson"});
+    }
+}
+
 /// Deflection over that of Timoshenko's beam.
 double deflection(const std::vector<std::string>& set) {
     Simulation s = make_simulation(gate::load("cantilever", set));
@@ -187,8 +195,8 @@ TEST(BlockOnASlope, SticksBelowTheAngleOfFriction) {
         {"block on a slope, steeper friction", "creep from frame 6 on", "m", way.back() - way[6], 0, 2e-5, "Coulomb"});
 }
 
-TEST(FallingCube, BouncesAndComesToRestWhereItsWeightHoldsIt) {
-    Simulation s = make_simulation(gate::load("landing"));
+void land(const std::string& what, const std::vector<std::string>& set) {
+    Simulation s = make_simulation(gate::load("landing", set));
     const gate::Series series = gate::run(s);
     const auto height = series.of("height"), energy = series.of("energy");
     const double most = *std::max_element(energy.begin(), energy.end());
@@ -198,12 +206,15 @@ TEST(FallingCube, BouncesAndComesToRestWhereItsWeightHoldsIt) {
         if (lowest < 0.055) bounce = std::max(bounce, h);
     }
     EXPECT_GT(bounce, 0.06);
-    gate::expect(
-        {"falling cube", "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
+    gate::expect({what, "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
     // Its weight presses it by rho g H/(3 E) in the mean, and the floor's spring by rho g H V^(1/3)/(lambda + 2 mu).
     const double settled = 0.05 - 9810 * 0.01 / 3e5 - 9810 * 0.1 * 0.01 / 1.346e5;
-    gate::expect({"falling cube", "height at the end", "m", height.back(), settled, 2e-4,
-                  "its weight; a fiftieth of a spacing"});
+    gate::expect({what, "height at the end", "m", height.back(), settled, 2e-4, "its weight; a fiftieth of a spacing"});
+}
+
+TEST(FallingCube, BouncesAndComesToRestWhereItsWeightHoldsIt) { land("falling cube", {}); }
+TEST(FallingCube, SampledByAnOctreeComesToRestThereToo) {
+    land("falling cube, octree", {"bodies.cube.sampling.lattice=octree"});
 }
 
 }  // namespace

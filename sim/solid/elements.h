@@ -65,11 +65,11 @@ struct Elements {
     std::vector<Stiffness6>
         anisotropic;  // C of laws that have one, in the material frame [Pa]; rewritten with the laws
     std::vector<std::pair<Index, Symmetric>> flat;  // elements without rank 3, ascending, and their projection P = A A+
-    // Neighbours: all j with |r_ij| below h_i or h_j. Each list is filled up with i itself, of weight 0, to a multiple
+    // Neighbours: all j with |r_ij| below the mean of h_i and h_j. Each list is filled up with i itself, of weight 0, to a multiple
     // of kLanes.
     std::vector<std::size_t> begin;  // one more than elements
     std::vector<Index> neighbour;
-    std::vector<Real> weight;       // w_ij = w_spiky(|r_ij|, h_i) [1/m^3], of i's own stencil
+    std::vector<Real> weight;       // w_ij [1/m^3], of i's own stencil
     std::vector<Real> weight_back;  // w_ji, of j's stencil
 
     // The state; part of a checkpoint.

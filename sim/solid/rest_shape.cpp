@@ -26,11 +26,14 @@ void list_body(const SolidBody& body, const Elements& elements, const std::funct
         const Index i = body.begin + static_cast<Index>(k);
         grid.for_each_neighbour(place[k], widest, [&](Index near, Real r2) {
             const Index j = body.begin + near;
-            if (j == i || !(r2 < square(std::max(elements.support[i], elements.support[j])))) return;
+            if (j == i || !(r2 < square((elements.support[i] + elements.support[j]) / 2))) return;
             if (!hang_together || hang_together(std::min(i, j), std::max(i, j))) lists[i].push_back(j);
         });
     });
 }
+
+/// Of an element of support h_j in the stencil of one of support h_i.
+Real weight(Real hi, Real hj, Real r) { return cube(hj / hi) * Spiky((hi + hj) / 2).value(r); }
 
 Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
     Mat3d a = Mat3d::Zero();
@@ -65,8 +68,8 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
         std::size_t k = elements.begin[i];
         for (const Index j : lists[i]) {
             const Real r = (xyz(elements.rest[j]) - xyz(elements.rest[i])).norm();
-            elements.weight[k] = Spiky(elements.support[i]).value(r);
-            elements.weight_back[k] = Spiky(elements.support[j]).value(r);
+            elements.weight[k] = weight(elements.support[i], elements.support[j], r);
+            elements.weight_back[k] = weight(elements.support[j], elements.support[i], r);
             elements.neighbour[k++] = j;
         }
         while (k < elements.begin[i + 1]) elements.neighbour[k++] = static_cast<Index>(i);

@@ -10,8 +10,12 @@ namespace thixo {
 /// Whether elements i < j of a body (by its index) hang together: there is matter all the way between them.
 using HangTogether = std::function<bool(std::size_t, Index, Index)>;
 
-/// Lists of every element's neighbours in its own body, with weights w_spiky(|r_ij|, h) for both ends' supports, from
-/// rest and support. Those that `hang_together` (none given: all) denies are none.
+/// Lists of every element's neighbours in its own body, with weights in the stencils of both, from rest and support:
+///   w_ij = (h_j/h_i)^3 w_spiky(|r_ij|, (h_i + h_j)/2)
+/// Where sizes change, matter counts by how much of it there is and both ends see each other alike: then the forces of
+/// a uniform stress nearly balance there, as they do where sizes are the same. (By h_i alone, as the dissertation has
+/// it, a ball of an octree that fell on a floor was squashed a sixth deeper than one of a packing and rose less high.)
+/// Those that `hang_together` (none given: all) denies are none.
 void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements,
                           const HangTogether& hang_together = nullptr);
 

@@ -30,10 +30,11 @@ struct SampledVolume {
 };
 
 /// Particles at the centres of the cells that are inside (distance < 0). The octree (dissertation 5.7): cells that the
-/// surface passes have the edge `spacing`, wider ones are at least one cell of every finer level away from it; leaves that share a face, an edge or a corner differ by one level at most
-/// (2:1). A cell's volume is its part inside, and what lies in cells whose centres are outside goes to the nearest
-/// particles' cells; then all are scaled so that their sum is the body's volume. Throws InputError where the shape is
-/// unbounded, nothing is inside, there would be more than 2^27 cells, or not exactly one of count and spacing is given.
+/// surface passes have the edge `spacing`, wider ones are at least one cell of every finer level away from it; leaves
+/// that share a face, an edge or a corner differ by one level at most (2:1). A cell's volume is its part inside, and
+/// what lies in cells whose centres are outside goes to the nearest particles' cells; then all are scaled so that their
+/// sum is the body's volume. Throws InputError where the shape is unbounded, nothing is inside, there would be more
+/// than 2^27 cells, or not exactly one of count and spacing is given.
 SampledVolume sample_volume(const Shape& shape, const VolumeSampling& sampling);
 
 }  // namespace thixo

@@ -76,8 +76,8 @@ class Path {
     /// Adds light. What took more than one scattering is limited, since single samples of it can be arbitrarily bright.
     void add(const Vec3f& light, bool indirect) {
         Vec3f c = s_.throughput.cwiseProduct(light);
+        if (!c.allFinite()) return;
         const float largest = c.maxCoeff();
-        if (!std::isfinite(largest)) return;
         if (indirect && world_.settings.clamp > 0 && largest > world_.settings.clamp)
             c *= world_.settings.clamp / largest;
         s_.radiance += c;

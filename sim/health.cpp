@@ -9,6 +9,8 @@
 namespace thixo {
 namespace {
 
+constexpr double kAbsoluteZero = -273.15, kHottest = 1e6;  // degC
+constexpr const char* kTemperature = "temperature";
 constexpr double kAbsurd = 10;  // speeds of sound: beyond, no time step of ours is meant for it
 
 double speed(const Quad& v) {
@@ -24,10 +26,12 @@ const char* wrong_term(const Simulation& s, std::size_t i, double fastest) {
     if (!std::isfinite(p.density[i])) return "density";
     if (!std::isfinite(p.pressure[i])) return "pressure";
     if (!p.acceleration[i].allFinite()) return "acceleration";
+    if (!(p.temperature[i] >= kAbsoluteZero && p.temperature[i] <= kHottest)) return kTemperature;
     return nullptr;
 }
 
-std::string likely_cause(const Simulation& s, const StepLimits& limits) {
+std::string likely_cause(const Simulation& s, const StepLimits& limits, const char* term) {
+    if (term == kTemperature) return "a heat source gives or takes more power than this matter can have";
     const double fixed = s.problem.scene.solver.time_step.fixed;
     if (fixed > limits.smallest())
         return fmt::format("solver.time_step.fixed of {:.3g} s is above the {} limit of {:.3g} s", fixed,
@@ -59,12 +63,13 @@ void check_health(const Simulation& s, const StepLimits& limits) {
     if (first == n) return;
     const scene::Scene& scene = s.problem.scene;
     const Vec3& x = s.particles.position[first];
+    const char* term = wrong_term(s, first, fastest);
     throw DivergedError(
         "the simulation diverged: {} of particle {} at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, step {} (dt "
         "{:.3g} s, limit {:.3g} s, "
         "speed {:.3g} m/s)\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
-        wrong_term(s, first, fastest), s.particles.id[first], x.x(), x.y(), x.z(), s.clock.frame + 1, s.clock.step,
-        s.clock.last_dt, limits.smallest(), speed(s.sweep.motion[first]), likely_cause(s, limits),
+        term, s.particles.id[first], x.x(), x.y(), x.z(), s.clock.frame + 1, s.clock.step, s.clock.last_dt,
+        limits.smallest(), speed(s.sweep.motion[first]), likely_cause(s, limits, term),
         s.problem.scene_path.empty() ? scene.name : s.problem.scene_path, scene.frames.first, s.clock.frame + 1);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "sim/scene_shapes.h"
 
@@ -50,11 +51,18 @@ namespace {
 
 // The sum of the Laplacian over a packing with a wall at half a layer, times h^2, at most; and room for what is packed
 // closer.
+constexpr double kMostSteps = 1e6;  // of conduction within one of all else
 constexpr double kMostNeighbours = 15 + 7, kRoom = 1.5;
 
 int stable_steps(const HeatParams& params, Real support, double dt) {
     const double unlike = params.materials.size() > 1 ? 2 : 1;  // k_ij is at most twice the smaller
     const double rate = unlike * params.fastest * kMostNeighbours * kRoom / square(static_cast<double>(support));
+    if (!(rate * dt <= kMostSteps))
+        throw InputError(
+            "heat spreads too fast for explicit steps: one of {:.3g} s would take {:.3g}; lower the conductivity, "
+            "raise "
+            "heat_capacity or solver.spacing",
+            dt, std::ceil(rate * dt));
     return std::max(1, static_cast<int>(std::ceil(rate * dt)));
 }
 

@@ -150,16 +150,20 @@ void note_positions(Probes& probes, const Particles& particles) {
     if (probes.needs_paths()) probes.before = particles.position;
 }
 
-void count_passages(Probes& probes, const Particles& particles, Real spacing) {
+void count_passages(Probes& probes, const Particles& particles, const Periodic& periodic) {
     for (std::size_t k = 0; k < probes.list.size(); ++k) {
         const Probes::Entry& e = probes.list[k];
         if (e.probe.measure != Measure::flux) continue;
         probes.passed[k] += parallel_sum(particles.size(), [&](std::size_t i) {
             const Vec3 &from = probes.before[i], &to = particles.position[i];
-            // No step is that long: the particle came in again on the other side of a periodic axis.
-            if (!((to - from).squaredNorm() < square(4 * spacing))) return 0.0;
             if (e.material >= 0 && particles.material[i] != e.material) return 0.0;
-            return static_cast<double>(particles.mass[i]) * crossing(e.probe, from.cast<double>(), to.cast<double>());
+            const auto passed = [&](const Vec3& a, const Vec3& b) {
+                return crossing(e.probe, a.cast<double>(), b.cast<double>());
+            };
+            // Through a periodic face: on the way out and on the way in again.
+            const Vec3 out = periodic.nearest_image(to, from);
+            const int count = out == to ? passed(from, to) : passed(from, out) + passed(from + to - out, to);
+            return static_cast<double>(particles.mass[i]) * count;
         });
     }
 }

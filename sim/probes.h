@@ -9,6 +9,7 @@
 #include "pipeline/contract/scene.h"
 #include "pipeline/geometry/shape.h"
 #include "sim/particles.h"
+#include "sim/periodic.h"
 
 namespace thixo {
 
@@ -31,9 +32,9 @@ struct Probes {
 Probes make_probes(const scene::Scene& scene);
 
 /// Call around what moves the particles, in the same order of particles: mass whose path of this step crosses a disc is
-/// counted there.
+/// counted there; through a periodic face it goes on at the other side.
 void note_positions(Probes& probes, const Particles& particles);
-void count_passages(Probes& probes, const Particles& particles, Real spacing);
+void count_passages(Probes& probes, const Particles& particles, const Periodic& periodic);
 
 /// The value of every probe at the present time, in the order of the scene; nothing where there is no mass to measure.
 /// Requires evaluate() at this time. Ends the interval of the flux probes.

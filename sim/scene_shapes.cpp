@@ -126,6 +126,9 @@ void warn_of_meshes(const scene::Scene& scene) {
                 "each "
                 "other); its inside is taken by winding number: close it where the body comes out wrong",
                 shape.where, k->file, report.open_edges, report.bad_edges);
+        if (report.void_normals > 0)
+            log_warning("{}: mesh {} has {} normals without a length; none of its normals are used", shape.where,
+                        k->file, report.void_normals);
         if (report.inside_out)
             log_warning("{}: mesh {} is inside out (its signed volume is negative); its triangles are turned round",
                         shape.where, k->file);

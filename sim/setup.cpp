@@ -36,6 +36,24 @@ std::vector<Mould> make_moulds(const scene::Scene& scene) {
     return moulds;
 }
 
+/// Twice the largest mean speed between two keys of a motion, of what is at most `reach` [m] from the axes it turns
+/// about: smooth motions are at most that much faster in the middle [m/s].
+double fastest_of(const std::vector<scene::Key>& keys, double reach) {
+    double fastest = 0;
+    for (std::size_t k = 1; k < keys.size(); ++k) {
+        const Quatd from = rotation_from_degrees(keys[k - 1].rotate), to = rotation_from_degrees(keys[k].rotate);
+        const double way = (keys[k].position - keys[k - 1].position).norm() + from.angularDistance(to) * reach;
+        fastest = std::max(fastest, 2 * way / (keys[k].time - keys[k - 1].time));
+    }
+    return fastest;
+}
+
+/// From the world's origin, about which keys turn, to the farthest corner of a shape's box [m]; 0 where it has none.
+double reach_of(const Shape& shape) {
+    const auto box = shape.bounds();
+    return box ? static_cast<double>(box->lower.cwiseAbs().cwiseMax(box->upper.cwiseAbs()).norm()) : 0;
+}
+
 double fastest_of(const scene::Scene& scene) {
     double fastest = 0;
     for (const scene::Body& b : scene.bodies) {
@@ -43,12 +61,14 @@ double fastest_of(const scene::Scene& scene) {
         const double reach = bounds ? 0.5 * static_cast<double>((bounds->upper - bounds->lower).norm()) : 0;
         fastest = std::max(fastest, b.velocity.norm() + b.angular_velocity.norm() * reach);
     }
-    for (const scene::Emitter& e : scene.emitters) fastest = std::max(fastest, e.speed);
-    // A wall's speed between two keys, twice the mean: smooth motions are at most that much faster in the middle.
+    for (const scene::Emitter& e : scene.emitters)
+        fastest = std::max(fastest, e.speed + fastest_of(e.motion, e.position.norm() + e.radius));
     for (const scene::Boundary& b : scene.world.boundaries)
-        for (std::size_t k = 1; k < b.motion.size(); ++k)
-            fastest = std::max(fastest, 2 * (b.motion[k].position - b.motion[k - 1].position).norm() /
-                                            (b.motion[k].time - b.motion[k - 1].time));
+        if (b.motion.size() > 1)
+            fastest = std::max(fastest, fastest_of(b.motion, reach_of(make_shape(scene, b.shape))));
+    for (const scene::Handle& h : scene.handles)
+        if (h.motion.size() > 1)
+            fastest = std::max(fastest, fastest_of(h.motion, reach_of(make_shape(scene, h.region))));
     return fastest;
 }
 
@@ -215,8 +235,10 @@ Simulation make_simulation(const scene::Scene& scene) {
     warn_of_meshes(scene);
     const Smoothing smoothing(static_cast<Real>(scene.solver.spacing), static_cast<Real>(scene.solver.support));
     const double speed = expected_speed(scene);
-    Simulation s{
-        .problem = {.scene = scene,
+    // Walls and the problem are made before what holds them: g++ 12 destroys the members of a nested initialiser twice
+    // where a later one throws.
+    Walls walls = make_walls(scene, smoothing);
+    Problem problem{.scene = scene,
                     .scene_path = {},
                     .smoothing = smoothing,
                     .tension = TensionScale(smoothing, scene.solver.pressure),
@@ -226,8 +248,8 @@ Simulation make_simulation(const scene::Scene& scene) {
                     .gravity = scene.world.gravity.cast<Real>(),
                     .periodic = make_periodic(scene.world, smoothing.support),
                     .expected_speed = speed,
-                    .emitters = {}},
-        .walls = make_walls(scene, smoothing)};
+                    .emitters = {}};
+    Simulation s{.problem = std::move(problem), .walls = std::move(walls)};
     for (std::size_t k = 0; k < scene.materials.size(); ++k) {
         MaterialParams& m = s.problem.materials[k];
         const scene::Material& source = scene.materials[k];

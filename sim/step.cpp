@@ -225,7 +225,7 @@ void move_on(Simulation& s, double dt, double wall_speed) {
     ++c.step;
     move_walls(s.walls, c.time);
     if (!alone) hold_off_walls(s.walls, s.particles, least_wall_distance(s), s.sweep.walls, dt, wall_speed);
-    count_passages(s.probes, s.particles, s.problem.smoothing.spacing);
+    count_passages(s.probes, s.particles, s.problem.periodic);
     wrap_particles(s.problem.periodic, s.particles);
 }
 

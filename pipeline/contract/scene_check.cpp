@@ -47,6 +47,11 @@ void check_motion(const std::vector<Key>& motion, const std::string& path, const
     for (std::size_t k = 1; k < motion.size(); ++k)
         check.require(motion[k].time > motion[k - 1].time, fmt::format("{}.{}.time", path, k),
                       fmt::format("\"time\" must ascend: {} is not after {}", motion[k].time, motion[k - 1].time));
+    for (std::size_t k = 1; k < motion.size(); ++k)
+        check.require((motion[k].rotate - motion[k - 1].rotate).cwiseAbs().maxCoeff() < 180,
+                      fmt::format("{}.{}.rotate", path, k),
+                      "\"rotate\" changes by 180 degrees or more from the key before: the way round would be lost",
+                      "add a key between them");
 }
 
 void check_heat(const Scene& scene, const Checker& check) {
@@ -186,6 +191,10 @@ void check_extents(const Scene& scene, const Checker& check) {
         if (!good(extents.of(h.region), "handles." + h.name + ".region")) return;
     for (const Probe& p : scene.probes)
         if (!good(extents.of(p.region), "probes." + p.name + ".region")) return;
+    for (const HeatSource& h : scene.world.heat_sources)
+        if (!good(extents.of(h.region), "world.heat_sources." + h.name + ".region")) return;
+    for (const Mould& m : scene.surface.moulds)
+        if (!good(extents.of(m.shape), "surface.moulds." + m.name + ".shape")) return;
 }
 
 void check_shapes(const Scene& scene, const Checker& check) {

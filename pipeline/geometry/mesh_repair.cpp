@@ -76,6 +76,8 @@ MeshReport inspect_mesh(const TriangleMesh& mesh) {
         report.volume += a.dot(b.cross(c)) / 6;
         if (!((b - a).cross(c - a).squaredNorm() > 0)) ++report.degenerate_triangles;
     }
+    report.void_normals = static_cast<std::size_t>(
+        std::ranges::count_if(mesh.normals, [](const Vec3f& n) { return !(n.squaredNorm() > 0); }));
     report.closed = !mesh.triangles.empty() && report.open_edges == 0 && report.bad_edges == 0;
     report.inside_out = report.volume < 0;
     return report;

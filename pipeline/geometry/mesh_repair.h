@@ -16,6 +16,7 @@ struct MeshReport {
     double volume = 0;                     // signed, of the triangles: sum of a.(b x c)/6
     bool closed = false;                   // triangles, and no open or bad edge
     bool inside_out = false;               // volume < 0
+    std::size_t void_normals = 0;          // vertices whose normal in the file has no length
 };
 MeshReport inspect_mesh(const TriangleMesh& mesh);
 

@@ -16,7 +16,7 @@ namespace {
 struct Triangles final : DirectSurface {
     explicit Triangles(std::shared_ptr<const MeshQuery> q) : query(std::move(q)) {
         const TriangleMesh& given = query->mesh();
-        if (given.normals.size() == given.vertices.size()) {
+        if (has_normals(given)) {
             smooth = given;
         } else {
             smooth = welded(given);
@@ -102,7 +102,7 @@ struct Mesh final : Shape::Node {
     std::optional<Box3> bounds() const override { return box; }
     std::optional<TriangleMesh> exact_mesh(int) const override {
         TriangleMesh mesh = query->mesh();
-        if (mesh.normals.size() != mesh.vertices.size()) add_vertex_normals(mesh);
+        if (!has_normals(mesh)) add_vertex_normals(mesh);
         return mesh;
     }
     /// Of the closest triangle's corners.

@@ -75,4 +75,9 @@ void add_vertex_normals(TriangleMesh& mesh) {
     }
 }
 
+bool has_normals(const TriangleMesh& mesh) {
+    return mesh.normals.size() == mesh.vertices.size() &&
+           std::ranges::all_of(mesh.normals, [](const Vec3f& n) { return n.squaredNorm() > 0; });
+}
+
 }  // namespace thixo

@@ -10,4 +10,7 @@ namespace thixo {
 /// with a normal of their own (sharp edges).
 void add_vertex_normals(TriangleMesh& mesh);
 
+/// Whether every vertex has a normal with a length.
+bool has_normals(const TriangleMesh& mesh);
+
 }  // namespace thixo

@@ -185,5 +185,63 @@ TEST(ASolidThatDiverges, StopsWithItsParticleFrameAndLikelyCause) {
         EXPECT_NE(said.find(part), std::string::npos) << part << " in " << said;
 }
 
+TEST(AWall, ThatCannotBeIsRefusedInOneLine) {
+    const TemporaryFolder folder;
+    const auto file = folder.path / "wall.obj";
+    const auto refusal = [&](const std::string& wall) {
+        try {
+            make_simulation(scene::parse_scene(
+                "frames: {first: 0, last: 1}\nmaterials: {stuff: {}}\nworld: {boundaries: {wall: {" + wall +
+                    "}}}\nbodies: {drop: {material: stuff, shape: {sphere: {radius: 0.1}}}}\nsolver: {spacing: 0.02}\n",
+                "bad.yaml"));
+        } catch (const InputError& e) {
+            return std::string(e.what());
+        }
+        return std::string();
+    };
+    const std::string box = "shape: {box: {size: [1, 1, 0.1]}, translate: [0, 0, -0.5]}";
+    EXPECT_EQ(refusal(box), "");
+    const std::string turned = refusal(box + ", motion: [{time: 0}, {time: 1, rotate: [0, 0, 180]}]");
+    EXPECT_NE(turned.find("bad.yaml:3:"), std::string::npos) << turned;
+    EXPECT_NE(turned.find("180 degrees or more"), std::string::npos) << turned;
+    // Told while the simulation is being made, when parts of it stand already.
+    for (const Case& c : cases()) {
+        if (std::string(c.refusal) != "is empty" && std::string(c.name) != "of points without normals") continue;
+        std::ofstream(file) << c.mesh;
+        const std::string said = refusal("shape: {mesh: {file: \"" + file.string() + "\", scale: 1}}");
+        EXPECT_NE(said.find(c.refusal), std::string::npos) << c.name << ": " << said;
+    }
+}
+
+TEST(ABodysMesh, OfNormalsWithoutLengthFacesOutwards) {
+    const TemporaryFolder folder;
+    const auto file = folder.path / "body.obj";
+    std::string mesh = cube(scaled(0.05)), text;
+    std::istringstream lines(mesh);
+    for (std::string line; std::getline(lines, line);) {
+        if (line[0] == 'f') {
+            std::istringstream words(line.substr(1));
+            std::string with;
+            for (int v; words >> v;) with += " " + std::to_string(v) + "//" + std::to_string(v);
+            line = "f" + with;
+        }
+        text += line + "\n";
+        if (line[0] == 'v') text += "vn 0 0 0\n";
+    }
+    std::ofstream(file) << text;
+    testing::internal::CaptureStderr();
+    const Simulation s = make_simulation(
+        scene::parse_scene("frames: {first: 0, last: 1}\nmaterials: {stuff: {youngs_modulus: 1.0e5}}\nbodies: {thing: "
+                           "{material: stuff, surfels: 600, shape: {mesh: {file: \"" +
+                               file.string() + "\", scale: 1}}}}\nsolver: {spacing: 0.02}\n",
+                           "bad.yaml"));
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("8 normals without a length"), std::string::npos) << said;
+    ASSERT_GT(s.embedded.size(), 300u);
+    for (std::size_t i = 0; i < s.embedded.size(); ++i)
+        EXPECT_NEAR(s.embedded.rest.normal[i].dot(s.embedded.rest.position[i]), 0.05,
+                    2e-3);  // about the mean of its particles
+}
+
 }  // namespace
 }  // namespace thixo

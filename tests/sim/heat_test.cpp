@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "tests/sim/fixture.h"
 #include "tests/sim/heat_of.h"
@@ -107,6 +108,28 @@ TEST(Heat, WithoutConductivityNothingChanges) {
     fixture::steps(s, 5, 1e-3);
     for (const double t : s.particles.temperature) EXPECT_EQ(t, 77);
     EXPECT_EQ(s.stats.heat_steps, 0);
+}
+
+TEST(Heat, BelowAbsoluteZeroOrBeyondReasonARunStops) {
+    scene::Scene scene = block({0.06, 0.06, 0.06});
+    scene::HeatSource source;
+    source.region = fixture::shape_at({0, 0, 0}, scene::BoxShape{{1, 1, 1}, 0});
+    source.power = -1e11;
+    scene.world.heat_sources = {source};
+    Simulation s = make_simulation(scene);
+    std::string said;
+    try {
+        while (s.clock.frame < 50) advance_frame(s);
+    } catch (const DivergedError& e) {
+        said = e.what();
+    }
+    EXPECT_NE(said.find("temperature of particle"), std::string::npos) << said;
+    EXPECT_NE(said.find("heat source"), std::string::npos) << said;
+
+    scene.materials[0].thermal.conductivity = 1e9;
+    scene.materials[0].thermal.heat_capacity = 1e-3;
+    Simulation fast = make_simulation(scene);
+    EXPECT_THROW(advance_frame(fast), InputError);
 }
 
 }  // namespace

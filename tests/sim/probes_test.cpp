@@ -100,5 +100,50 @@ TEST(Probes, WhatFlowsThroughADiscIsWhatTheEmitterReleases) {
     EXPECT_NEAR(sum, 1000 * kPi * square(0.02), 0.05 * 1000 * kPi * square(0.02));
 }
 
+TEST(Probes, FluxOfABodyThatCrossesSeveralSpacingsInAStepIsItsMass) {
+    // Solids alone move on by time_step.maximum: 25 mm in one of 5 ms, twelve spacings.
+    scene::Scene scene = fixture::empty_space();
+    scene.materials[0].elastic.youngs_modulus = 1e5;
+    scene.solver.spacing = 0.002;
+    scene.bodies = {
+        fixture::body("cube", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.02, 0.02, 0.02}, 0}), {5, 0, 0})};
+    scene::Probe p = probe(scene::Measure::flux);
+    p.position = {0.1, 0, 0};
+    p.direction = {1, 0, 0};
+    p.radius = 0.05;
+    scene.probes = {p};
+    Simulation s = make_simulation(scene);
+    evaluate(s);
+    measure(s);
+    advance_frame(s);
+    EXPECT_NEAR(measure(s).at(0).value() / 24, 0.008, 1e-5);  // kg/s over a frame
+}
+
+TEST(Probes, FluxThroughAPeriodicFaceIsCountedOnBothSides) {
+    scene::Scene scene = fixture::empty_space();
+    scene.solver.expected_speed = 1;
+    scene::PeriodicAxis axis;
+    axis.axis = scene::Axis::x;
+    axis.from = 0;
+    axis.to = 0.1;
+    scene.world.periodic = {axis};
+    scene.bodies = {
+        fixture::body("block", fixture::shape_at({0.05, 0, 0}, scene::BoxShape{{0.1, 0.1, 0.1}, 0}), {0.5, 0, 0})};
+    scene::Probe p = probe(scene::Measure::flux);
+    p.direction = {1, 0, 0};
+    p.radius = 0.3;
+    for (const double x : {0.0005, 0.05, 0.0995}) {
+        p.position = {x, 0, 0};
+        scene.probes.push_back(p);
+    }
+    Simulation s = make_simulation(scene);
+    evaluate(s);
+    measure(s);
+    for (int f = 0; f < 12; ++f) advance_frame(s);
+    const auto flux = measure(s);
+    for (const auto& through : flux) EXPECT_NEAR(through.value() / flux[1].value(), 1, 0.1);  // a layer in ten
+    EXPECT_GT(flux[1].value(), 0);
+}
+
 }  // namespace
 }  // namespace thixo

@@ -44,5 +44,33 @@ TEST(TimeStep, StiffnessAndViscosityLimitIt) {
     EXPECT_NEAR(limits().smallest(), 0.02 * 0.02 / 40, 1e-8);  // nu = 1 m^2/s
 }
 
+TEST(ExpectedSpeed, IsThatOfTheFastestWallHandleOrEmitter) {
+    // A paddle 0.2 m long turns by 90 degrees in 0.1 s: smooth motions reach at most twice the mean.
+    scene::Scene scene = fixture::empty_space();
+    EXPECT_LT(expected_speed(scene), 0.2);
+    scene::Boundary paddle;
+    paddle.shape = fixture::shape_at({0.1, 0, 0}, scene::BoxShape{{0.2, 0.02, 0.02}, 0});
+    paddle.motion = {{.time = 0}, {.time = 0.1, .rotate = {0, 0, 90}}};
+    scene.world.boundaries = {paddle};
+    const double tip = 0.2 * kPi / 2 / 0.1;
+    EXPECT_GT(expected_speed(scene), tip);
+    EXPECT_LT(expected_speed(scene), 2.05 * tip);
+
+    scene = fixture::empty_space();
+    scene::Handle hand;
+    hand.region = fixture::shape_at({0, 0, 0}, scene::Sphere{0.1});
+    hand.motion = {{.time = 0}, {.time = 0.1, .position = {0.3, 0, 0}}};
+    scene.handles = {hand};
+    EXPECT_NEAR(expected_speed(scene), 6, 1e-9);
+
+    scene = fixture::empty_space();
+    scene::Emitter hose;
+    hose.material = "water";
+    hose.speed = 2;
+    hose.motion = hand.motion;
+    scene.emitters = {hose};
+    EXPECT_NEAR(expected_speed(scene), 8, 1e-9);
+}
+
 }  // namespace
 }  // namespace thixo

@@ -18,9 +18,10 @@
 namespace thixo {
 namespace {
 
-constexpr Real kWallRoom = Real(0.1);  // spacings between a wall and the first particles
-constexpr Real kBodyRoom = Real(0.7);  // spacings between the particles of two bodies
-constexpr double kSlowest = 0.1;       // m/s
+constexpr Real kWallRoom = Real(0.1);               // spacings between a wall and the first particles
+constexpr Real kBodyRoom = Real(0.7);               // spacings between the particles of two bodies
+constexpr double kSlowest = 0.1;                    // m/s
+constexpr std::size_t kMostParticles = 2147483647;  // indices of particles and their ghosts are of 32 bits
 
 template <class T>
 int index_of(const std::vector<T>& list, const std::string& name, const char* what) {
@@ -195,6 +196,9 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
     if (solid) refuse_overlap(body, sites.position, s);
     const Vec3d centre = centre_of_mass(sites);
     const std::size_t first = s.particles.size();
+    if (first + count > kMostParticles)
+        throw InputError("{}: with body '{}' the scene has {} particles, and {} are possible; raise solver.spacing",
+                         body.shape.where, body.name, first + count, kMostParticles);
     resize(s.particles, first + count);
     Particles& p = s.particles;
     for (std::size_t k = 0; k < count; ++k) {

@@ -44,7 +44,7 @@ struct Grid {
             corner[a] = 0.5 * (low + high) - spacing * (0.5 * rows + std::floor((number[a] * widest - rows) / 2));
         }
         if (!(number.prod() * 8 < kMostCells) || !(number.maxCoeff() * widest < double(kField)))
-            throw InputError("a body of {} x {} x {} cells of {} m is too finely sampled; ask for fewer particles",
+            throw InputError("a body of {} x {} x {} cells of {} m is too finely sampled; raise solver.spacing",
                              number.x() * widest, number.y() * widest, number.z() * widest, spacing);
         count = number.cast<int>();
     }
@@ -206,8 +206,8 @@ SampledVolume sample_packing(const Shape& shape, const Box3& box, double spacing
         first[a] = 0.5 * (low + high) - 0.5 * (rows[a] - 1) * steps[a];
     }
     if (!(rows.prod() < kMostCells))
-        throw InputError("a body of {} x {} x {} particles is too finely sampled; ask for fewer", rows.x(), rows.y(),
-                         rows.z());
+        throw InputError("a body of {} x {} x {} particles is too finely sampled; raise solver.spacing", rows.x(),
+                         rows.y(), rows.z());
     // Odd rows stand half a site further along x, odd layers a third of a row along y.
     const Vec3 origin = (first - Eigen::Array3d(0.25, 1.0 / 6, 0) * steps.array()).matrix().cast<Real>();
     const Eigen::Array3i count = rows.cast<int>();

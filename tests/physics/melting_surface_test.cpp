@@ -146,7 +146,7 @@ Drawn melt(const std::string& scene, double body_size) {
 // melt of half of it, and to the end.
 void expect_paint_keeps(const Drawn& drawn) {
     EXPECT_LT(drawn.half.median, 0.005);
-    EXPECT_LT(drawn.half.most, 0.04);  // most of the farther ones lie on the plate
+    EXPECT_LT(drawn.half.most, 0.04);  // the farthest lie on the plate
     EXPECT_LT(drawn.half.own, 0.0025);
     EXPECT_GT(drawn.half.covered, 0.6);
     EXPECT_LT(drawn.end.median, 0.01);

@@ -64,23 +64,31 @@ void take_over(const EmbeddedSurface& embedded, const Solids& solids, const Surf
     SurfaceState& to = state.animated;
     for (std::size_t i = 0; i < source.size(); ++i) {
         const Index root = source[i];
-        if (!fresh[static_cast<std::size_t>(embedded.owner[root])] || embedded.beyond[root]) continue;
+        const EdgeCut& cut = embedded.edge[root];
+        // Pieces of a disc that has split need not reach the edge.
+        const bool whole = (i == 0 || source[i - 1] != root) && (i + 1 == source.size() || source[i + 1] != root);
+        const bool past = embedded.beyond[root] != 0;
+        if (!fresh[static_cast<std::size_t>(embedded.owner[root])] || (past && (cut.along == 0 || !whole))) continue;
         for_each_pair(to, shown, [&](auto& array, const auto& from) { array.push_back(from[i]); });
         to.id.back() = to.next_id++;
-        const SolidBody& body = solids.bodies[static_cast<std::size_t>(embedded.owner[root])];
-        add_zombie(shown.surfels, i, shown.rest[i], body.material, shown.body[i], state.zombies);
-        const EdgeCut& cut = embedded.edge[root];
         Vec3 &a = to.surfels.axis1.back(), &b = to.surfels.axis2.back();
+        if (past) {
+            const Real c = cut.shift * std::cos(cut.shift_angle), s = cut.shift * std::sin(cut.shift_angle);
+            to.surfels.position.back() += c * a + s * b;
+            to.rest.back() += c * embedded.rest.axis1[root] + s * embedded.rest.axis2[root];
+        }
+        const SolidBody& body = solids.bodies[static_cast<std::size_t>(embedded.owner[root])];
+        add_zombie(to.surfels, to.size() - 1, to.rest.back(), body.material, to.body.back(), state.zombies);
         const Real c = std::cos(cut.angle), s = std::sin(cut.angle);
         const Vec3 along = c * a + s * b, across = c * b - s * a;
         // Ellipses side by side must overlap at the edge, not only touch it.
         // Where two edges cut a disc short, in a corner, an ellipse would leave out the corner itself.
         const bool corner = cut.along < 1 && cut.across < 1;
-        const auto past = [corner](Real reach) {
+        const auto past_edge = [corner](Real reach) {
             return std::clamp(kPastEdge + (corner ? kIntoCorner : Real(1.2)) * reach, kShortest, Real(1));
         };
-        a = past(cut.along) * along;
-        b = past(cut.across) * across;
+        a = past_edge(cut.along) * along;
+        b = past_edge(cut.across) * across;
     }
 }
 

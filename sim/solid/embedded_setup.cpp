@@ -19,22 +19,54 @@ std::vector<Vec3> places(const SolidBody& body, const Elements& e) {
     return place;
 }
 
-/// The disc's part on a body with edges: how far one can go in the disc before the surface is left behind.
-EdgeCut edge_cut(const Shape& shape, const SurfelCloud& cloud, std::size_t k) {
-    constexpr int kWays = 16;
-    const Real radius = cloud.axis1[k].norm();
+constexpr int kWays = 16;
+Real way_angle(int w) { return static_cast<Real>(2 * kPi * w / kWays); }
+
+/// A disc of a face of a body.
+struct FaceDisc {
+    const Shape& shape;
+    Vec3 centre, axis1, axis2;
+
+    Vec3 way(Real angle) const { return std::cos(angle) * axis1 + std::sin(angle) * axis2; }
+    bool on_body(const Vec3& x) const { return std::abs(shape.distance(x)) <= Real(0.1) * axis1.norm(); }
+};
+
+/// How a disc with its centre on the body is cut by its edges. Of ways that are as short the one along which the other
+/// axis is longest: from a centre on an edge many ways lead off the body, and one leads straight.
+EdgeCut edge_cut(const FaceDisc& disc) {
     std::array<Real, kWays> reach{};
     for (int w = 0; w < kWays; ++w) {
-        const Real angle = static_cast<Real>(2 * kPi * w / kWays);
-        const Vec3 way = std::cos(angle) * cloud.axis1[k] + std::sin(angle) * cloud.axis2[k];
+        const Vec3 way = disc.way(way_angle(w));
         Real r = 1;
-        while (r > Real(0.15) && std::abs(shape.distance(cloud.position[k] + r * way)) > Real(0.1) * radius)
-            r -= Real(0.05);
+        while (r > Real(0.15) && !disc.on_body(disc.centre + r * way)) r -= Real(0.05);
         reach[static_cast<std::size_t>(w)] = r;
     }
-    const auto least = static_cast<std::size_t>(std::ranges::min_element(reach) - reach.begin());
-    const Real across = std::min(reach[(least + kWays / 4) % kWays], reach[(least + 3 * kWays / 4) % kWays]);
-    return {static_cast<Real>(2 * kPi * static_cast<double>(least) / kWays), reach[least], across};
+    const Real least = *std::ranges::min_element(reach);
+    EdgeCut cut{0, least, -1};
+    for (int w = 0; w < kWays; ++w) {
+        const auto at = [&](int k) { return reach[static_cast<std::size_t>(k % kWays)]; };
+        const Real across = std::min(at(w + kWays / 4), at(w + 3 * kWays / 4));
+        if (at(w) > least + Real(0.01) || across <= cut.across) continue;
+        cut.angle = way_angle(w);
+        cut.across = across;
+    }
+    return cut;
+}
+
+/// The same of a disc with its centre past the edge: it goes the shortest way to the body, and a little on.
+EdgeCut edge_cut_past(const FaceDisc& disc) {
+    constexpr Real kOn = Real(0.15);
+    for (Real r = Real(0.05); r < 1; r += Real(0.05))
+        for (int w = 0; w < kWays; ++w) {
+            const Vec3 way = disc.way(way_angle(w));
+            const Vec3 there = disc.centre + (r + kOn) * way;
+            if (!disc.on_body(disc.centre + r * way) || !disc.on_body(there)) continue;
+            EdgeCut cut = edge_cut({disc.shape, there, disc.axis1, disc.axis2});
+            cut.shift_angle = way_angle(w);
+            cut.shift = r + kOn;
+            return cut;
+        }
+    return {0, 0, 0};
 }
 
 /// The weights of a disc's three places, of all elements within `support` of any of them.
@@ -118,7 +150,8 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
             support[k] = weights_support(near, cloud.position[k] - centre, disc(k), usual);
             if (!sampled.trim) return;
             beyond[k] = std::abs(shape.distance(cloud.position[k])) > Real(0.02 * sampled.spacing);
-            edge[k] = edge_cut(shape, cloud, k);
+            const FaceDisc disc{shape, cloud.position[k], cloud.axis1[k], cloud.axis2[k]};
+            edge[k] = beyond[k] ? edge_cut_past(disc) : edge_cut(disc);
         });
         for (std::size_t k = 0; k < cloud.size(); ++k) {
             const Vec3 m = cloud.position[k] - centre;

@@ -13,9 +13,11 @@
 namespace thixo {
 
 /// How much of a disc beside an edge of the body lies on it: what is left of the half-axis in the direction `angle`
-/// from the first one, and of the other.
+/// from the first one, and of the other. A disc with its centre past the edge is taken `shift` radii in the direction
+/// `shift_angle` first, to where it lies on the body.
 struct EdgeCut {
     Real angle = 0, along = 1, across = 1;
+    Real shift_angle = 0, shift = 0;
 };
 
 /// An element's weights in the displacement of a surfel: w_poly6 over their sum.
@@ -30,7 +32,7 @@ struct EmbeddedSurface {
     std::vector<std::int32_t> owner, sheet;     // index of the SolidBody; sheet of its surface, from 0 on
     std::vector<Vec3> first;                    // m0: where the surfel was made, in the world [m]
     std::vector<std::uint8_t> beyond;           // 1: it reaches past an edge of the body, and the trim tree cuts it off
-    std::vector<EdgeCut> edge;                  // for where no trim tree cuts
+    std::vector<EdgeCut> edge;                  // for where no trim tree cuts; along = 0: nothing of it is on the body
     std::vector<Real> support;                  // of its weights: the elements', more where too few are near [m]
     std::vector<Real> temperature;              // degC
     std::vector<std::optional<TrimNode>> trim;  // by body
@@ -62,8 +64,8 @@ void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, const st
 /// The support of a surfel's weights: `usual` [m], or what reaches a few elements from all over its disc.
 Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual);
 
-/// u(m) of that field with weights of this support [m]; `grid` holds the body's elements at rest, one of them within the
-/// support. After displace_embedded.
+/// u(m) of that field with weights of this support [m]; `grid` holds the body's elements at rest, one of them within
+/// the support. After displace_embedded.
 Vec3 displacement(const PointGrid& grid, const SolidBody& body, const Solids& solids, const Vec3& m, Real support);
 
 /// The same of a body with a surface; empty where no element is as near.

@@ -12,31 +12,42 @@ namespace {
 constexpr Real kSameSide = Real(0.5);  // cosine between normals of one side
 // A tenth of the surfels': where the damped gradient is wrong they are brought back to the surface, but not along it.
 constexpr Real kLevel = Real(0.0005);
-constexpr Real kNear = Real(0.2);    // how far zombies may be off the surface, in surfel supports
-constexpr int kAsked = 24;           // zombies looked at
-constexpr std::size_t kFitted = 14;  // of those the most that take part
+constexpr Real kNear = Real(0.3);   // how far zombies may be off the surface, in surfel supports
+constexpr int kAsked = 24;          // zombies looked at
+constexpr std::size_t kFitted = 8;  // of those the most that take part
+// The most that x^T S^-1 x may be of a place x from the mean of points that spread by S: at the rim of a disc of them
+// it is 4.
+constexpr Real kBeyond = 4;
+using Vec2 = Eigen::Matrix<Real, 2, 1>;
+using Mat2 = Eigen::Matrix<Real, 2, 2>;
+using Mat32 = Eigen::Matrix<Real, 3, 2>;
 // Two zombies this much farther apart at first than now were brought together by a fold or a merge.
 constexpr Real kFolded = 4;
 
-/// Weighted first-order fit of m0 about a place.
+/// Weighted first-order fit of m0 about a place, along the surface.
 struct RestFit {
     Real weight = 0;
-    Vec3 mean{0, 0, 0}, mean_rest{0, 0, 0};
-    Mat3 spread = Mat3::Zero(), covariance = Mat3::Zero();
-    void add(Real w, const Vec3& x, const Vec3& m) {
+    Vec2 mean{0, 0};
+    Vec3 mean_rest{0, 0, 0};
+    Mat2 spread = Mat2::Zero();
+    Mat32 covariance = Mat32::Zero();
+    void add(Real w, const Vec2& x, const Vec3& m) {
         weight += w;
         mean += w * x;
         mean_rest += w * m;
         covariance += (w * m) * x.transpose();
         spread += (w * x) * x.transpose();
     }
-    /// At x = 0; offsets were given in parts of the weights' support.
+    /// At x = 0; offsets were given in parts of the weights' support. Beyond the points it is continued no farther than
+    /// kBeyond: where the surface has grown the fit would soon lead out of the body.
     Vec3 value() const {
-        const Vec3 x = mean / weight, m = mean_rest / weight;
-        const Mat3 c = covariance / weight - m * x.transpose();
-        // They lie nearly in a plane: across it the fit is level.
-        const Mat3 s = spread / weight - x * x.transpose() + Real(1e-3) * Mat3::Identity();
-        return m - c * s.inverse() * x;
+        const Vec2 x = mean / weight;
+        const Vec3 m = mean_rest / weight;
+        const Mat32 c = covariance / weight - m * x.transpose();
+        const Mat2 s = spread / weight - x * x.transpose() + Real(1e-3) * Mat2::Identity();
+        const Vec2 y = s.inverse() * x;
+        const Real far = x.dot(y);
+        return m - (far > kBeyond ? std::sqrt(kBeyond / far) : Real(1)) * c * y;
     }
 };
 
@@ -104,10 +115,13 @@ void take_rest_of_zombies(const Zombies& zombies, const std::vector<std::int32_t
     parallel_for(surface.size(), [&](std::size_t i) {
         if (!(melt[i] > 0)) return;
         const Vec3& x = cloud.position[i];
+        const Vec3& n = cloud.normal[i];
+        Vec3 a, b;
+        orthonormal_basis(n, a, b);
         std::vector<std::pair<Real, Index>> near, chosen;
         grid.nearest(x, kAsked, reach, near);
         for (const auto& [r2, k] : near) {
-            if (zombies.component[k] != component[i] || zombies.normal[k].dot(cloud.normal[i]) < kSameSide) continue;
+            if (zombies.component[k] != component[i] || zombies.normal[k].dot(n) < kSameSide) continue;
             if (!chosen.empty()) {
                 const Index first = chosen.front().second;
                 const Real apart = (zombies.position[k] - zombies.position[first]).norm() + reach / 8;
@@ -123,8 +137,10 @@ void take_rest_of_zombies(const Zombies& zombies, const std::vector<std::int32_t
         const Poly6 w(support);
         const Vec3& origin = zombies.rest[chosen.front().second];
         RestFit fit;
-        for (const auto& [r2, k] : chosen)
-            fit.add(w.value(r2), (zombies.position[k] - x) / support, zombies.rest[k] - origin);
+        for (const auto& [r2, k] : chosen) {
+            const Vec3 off = (zombies.position[k] - x) / support;
+            fit.add(w.value(r2) / w.value(0), {a.dot(off), b.dot(off)}, zombies.rest[k] - origin);
+        }
         surface.rest[i] = origin + fit.value();
     });
 }

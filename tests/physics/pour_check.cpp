@@ -124,17 +124,10 @@ Real touch_of(const Simulation& s) {
 }
 
 void measure_pops(const Simulation& s, PourFrame& frame) {
-    const Real h = s.problem.smoothing.support;
-    SurfaceState again = s.surface;
-    Particles frozen = s.particles;
-    frozen.surface_position = frozen.position;
-    update_surface(again, frozen, s.walls, s.problem.scene.surface, s.problem.smoothing.spacing, h, s.problem.moulds);
-    Comparison comparison(s.walls, touch_of(s), h);
-    comparison.compare(s.surface.surfels, again.surfels);
-    const std::vector<Real>& moves = comparison.distances();
+    const std::vector<Real> moves = moves_when_frozen(s);
     if (moves.empty()) return;
-    frame.pop = static_cast<double>(moves.back() / h);
-    frame.pop99 = static_cast<double>(moves[moves.size() * 99 / 100] / h);
+    frame.pop = static_cast<double>(moves.back());
+    frame.pop99 = static_cast<double>(moves[moves.size() * 99 / 100]);
 }
 
 /// The surfels that are not hidden in walls: places and normals.
@@ -177,6 +170,33 @@ void count_pieces(const Simulation& s, PourFrame& frame) {
 }
 
 }  // namespace
+
+std::vector<Real> moves_between(const Simulation& s, const SurfelCloud& a, const SurfelCloud& b) {
+    const Real h = s.problem.smoothing.support;
+    Comparison comparison(s.walls, touch_of(s), h);
+    comparison.compare(a, b);
+    std::vector<Real> moves = comparison.distances();
+    for (Real& move : moves) move /= h;
+    return moves;
+}
+
+std::vector<Real> moves_when_frozen(const Simulation& s) {
+    const scene::Surface& params = s.problem.scene.surface;
+    const Real spacing = s.problem.smoothing.spacing, h = s.problem.smoothing.support;
+    SurfaceState again = s.surface;
+    Particles frozen = s.particles;
+    frozen.surface_position = frozen.position;
+    if (s.embedded.size() == 0) {
+        update_surface(again, frozen, s.walls, params, spacing, h, s.problem.moulds);
+    } else {
+        Solids solids = s.solids;
+        MixedSurface mixed = s.mixed_surface;
+        std::vector<Index> source = s.embedded_source;
+        update_mixed_surface(s.embedded, solids, frozen, s.walls, params, spacing, h, s.problem.moulds, mixed, again,
+                             source);
+    }
+    return moves_between(s, s.surface.surfels, again.surfels);
+}
 
 PourFrame check_frame(const Simulation& s, std::size_t rays) {
     PourFrame frame;

@@ -25,6 +25,12 @@ struct PourFrame {
     std::size_t pieces = 0, bridges = 0;
 };
 
+/// Distances of the surfels of either surface from the discs of the other, in supports h, ascending. Left out is what
+/// is within h of a piece that only one of them has, and surfels hidden in walls.
+std::vector<Real> moves_between(const Simulation& s, const SurfelCloud& a, const SurfelCloud& b);
+/// The same between the surface and itself updated again with the particles where they are: `pop` of all surfels.
+std::vector<Real> moves_when_frozen(const Simulation& s);
+
 /// Of the simulation's present frame.
 PourFrame check_frame(const Simulation& s, std::size_t rays);
 

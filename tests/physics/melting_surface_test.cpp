@@ -155,8 +155,8 @@ void expect_paint_keeps(const Drawn& drawn) {
     EXPECT_LT(drawn.end.off_body, 0.06);
 }
 
-// A move of a tenth of a support h is seen as a pop. The frame in which the liquid takes over is a little above it, at
-// the foot of the body: there the liquid fills the last of the gap to the plate, and its coat is made.
+// A move of a tenth of a support h is seen as a pop. The frame in which the liquid takes over is above it: most of what
+// moves then is at the foot of the body, where the liquid fills the last of the gap to the plate.
 void expect_no_pops(const Drawn& drawn) {
     EXPECT_LT(drawn.pop, 0.11);
     EXPECT_LT(drawn.pop99, 0.06);

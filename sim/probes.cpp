@@ -9,6 +9,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/contract/atomic_file.h"
+#include "sim/frame_lines.h"
 #include "sim/scene_shapes.h"
 #include "sim/state.h"
 #include "sim/step.h"
@@ -207,9 +208,7 @@ void begin_probe_file(const std::filesystem::path& out, const Simulation& s, int
     if (std::ifstream old(out / kFile); old) {
         std::string line;
         std::getline(old, line);
-        if (line + "\n" == text)
-            while (std::getline(old, line) && !old.eof())  // a line that a kill cut short has no end
-                if (std::atoi(line.c_str()) <= frame) text += line + "\n";
+        if (line + "\n" == text) text += lines_of_frames(old, "", frame);
     }
     make_folder(out);
     write_whole(out / kFile, text);

@@ -11,6 +11,7 @@
 #include "pipeline/base/timer.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
+#include "pipeline/contract/folder_lock.h"
 #include "pipeline/contract/look_images.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
@@ -60,14 +61,16 @@ int last_cached(const Manifest& manifest, int first) {
 
 int estimate(const scene::Scene& scene, int last) {
     // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
-    // (150); a surfel in five particles of the surface. On disk a particle takes about 60 bytes a frame, a surfel 100.
-    constexpr double kMemory = 730, kDisk = 80;
-    const std::size_t particles = estimate_particles(scene);
+    // (150); a surfel of a liquid's in five particles. On disk a particle takes about 50 bytes a frame, a surfel 64. A
+    // solid's surfel, with the weights it is moved by, takes 1500 in memory.
+    constexpr double kMemory = 730, kSurfelMemory = 1500, kDisk = 65, kSurfelDisk = 64;
+    const Size size = estimate_size(scene);
+    const double particles = static_cast<double>(size.particles), surfels = static_cast<double>(size.surfels);
     const double frames = last - scene.frames.first + 1;
-    const double disk_per_frame = kDisk * static_cast<double>(particles);
+    const double disk_per_frame = kDisk * particles + kSurfelDisk * surfels;
     const nlohmann::ordered_json answer = {
-        {"particles", particles},
-        {"memory", static_cast<std::int64_t>(6e7 + kMemory * static_cast<double>(particles))},
+        {"particles", size.particles},
+        {"memory", static_cast<std::int64_t>(6e7 + kMemory * particles + kSurfelMemory * surfels)},
         {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
         {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
     fmt::print("{}\n", answer.dump());
@@ -130,6 +133,7 @@ int run_simulation(const SimArgs& args) {
         }
     }
     for (const std::string& warning : scene::scene_warnings(scene)) log_warning("{}", warning);
+    const FolderLock lock(out);
     catch_interrupts();
     double started = wall_seconds();
     Start begin = start(scene, identity, args);
@@ -140,6 +144,7 @@ int run_simulation(const SimArgs& args) {
     progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0,
                     begin.from_checkpoint ? "continued" : "from the start");
     begin_probe_file(out, s, begin.from_checkpoint ? s.clock.frame : first - 1);
+    begin_stats_file(out, begin.from_checkpoint ? s.clock.frame : first - 1);
     if (!begin.from_checkpoint) {
         refresh_surface(s);
         evaluate(s);

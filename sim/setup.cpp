@@ -291,7 +291,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     return s;
 }
 
-std::size_t estimate_particles(const scene::Scene& scene) {
+Size estimate_size(const scene::Scene& scene) {
     const Simulation s = make_simulation(scene);
     double count = static_cast<double>(s.particles.size());
     const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
@@ -299,7 +299,7 @@ std::size_t estimate_particles(const scene::Scene& scene) {
         const double seconds = std::max(0.0, std::min(end, scene.emitters[e].stop) - scene.emitters[e].start);
         count += seconds * s.problem.emitters[e].flow / s.problem.emitters[e].mass;
     }
-    return static_cast<std::size_t>(count + 0.5);
+    return {static_cast<std::size_t>(count + 0.5), s.embedded.size()};
 }
 
 }  // namespace thixo

@@ -17,8 +17,11 @@ Simulation make_simulation(const scene::Scene& scene);
 ///   0.1 m/s
 double expected_speed(const scene::Scene& scene);
 
-/// Particles the scene will have at its end, for `--estimate`: those of bodies, counted, and what the emitters release
-/// by the last frame.
-std::size_t estimate_particles(const scene::Scene& scene);
+/// What a scene will have at its end, for `--estimate`: particles of bodies, counted, and what the emitters release by
+/// the last frame; surfels on solids, counted as they are at the start.
+struct Size {
+    std::size_t particles = 0, surfels = 0;
+};
+Size estimate_size(const scene::Scene& scene);
 
 }  // namespace thixo

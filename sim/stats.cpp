@@ -6,9 +6,14 @@
 
 #include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/contract/atomic_file.h"
+#include "sim/frame_lines.h"
 
 namespace thixo {
 namespace {
+
+constexpr const char* kFile = "stats.jsonl";
+constexpr const char* kLead = "{\"frame\":";
 
 nlohmann::ordered_json solves(const SolveStats& s) {
     return {{"iterations", s.solves ? static_cast<double>(s.iterations) / s.solves : 0},
@@ -18,6 +23,10 @@ nlohmann::ordered_json solves(const SolveStats& s) {
 }
 
 }  // namespace
+
+void begin_stats_file(const std::filesystem::path& out, int frame) {
+    if (std::ifstream old(out / kFile); old) write_whole(out / kFile, lines_of_frames(old, kLead, frame));
+}
 
 void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds) {
     const StepStats& t = s.stats;
@@ -74,10 +83,10 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
         line["seconds"]["solids"] = t.solids_seconds;
         line["seconds"]["contact"] = t.contact_seconds;
     }
-    std::ofstream file(out / "stats.jsonl", std::ios::app);
+    std::ofstream file(out / kFile, std::ios::app);
     file << line.dump() << '\n';
     file.flush();
-    if (!file) log_warning("{}: cannot be written; the run goes on without statistics", (out / "stats.jsonl").string());
+    if (!file) log_warning("{}: cannot be written; the run goes on without statistics", (out / kFile).string());
 }
 
 }  // namespace thixo

@@ -8,6 +8,9 @@
 
 namespace thixo {
 
+/// Keeps the lines of out/stats.jsonl of frames up to `frame`: a run that continues goes on from there.
+void begin_stats_file(const std::filesystem::path& out, int frame);
+
 /// Appends one JSON object to out/stats.jsonl: frame, counts, steps, dt, the limit that set it, seconds by part,
 /// density error, surface report. A line that cannot be written is a warning: the run does not depend on it.
 void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds);

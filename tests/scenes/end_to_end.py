@@ -4,6 +4,7 @@ made twice.
 Usage: end_to_end.py BIN_FOLDER TEST_CLASS
 """
 import csv
+import fcntl
 import hashlib
 import json
 import os
@@ -368,12 +369,41 @@ class Command(Case):
         call("thixo", "preview", self.reference, "--frames", "2,4", "--what", "particles", "--attribute", "v")
         self.assertEqual(["particles.v.0002.png", "particles.v.0004.png"], sorted(p.name for p in (self.reference / "preview").iterdir()))
 
+    def test_a_folder_that_is_being_written_is_left_alone(self):
+        out = self.folder / "held"
+        sim(out, "--frames=1-3")
+        before = tree(out, "cache")
+        with open(out / ".lock", "r+") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            for word in ("--frames=1-5", "--restart"):
+                said = sim(out, word, code=2).stderr
+                self.assertIn("is being written by another simulation", said)
+                self.assertEqual(1, len(said.strip().splitlines()), said)
+            self.assertEqual(before, tree(out, "cache"))
+        sim(out, "--frames=1-5")
+
+    def test_statistics_have_one_line_a_frame(self):
+        out = self.folder / "counted"
+        for word in ("--frames=1-4", "--restart", "--frames=1-6"):
+            sim(out, word)
+        frames = [json.loads(line)["frame"] for line in (out / "stats.jsonl").read_text().splitlines()]
+        self.assertEqual(sorted(set(frames)), frames)
+
     def test_validate_estimates(self):
         facts = json.loads(call("thixo", "validate", SCENE, "--json").stdout)
         info = json.loads(call("thixo", "info", self.reference, "--json").stdout)
         last = info["frames"][-1]["particles"]
-        # Half to double: the estimate packs volumes, the simulation places particles on a lattice.
+        # Half to double: what emitters release depends on the flow.
         self.assertTrue(last / 2 <= facts["particles"] <= last * 2, (facts, last))
+        solid = self.folder / "solid.yaml"
+        solid.write_text("frames: {first: 0, last: 2}\nmaterials: {rubber: {youngs_modulus: 1.0e5}}\n"
+                         "bodies: {ball: {material: rubber, surfels: 5000, angular_velocity: [1, 2, 3], shape: {sphere: {radius: 0.1}}}}\n"
+                         "solver: {spacing: 0.02}\n")
+        facts = json.loads(call("thixo", "validate", solid, "--json").stdout)
+        out = self.folder / "solid"
+        sim(out, scene=solid)
+        used = sum(f.stat().st_size for f in (out / "cache").glob("*.vdb"))
+        self.assertTrue(used / 2 <= facts["disk"] <= used * 2, (facts, used))
         printed = self.folder / "printed.yaml"
         printed.write_text(call("thixo", "validate", SCENE, "--print").stdout)
         call("thixo", "validate", printed)

@@ -1,0 +1,20 @@
+// Files of one line a frame, of which a run that continues keeps the beginning.
+#pragma once
+
+#include <cstdlib>
+#include <istream>
+#include <string>
+#include <string_view>
+
+namespace thixo {
+
+/// The lines from here on that begin with `lead` and the number of a frame up to `last`. What a kill cut short has no
+/// end of line and is left out.
+inline std::string lines_of_frames(std::istream& file, std::string_view lead, int last) {
+    std::string kept;
+    for (std::string line; std::getline(file, line) && !file.eof();)
+        if (line.starts_with(lead) && std::atoi(line.c_str() + lead.size()) <= last) kept += line + "\n";
+    return kept;
+}
+
+}  // namespace thixo

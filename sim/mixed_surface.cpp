@@ -3,15 +3,11 @@
 #include <algorithm>
 
 #include "pipeline/base/parallel.h"
+#include "sim/surface/fit_discs.h"
 #include "sim/surface/interpolate.h"
 
 namespace thixo {
 namespace {
-
-// That a disc goes past an edge of its body, and keeps at least, in radii.
-constexpr Real kPastEdge = Real(0.22), kShortest = Real(0.35);
-// Part of its way to two edges that a disc in their corner takes: the half-axes of an ellipse about a rectangle.
-constexpr Real kIntoCorner = Real(1.4142136);
 
 template <class T>
 void keep(std::vector<T>& array, const std::vector<Index>& kept) {
@@ -81,14 +77,9 @@ void take_over(const EmbeddedSurface& embedded, const Solids& solids, const Surf
         add_zombie(to.surfels, to.size() - 1, to.rest.back(), body.material, to.body.back(), state.zombies);
         const Real c = std::cos(cut.angle), s = std::sin(cut.angle);
         const Vec3 along = c * a + s * b, across = c * b - s * a;
-        // Ellipses side by side must overlap at the edge, not only touch it.
-        // Where two edges cut a disc short, in a corner, an ellipse would leave out the corner itself.
         const bool corner = cut.along < 1 && cut.across < 1;
-        const auto past_edge = [corner](Real reach) {
-            return std::clamp(kPastEdge + (corner ? kIntoCorner : Real(1.2)) * reach, kShortest, Real(1));
-        };
-        a = past_edge(cut.along) * along;
-        b = past_edge(cut.across) * across;
+        a = past_edge(cut.along, corner) * along;
+        b = past_edge(cut.across, corner) * across;
     }
 }
 

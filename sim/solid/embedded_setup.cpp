@@ -28,7 +28,10 @@ struct FaceDisc {
     Vec3 centre, axis1, axis2;
 
     Vec3 way(Real angle) const { return std::cos(angle) * axis1 + std::sin(angle) * axis2; }
-    bool on_body(const Vec3& x) const { return std::abs(shape.distance(x)) <= Real(0.1) * axis1.norm(); }
+    /// Within a part of the disc's radius.
+    bool on_body(const Vec3& x, Real part = Real(0.1)) const {
+        return std::abs(shape.distance(x)) <= part * axis1.norm();
+    }
 };
 
 /// How a disc with its centre on the body is cut by its edges. Of ways that are as short the one along which the other
@@ -53,19 +56,26 @@ EdgeCut edge_cut(const FaceDisc& disc) {
     return cut;
 }
 
-/// The same of a disc with its centre past the edge: it goes the shortest way to the body, and a little on.
+/// The same of a disc with its centre past the edge: it goes the shortest way to the body, and a little on. Ways that
+/// are as short lie to both sides of the one that leads straight, their mean.
 EdgeCut edge_cut_past(const FaceDisc& disc) {
     constexpr Real kOn = Real(0.15);
-    for (Real r = Real(0.05); r < 1; r += Real(0.05))
+    for (Real r = Real(0.05); r < 1; r += Real(0.05)) {
+        Real c = 0, s = 0;
         for (int w = 0; w < kWays; ++w) {
-            const Vec3 way = disc.way(way_angle(w));
-            const Vec3 there = disc.centre + (r + kOn) * way;
-            if (!disc.on_body(disc.centre + r * way) || !disc.on_body(there)) continue;
-            EdgeCut cut = edge_cut({disc.shape, there, disc.axis1, disc.axis2});
-            cut.shift_angle = way_angle(w);
-            cut.shift = r + kOn;
-            return cut;
+            if (!disc.on_body(disc.centre + r * disc.way(way_angle(w)), Real(0.02) + Real(0.08) * r * r)) continue;
+            c += std::cos(way_angle(w));
+            s += std::sin(way_angle(w));
         }
+        if (std::hypot(c, s) < Real(0.01)) continue;
+        const Real angle = std::atan2(s, c);
+        const Vec3 there = disc.centre + (r + kOn) * disc.way(angle);
+        if (!disc.on_body(there)) continue;
+        EdgeCut cut = edge_cut({disc.shape, there, disc.axis1, disc.axis2});
+        cut.shift_angle = angle;
+        cut.shift = r + kOn;
+        return cut;
+    }
     return {0, 0, 0};
 }
 

@@ -124,10 +124,73 @@ void end_coats(std::vector<SheetSample>& sheets, const SurfelCloud& cloud, const
     });
 }
 
+/// Where faces of a solid that has not all melted meet in edges that jut out: discs end there, or fins would stand out
+/// past them.
+class Edges {
+  public:
+    Edges(const SurfelCloud& cloud, const SurfelNotes& notes, const std::vector<SheetSample>& sheets, Real reach)
+        : cloud_(cloud), notes_(notes), sheets_(sheets) {
+        if (std::ranges::any_of(notes.melt, [](Real b) { return b < 1; })) grid_.build(cloud.position, reach);
+    }
+    /// How far a disc may reach, in its radii: towards the nearest edge, and to its sides.
+    struct Cut {
+        Real ahead = 1, across = 1;
+        Vec3 towards{0, 0, 0};  // unit
+    };
+    Cut cut(Index i, Real radius) const {
+        Cut cut;
+        if (!(notes_.melt[i] < 1)) return cut;
+        for_each(i, [&](Real depth, const Vec3& way) {
+            const Real rate = way.norm() * radius;
+            if (depth >= cut.ahead * rate) return;
+            cut.ahead = depth / rate;
+            cut.towards = way.normalized();
+        });
+        if (!(cut.ahead < 1)) return cut;
+        const Vec3 side = cloud_.normal[i].cross(cut.towards);
+        for_each(i, [&](Real depth, const Vec3& way) {
+            const Real rate = std::abs(way.dot(side));
+            if (rate > Real(0.5)) cut.across = std::min(cut.across, depth / (rate * radius));
+        });
+        const bool corner = cut.across < 1;
+        cut.ahead = past_edge(cut.ahead, corner);
+        if (corner) cut.across = past_edge(cut.across, corner);
+        return cut;
+    }
+
+  private:
+    /// Calls f(d, m) for planes of other faces that disc i runs into: where it goes on by d or more in the direction m,
+    /// a tangent as long as the sine between the two, it is out of the body.
+    template <class F>
+    void for_each(Index i, F&& f) const {
+        const Vec3 &x = cloud_.position[i], &n = cloud_.normal[i];
+        grid_.for_each_neighbour(x, grid_.cell(), [&](Index j, Real) {
+            const Vec3 &other = cloud_.normal[j], away = x - cloud_.position[j];
+            const Real same = n.dot(other);
+            if (notes_.component[j] != notes_.component[i] || same > Real(0.7) || same < Real(-0.5)) return;
+            const Real depth = -other.dot(away);
+            if (sheets_[j].coat || (depth < 0 && n.dot(away) < 0)) return;  // the latter: a hollow
+            f(depth, Vec3(other - same * n));
+        });
+    }
+
+    const SurfelCloud& cloud_;
+    const SurfelNotes& notes_;
+    const std::vector<SheetSample>& sheets_;
+    PointGrid grid_;
+};
+
 /// Whether a coat's surfel lies beyond the crease with another coat.
 bool over_corner(const SheetSample& at) { return at.coat && at.stand_off == 0 && at.to_crease < 0; }
 
 }  // namespace
+
+Real past_edge(Real to, bool corner) {
+    constexpr Real kPast = Real(0.22), kShortest = Real(0.35);
+    // Part of its way to two edges that a disc in their corner takes: the half-axes of an ellipse about a rectangle.
+    constexpr Real kIntoCorner = Real(1.4142136);
+    return std::clamp(kPast + (corner ? kIntoCorner : Real(1.2)) * to, kShortest, Real(1));
+}
 
 void retreat_from_creases(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets = sheets_of(cloud, notes, shape);
@@ -148,6 +211,7 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
     const std::vector<SheetSample> field = sheets;
     std::vector<Vec3> moved = cloud.position;
     end_coats(sheets, cloud, notes, shape.spacing, support);
+    const Edges edges(cloud, notes, sheets, Real(0.6) * support);
     const Heights heights(cloud, notes.component, Real(0.6) * support);
     parallel_for(cloud.size(), [&](std::size_t i) {
         if (!(notes.melt[i] > 0)) return;
@@ -163,16 +227,19 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
         const Real longest = at.coat ? kLongestCoat * radius : radius;
         const Real past = Real(at.coat ? 0.06 : 0.1) * shape.spacing;
         const bool at_crease = at.defined && Real(1.125) * at.to_crease + past < longest;
-        const Real reach = std::clamp(Real(1.125) * at.to_crease + past, Real(1.5) * past, longest);
-        Vec3 t = at_crease ? at.towards_crease : cloud.axis1[i];
+        Real ahead = at_crease ? std::max(Real(1.125) * at.to_crease + past, Real(1.5) * past) : radius;
+        const Edges::Cut edge = edges.cut(static_cast<Index>(i), radius);
+        const bool at_edge = edge.ahead * radius < ahead;
+        if (at_edge) ahead = edge.ahead * radius;
+        Vec3 t = at_edge ? edge.towards : at_crease ? at.towards_crease : cloud.axis1[i];
         t -= n * n.dot(t);
         if (!(t.squaredNorm() > square(Real(1e-3) * radius))) {
             Vec3 unused;
             orthonormal_basis(n, t, unused);
         }
         t.normalize();
-        cloud.axis1[i] = (at_crease ? reach : radius) * t;
-        cloud.axis2[i] = radius * n.cross(t);
+        cloud.axis1[i] = ahead * t;
+        cloud.axis2[i] = (at_edge ? edge.across : 1) * radius * n.cross(t);
     });
     cloud.position.swap(moved);
 }

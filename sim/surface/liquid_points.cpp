@@ -94,7 +94,9 @@ FieldPoints in_cell_order(const std::vector<Image>& images, const Particles& par
         points.position[k] = from.position;
         points.particle[k] = from.particle;
         points.weight[k] = particles.rest_volume[from.particle];
-        if (mirrors) (*mirrors)[k] = from.mirrors;
+        if (!mirrors) continue;
+        points.weight[k] *= particles.melt[from.particle];
+        (*mirrors)[k] = from.mirrors;
     }
     points.grid.build(points.position, support);
     return points;

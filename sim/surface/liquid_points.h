@@ -33,7 +33,8 @@ struct FieldPoints {
 /// Particles of one liquid and their images. An image stands where its particle's mirror image behind a wall is, so
 /// that the field is even about the wall: a free surface meets it squarely instead of curling away from where particles
 /// end. A particle has an image for every wall nearer than a support, and in edges and corners those of its images in
-/// the other walls.
+/// the other walls. Images count as far as their particle has melted: what is solid wets no wall, and its surface would
+/// jump to the wall when it begins to melt.
 struct LiquidPart {
     FieldPoints own, images;
     std::vector<std::array<Index, 3>> mirrors;  // of an image: its walls in `planes`, then kNone

@@ -31,6 +31,10 @@ struct Circle {
 const Circle kCircle;
 constexpr int kRounds = 40;  // a sheet grows from one seed by a radius a round
 
+/// Cosine between normals of surfels that cover for each other where matter has melted by b: the faces of a solid do so
+/// at its edges and corners. They round off as they melt, and new surfels come in between.
+Real same_side(Real b) { return std::lerp(Real(-0.5), kSameSide, b); }
+
 /// A surfel that may come to be.
 struct Proposal {
     Vec3 position{0, 0, 0};
@@ -38,6 +42,7 @@ struct Proposal {
     std::int32_t component = 0, body = 0;
     Real curvature = 0, radius = 0;
     Real apart = kApart;  // from other surfels, at least, in radii
+    Real melt = 1;        // of the matter there
     bool good = false;
     WallNote wall;
 };
@@ -49,13 +54,15 @@ struct Cover {
     const std::vector<std::int32_t>& component;
     const std::vector<Real>& radius;
     GrowingGrid grid;
+    std::size_t first_new;
 
     Cover(const SurfaceState& surface, const SurfelNotes& notes, Real cell)
         : position(surface.surfels.position),
           normal(surface.surfels.normal),
           component(notes.component),
           radius(notes.radius),
-          grid(cell, surface.size()) {
+          grid(cell, surface.size()),
+          first_new(surface.size()) {
         follow();
     }
     void follow() {
@@ -63,8 +70,9 @@ struct Cover {
     }
     /// Whether a surfel of the same side lies within `reach` of a place.
     bool covers(const Proposal& p, Real reach) const {
+        const Real side = same_side(p.melt);
         return grid.any_neighbour(p.position, reach, [&](Index j, Real) {
-            return component[j] == p.component && normal[j].dot(p.normal) > kSameSide;
+            return component[j] == p.component && normal[j].dot(p.normal) > side;
         });
     }
     /// Whether a surfel of another side lies within a radius of it.
@@ -103,6 +111,24 @@ bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidSh
     return true;
 }
 
+/// Brings a proposal on the liquid's surface back to that of the surfels there were, as far as the matter has not
+/// melted: s = (1 - b) s_displaced + b s_deformed (6.6.6), where s_displaced is its foot on the plane of the nearest.
+void keep_to_solid(Proposal& p, const Cover& cover, Real reach) {
+    Real least = square(reach);
+    Index nearest = kNone;
+    cover.grid.for_each_neighbour(p.position, reach, [&](Index j, Real r2) {
+        if (j >= cover.first_new || r2 >= least || cover.component[j] != p.component ||
+            cover.normal[j].dot(p.normal) < Real(0.5))
+            return;
+        least = r2;
+        nearest = j;
+    });
+    if (nearest == kNone) return;
+    const Vec3& n = cover.normal[nearest];
+    p.position -= (1 - p.melt) * n.dot(p.position - cover.position[nearest]) * n;
+    p.normal = ((1 - p.melt) * n + p.melt * p.normal).normalized();
+}
+
 /// Puts a proposal on the surface: that of its neighbours where three or more blend there; where fewer do, or where it
 /// bends too sharply for their mean to lie on it, the liquid's. So also where the mean does not lie on it and no other
 /// sheet is near that it would have met: a sheet that leaves its wall at a small angle goes on there. Its radius is
@@ -127,6 +153,7 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
     const DepthSample at = shape.depth(p.position, p.component);
     if (!(at.gradient.squaredNorm() > square(kLeastSlope))) return;
     p.normal = at.outward();
+    if (p.melt < 1) keep_to_solid(p, cover, 2 * full);
     fit(p, shape, full);
     p.good = true;
 }
@@ -152,16 +179,17 @@ void settle_over_dry_spot(Proposal& p, const LiquidShape& shape, Real full) {
 /// How well others cover the circle of a radius about surfel i.
 struct Surround {
     Vec3 a, b;                    // axes of the tangent plane
+    Real side;                    // cosine between normals of surfels that cover for each other
     Real clearance[kDirections];  // squared distance to the nearest surfel, in radii of surfel i
 
-    Surround(Index i, const Cover& cover) : Surround(cover.normal[i]) {
+    Surround(Index i, const Cover& cover, Real melt) : Surround(cover.normal[i], melt) {
         cover.grid.for_each_neighbour(cover.position[i], 2 * cover.radius[i], [&](Index j, Real) {
             if (j != i) add(i, j, cover);
         });
     }
     /// Of those listed about old index `was`, that are at `now[j]` if they still are. The nearest will mostly do.
-    Surround(Index i, const Cover& cover, const SurfelLists& lists, Index was, const std::vector<Index>& now)
-        : Surround(cover.normal[i]) {
+    Surround(Index i, const Cover& cover, const SurfelLists& lists, Index was, const std::vector<Index>& now, Real melt)
+        : Surround(cover.normal[i], melt) {
         for (const Index j : lists.nearest(was))
             if (j != kNone && now[j] != kNone) add(i, now[j], cover);
         if (clearance[least_covered()] <= square(kSparse)) return;
@@ -172,7 +200,7 @@ struct Surround {
         // In the tangent plane: on a bent surface the neighbour lies below it. |q - c|^2 = |q|^2 + 1 - 2 q.c
         const Vec3 offset = (cover.position[j] - cover.position[i]) / cover.radius[i];
         if (offset.squaredNorm() > 4 || cover.component[j] != cover.component[i] ||
-            cover.normal[j].dot(cover.normal[i]) < kSameSide)
+            cover.normal[j].dot(cover.normal[i]) < side)
             return;
         const Real u = a.dot(offset), v = b.dot(offset), far = u * u + v * v + 1;
         for (int k = 0; k < kDirections; ++k)
@@ -183,7 +211,7 @@ struct Surround {
     }
 
   private:
-    explicit Surround(const Vec3& n) {
+    Surround(const Vec3& n, Real melt) : side(same_side(melt)) {
         orthonormal_basis(n, a, b);
         std::fill_n(clearance, kDirections, std::numeric_limits<Real>::max());
     }
@@ -198,8 +226,9 @@ bool keeps_apart(Proposal& p, Real beside, const Cover& cover) {
 }
 
 /// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
+/// `melt`: of the matter about i.
 Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, const Cover& cover,
-                       const LiquidShape& shape, Real per_radius, Real full) {
+                       const LiquidShape& shape, Real per_radius, Real full, Real melt) {
     // Where the surface bends sharply every try is a search for it.
     int tries = cover.radius[i] < full ? 2 : 8;
     for (int k = around.least_covered(); tries-- > 0 && around.clearance[k] > square(kSparse);
@@ -210,6 +239,7 @@ Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, co
         p.component = cover.component[i];
         p.body = surface.body[i];
         p.radius = cover.radius[i];
+        p.melt = melt;
         const Proposal start = p;
         settle(p, cover, shape, per_radius, full);
         const bool sheet_ends = p.apart < start.apart;
@@ -233,6 +263,7 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     p.component = particles.material[j];
     p.body = particles.body[j];
     p.radius = radius;
+    p.melt = particles.melt[j];
     const Vec3& x = particles.position[j];
     const WallPlane& wall = shape.points.particle_wall[j];
     if (const Real distance = wall.distance(x); particles.melt[j] > 0 && distance > 0 && distance < shape.spacing) {
@@ -303,7 +334,8 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p, const 
     notes.radius.push_back(p.radius);
     notes.wall.push_back(p.wall);
     notes.colour.push_back({});
-    notes.melt.push_back(1);
+    // Its disc is fitted yet, be the matter as solid as it may.
+    notes.melt.push_back(std::max(p.melt, Real(0.001)));
     notes.lost.push_back(0);
 }
 
@@ -395,9 +427,9 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
             const Index i = look[k];
             if (!(notes.melt[i] > 0)) return;
             const Surround around = round == 0 && listed_all && i < before
-                                        ? Surround(i, cover, notes.lists, old[i], now)
-                                        : Surround(i, cover);
-            proposals[k] = beside_surfel(i, around, surface, cover, shape, per_radius, full);
+                                        ? Surround(i, cover, notes.lists, old[i], now, notes.melt[i])
+                                        : Surround(i, cover, notes.melt[i]);
+            proposals[k] = beside_surfel(i, around, surface, cover, shape, per_radius, full, notes.melt[i]);
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();

@@ -131,19 +131,12 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
     return std::accumulate(volume.begin(), volume.end(), 0.0);
 }
 
-namespace {
-
-/// Volume of a particle's matter [m^3]: a liquid's at rest, for what it is compressed by is the solver's error; a
-/// solid's as far as it is pressed together, or the surface of what has melted of the body would swell in its place.
-/// Where a density is less than at rest, it is the free surface's, not the matter's.
-double matter_of(const Particles& p, std::size_t j) {
+double matter_volume(const Particles& p, std::size_t j) {
     const double rest = static_cast<double>(p.rest_volume[j]), b = static_cast<double>(p.melt[j]);
     if (!(b < 1) || !(p.density[j] > 0)) return rest;
     const double now = static_cast<double>(p.mass[j]) / static_cast<double>(p.density[j]);
     return b * rest + (1 - b) * std::clamp(now, 0.5 * rest, rest);
 }
-
-}  // namespace
 
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
                  bool calm) {
@@ -166,7 +159,7 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
     for (std::size_t c = 0; c < volume.size(); ++c) {
         const auto in_c = static_cast<std::int32_t>(c);
         const double matter = parallel_sum(particles.size(), [&](std::size_t j) {
-            return particles.material[j] == in_c ? matter_of(particles, j) : 0.0;
+            return particles.material[j] == in_c ? matter_volume(particles, j) : 0.0;
         });
         const auto area_of = [&](const std::vector<Real>& part) {
             return parallel_sum(component.size(), [&](std::size_t i) {

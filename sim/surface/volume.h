@@ -21,13 +21,18 @@ std::vector<double> volume_by_component(const SurfaceState& surface, const std::
 /// The sum of that.
 double surface_volume(const SurfaceState& surface, const Particles& particles, const Walls& walls, Real radius);
 
+/// Volume of a particle's matter [m^3]: a liquid's at rest, for what it is compressed by is the solver's error; a
+/// solid's as far as it is pressed together, or the surface of what has melted of the body would swell in its place.
+/// Where a density is less than at rest, it is the free surface's, not the matter's.
+double matter_volume(const Particles& particles, std::size_t j);
+
 /// Brings `surface.lift` nearer to what makes each component enclose the volume of its particles:
 ///   lift <- lift + 0.7 (V_particles - V)/sum A_i g_i where that is at most 0.08 spacings; -0.6 to 0.3 spacings,
 ///   of a body of which less than a third of the surface has melted, three times that share of it
 /// A_i is the area of a surfel, g_i the share of the lift that it has (SurfelNotes::give): all of it where matter has
 /// come apart, in splashes and thin sheets, whose iso-surface encloses up to a third too much, a fifth elsewhere, where
 /// it encloses a few per cent too little when it bends. As a step is small nobody sees the surface swell and shrink.
-/// V_particles is the matter's: of a solid what is left of it where it is pressed together.
+/// V_particles is the sum of matter_volume.
 /// Where it was next to nothing the following three updates go without, if `calm`: the surface has hardly changed. A
 /// volume that is off by more than 15 % is that of a surface which is open somewhere, and changes nothing.
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,

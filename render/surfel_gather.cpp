@@ -132,14 +132,8 @@ void gather_lanes(const Gathering& from, Index block_index, unsigned inside, Can
     // A ray outside an object can only enter it, one inside only leave it: n.d towards the side it is going to.
     const __m256 zero = _mm256_setzero_ps();
     unsigned facing = row.lanes & bits(_mm256_cmp_ps(row.facing, zero, _CMP_LT_OQ));
-    unsigned near_enough = bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(kLimitSine), _CMP_LE_OQ));
-    if (inside != 0) {
+    if (inside != 0)
         facing = (facing & ~inside) | (row.lanes & inside & bits(_mm256_cmp_ps(row.facing, zero, _CMP_GT_OQ)));
-        near_enough = (near_enough & ~inside) |
-                      (inside & bits(_mm256_cmp_ps(row.facing, _mm256_set1_ps(-kLimitSine), _CMP_GE_OQ)));
-    }
-    row.lanes &= near_enough;
-    if (row.lanes == 0) return;
     found.faced |= facing != 0;
     if ((disc & facing) != 0) found.end = std::min(found.end, least(row.leave, disc & facing));
     row.block = block_index;
@@ -156,7 +150,6 @@ void gather(const Gathering& from, Index block, Candidates& found) {
     const BlockSummary& summary = from.packed.summary[block];
     if (inside == 0 || summary.layer != kNone) {
         const float facing = most_facing(summary, from.ray.direction, inside != 0);
-        if (facing > kLimitSine) return;
         // What a ray has just bounced off is met by most of them and serves few.
         if (facing >= 0 && found.averted_count < Candidates::kAverted) {
             found.averted[found.averted_count++] = block;

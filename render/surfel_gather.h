@@ -35,7 +35,8 @@ struct Candidates {
     static constexpr int kCapacity = 64, kRows = 12, kAverted = 32;
     Row rows[kRows];
     int row_count = 0;
-    Index averted[kAverted];  // blocks that look away from the ray: nothing is met there unless another faces it
+    Index averted[kAverted];  // blocks that look away from the ray: nothing is met there unless another faces it,
+                              // and is cut off by them where it goes on past their edge
     int averted_count = 0;
     bool listed = false;  // the rows became too many: `list` holds the candidates, and there are no rows
     Candidate list[kCapacity];
@@ -57,8 +58,6 @@ struct Candidates {
 /// Normals that take part in one surface are within this of their mean (weights fade from kFullCosine on).
 inline constexpr float kLimitCosine = 0.57357644f;  // 55 degrees
 inline constexpr float kFullCosine = 0.81915204f;   // 35 degrees
-/// n.d beyond which a surfel's normal is too far from any normal that faces the other way: sin of the above.
-inline constexpr float kLimitSine = 0.81915204f;
 
 /// The surfels a ray outside of all but the objects of `interior` goes by. `object` is indexed by layer.
 struct Gathering {

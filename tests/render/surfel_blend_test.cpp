@@ -176,11 +176,11 @@ TEST(SurfelBlend, AnEdgeIsSharp) {
             shapes::add_disc(cloud, {0, r * float(j), -r * (float(i) + 0.5f)}, {1, 0, 0}, r);
         }
     const RayScene scene(shapes::one_object(cloud), {});
-    for (std::uint64_t i = 0; i < 4000; ++i) {
+    for (std::uint64_t i = 0; i < 8000; ++i) {
         const float x = r * (3 * float(random_unit(1, i, 0, 0)) - 1.5f), y = float(random_unit(1, i, 0, 1)) - 0.5f;
-        const Vec3f d =
-            Vec3f(0.2f * float(random_unit(1, i, 0, 2)) - 0.1f, 0.2f * float(random_unit(1, i, 0, 3)) - 0.1f, -1)
-                .normalized();
+        const Vec3f off(0.2f * float(random_unit(1, i, 0, 2)) - 0.1f, 0.2f * float(random_unit(1, i, 0, 3)) - 0.1f, 0);
+        // From above, and in half of the rays past a silhouette: the other plane looks straight away.
+        const Vec3f d = (off + (i < 4000 ? Vec3f(0, 0, -1) : Vec3f(1, 0, -0.4f))).normalized();
         Hit hit;
         const bool found = scene.intersect({Vec3f(x, y, 0) - d, d}, {}, hit) && hit.normal.z() > 0.9f;
         if (x < 0 || x > 0.1f * r) {

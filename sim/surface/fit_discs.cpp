@@ -13,6 +13,9 @@ namespace {
 // Half-axes of discs where the surface bends, and of the last of a coat, in radii.
 constexpr Real kBentDisc = Real(1.5), kLongestCoat = Real(1.35);
 
+// That a surfel keeps from an edge of what is solid yet, in radii: past it, its disc would not be cut off.
+constexpr Real kFromEdge = Real(0.15);
+
 /// The surfels of free surfaces near walls.
 struct FreeRim {
     std::vector<Vec3> position, normal;
@@ -132,28 +135,38 @@ class Edges {
         : cloud_(cloud), notes_(notes), sheets_(sheets) {
         if (std::ranges::any_of(notes.melt, [](Real b) { return b < 1; })) grid_.build(cloud.position, reach);
     }
+    /// The nearest edge of a disc that ends within a radius.
+    struct Nearest {
+        Real to = 1;            // < 0 past the edge, in radii
+        Vec3 towards{0, 0, 0};  // unit tangent
+    };
+    Nearest nearest(Index i, Real radius) const {
+        Nearest edge;
+        if (!(notes_.melt[i] < 1)) return edge;
+        for_each(i, [&](Real depth, const Vec3& way) {
+            const Real rate = way.norm() * radius;
+            if (depth >= edge.to * rate) return;
+            edge.to = depth / rate;
+            edge.towards = way.normalized();
+        });
+        return edge;
+    }
     /// How far a disc may reach, in its radii: towards the nearest edge, and to its sides.
     struct Cut {
         Real ahead = 1, across = 1;
-        Vec3 towards{0, 0, 0};  // unit
+        Vec3 towards{0, 0, 0};
     };
     Cut cut(Index i, Real radius) const {
-        Cut cut;
-        if (!(notes_.melt[i] < 1)) return cut;
-        for_each(i, [&](Real depth, const Vec3& way) {
-            const Real rate = way.norm() * radius;
-            if (depth >= cut.ahead * rate) return;
-            cut.ahead = depth / rate;
-            cut.towards = way.normalized();
-        });
-        if (!(cut.ahead < 1)) return cut;
-        const Vec3 side = cloud_.normal[i].cross(cut.towards);
+        const Nearest edge = nearest(i, radius);
+        Cut cut{1, 1, edge.towards};
+        if (!(edge.to < 1)) return cut;
+        const Vec3 side = cloud_.normal[i].cross(edge.towards);
         for_each(i, [&](Real depth, const Vec3& way) {
             const Real rate = std::abs(way.dot(side));
             if (rate > Real(0.5)) cut.across = std::min(cut.across, depth / (rate * radius));
         });
         const bool corner = cut.across < 1;
-        cut.ahead = past_edge(cut.ahead, corner);
+        cut.ahead = past_edge(edge.to, corner);
         if (corner) cut.across = past_edge(cut.across, corner);
         return cut;
     }
@@ -186,7 +199,7 @@ bool over_corner(const SheetSample& at) { return at.coat && at.stand_off == 0 &&
 }  // namespace
 
 Real past_edge(Real to, bool corner) {
-    constexpr Real kPast = Real(0.22), kShortest = Real(0.35);
+    constexpr Real kPast = Real(0.4), kShortest = Real(0.6);
     // Part of its way to two edges that a disc in their corner takes: the half-axes of an ellipse about a rectangle.
     constexpr Real kIntoCorner = Real(1.4142136);
     return std::clamp(kPast + (corner ? kIntoCorner : Real(1.2)) * to, kShortest, Real(1));
@@ -195,12 +208,20 @@ Real past_edge(Real to, bool corner) {
 void retreat_from_creases(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets = sheets_of(cloud, notes, shape);
     end_coats(sheets, cloud, notes, shape.spacing, support);
+    const Edges edges(cloud, notes, sheets, Real(0.6) * support);
+    const Real most = Real(0.5) * shape.spacing;
+    std::vector<Vec3> moved = cloud.position;
     parallel_for(cloud.size(), [&](std::size_t i) {
+        if (!(notes.melt[i] > 0)) return;
         const SheetSample& at = sheets[i];
-        if (!(notes.melt[i] > 0) || !at.defined) return;
-        const Real short_of = kFromCrease * notes.radius[i] - at.to_crease;
-        if (short_of > 0) cloud.position[i] -= std::min(short_of, Real(0.5) * shape.spacing) * at.towards_crease;
+        const Real radius = notes.radius[i];
+        const Real short_of = at.defined ? kFromCrease * radius - at.to_crease : 0;
+        if (short_of > 0) moved[i] -= std::min(short_of, most) * at.towards_crease;
+        const Edges::Nearest edge = edges.nearest(static_cast<Index>(i), radius);
+        if (edge.to < kFromEdge)
+            moved[i] -= clamp01(1 - 2 * notes.melt[i]) * std::min((kFromEdge - edge.to) * radius, most) * edge.towards;
     });
+    cloud.position.swap(moved);
 }
 
 void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {

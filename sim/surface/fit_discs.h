@@ -8,7 +8,8 @@ namespace thixo {
 
 /// Takes surfels back that are nearer than kFromCrease radii to the crease where their sheet ends, by half a spacing at
 /// most: shortened where they are, their discs would be slivers with a gap behind them. Before gaps are filled, which
-/// this opens. `support` h_s [m].
+/// this opens. So also those that are past an edge where faces of solid matter meet that has melted in part, or just at
+/// it. `support` h_s [m].
 void retreat_from_creases(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support);
 
 /// Axes of length r_s in the planes of the normals, the first as near to its old direction as can be. At a crease the

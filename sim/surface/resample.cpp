@@ -14,7 +14,7 @@ namespace {
 constexpr Real kCrowded = Real(0.55), kSparse = Real(0.8), kApart = Real(0.7);
 // At a crease discs are cut short and cover less to their sides: there they may stand closer. Not as close as what is
 // taken away for crowding, or one would come and go at every update.
-constexpr Real kApartAtCrease = Real(0.58);
+constexpr Real kApartAtCrease = Real(0.56);
 static_assert(kCrowded < kApartAtCrease && kApartAtCrease < kApart);
 constexpr Real kSameSide = Real(0.7);  // cosine between normals of surfels that cover for each other
 // Directions this close together leave no empty circle of a radius undiscovered: a point r away is within 2 sin(5.6

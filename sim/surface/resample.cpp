@@ -12,10 +12,9 @@ namespace {
 
 // In surfel radii.
 constexpr Real kCrowded = Real(0.55), kSparse = Real(0.8), kApart = Real(0.7);
-// At a crease discs are cut short and cover less to their sides: there they may stand closer. Not as close as what is
-// taken away for crowding, or one would come and go at every update.
-constexpr Real kApartAtCrease = Real(0.56);
-static_assert(kCrowded < kApartAtCrease && kApartAtCrease < kApart);
+// At a crease discs are cut short and cover less to their sides; where two creases meet, one must stand right in the
+// corner.
+constexpr Real kApartAtCrease[] = {kApart, Real(0.55), Real(0.15), Real(0.15)};
 constexpr Real kSameSide = Real(0.7);  // cosine between normals of surfels that cover for each other
 // Directions this close together leave no empty circle of a radius undiscovered: a point r away is within 2 sin(5.6
 // degrees) r, the difference of 1 and kSparse, of one of them.
@@ -42,7 +41,7 @@ struct Proposal {
     Vec3 normal{0, 0, 0};
     std::int32_t component = 0, body = 0;
     Real curvature = 0, radius = 0;
-    Real apart = kApart;  // from other surfels, at least, in radii of the smaller
+    Real apart = kApart;  // from other surfels, at least, in radii
     Real melt = 1;        // of the matter there
     bool good = false;
     WallNote wall;
@@ -76,13 +75,6 @@ struct Cover {
             return component[j] == p.component && normal[j].dot(p.normal) > side;
         });
     }
-    /// Whether a surfel of the same side is nearer than a proposal keeps apart, by the measure that tells crowds.
-    bool crowds(const Proposal& p) const {
-        const Real side = same_side(p.melt);
-        return grid.any_neighbour(p.position, p.apart * p.radius, [&](Index j, Real r2) {
-            return r2 < square(p.apart * radius[j]) && component[j] == p.component && normal[j].dot(p.normal) > side;
-        });
-    }
     /// Whether a surfel of another side lies within a radius of it.
     bool meets(const Proposal& p) const {
         return grid.any_neighbour(p.position, p.radius, [&](Index j, Real) {
@@ -107,7 +99,7 @@ bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidSh
         if (excess > Real(-0.01) * shape.spacing) break;
         if (at.to_crease < -Real(0.7) * shape.spacing) return false;
         place += excess * at.towards_crease;
-        p.apart = kApartAtCrease;
+        p.apart = kApartAtCrease[crease + 1];
         at = shape.sheet(place, n, p.component, p.wall);
     }
     if (!at.defined || at.guide.norm() >= Real(0.2) * shape.spacing || at.outward.dot(n) <= Real(0.7) ||
@@ -225,6 +217,14 @@ struct Surround {
     }
 };
 
+/// Whether a proposal beside a surfel of that radius is good and no other is near. Apart by its own radius alone it
+/// would always be too near a much smaller surfel that it comes from.
+bool keeps_apart(Proposal& p, Real beside, const Cover& cover) {
+    p.apart *= std::min(beside / p.radius, Real(1));
+    p.good = p.good && !cover.covers(p, p.apart * p.radius);
+    return p.good;
+}
+
 /// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
 /// `melt`: of the matter about i.
 Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, const Cover& cover,
@@ -243,11 +243,11 @@ Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, co
         const Proposal start = p;
         settle(p, cover, shape, per_radius, full);
         const bool sheet_ends = p.apart < start.apart;
-        if (p.good && !cover.crowds(p)) return p;
+        if (keeps_apart(p, cover.radius[i], cover)) return p;
         if (sheet_ends) {
             p = start;
             settle_over_dry_spot(p, shape, full);
-            if (p.good && !cover.crowds(p)) return p;
+            if (keeps_apart(p, cover.radius[i], cover)) return p;
         }
         around.clearance[k] = 0;
     }
@@ -344,7 +344,7 @@ std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<
                    Real full) {
     const std::size_t before = surface.size();
     for (const Proposal& p : proposals) {
-        if (!p.good || cover.crowds(p)) continue;
+        if (!p.good || cover.covers(p, p.apart * p.radius)) continue;
         append(surface, notes, p, rest_of(p, surface, cover, Real(1.5) * full));
         cover.follow();
     }

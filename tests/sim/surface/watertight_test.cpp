@@ -1,4 +1,4 @@
-// A hole: a ray from deep inside the liquid that leaves without meeting a disc. And how little keeps it closed at rest.
+// A hole: a ray from deep inside the liquid that leaves without meeting a disc.
 #include <gtest/gtest.h>
 
 #include "pipeline/base/random.h"
@@ -47,26 +47,6 @@ TEST(Watertight, SplashyBlob) {
 TEST(Watertight, InACorner) { EXPECT_EQ(holes(corner(), kRays), 0); }
 TEST(Watertight, InATank) { EXPECT_EQ(holes(tank(), kRays), 0); }
 TEST(Watertight, InACup) { EXPECT_EQ(holes(cup(), kRays), 0); }
-
-/// Share of a liquid's surfels that an update at rest still takes away, in the mean of four after twelve.
-double replaced(const Vessel& vessel, double radius) {
-    set_walls(vessel.wall);
-    Particles p = liquid(vessel.places);
-    scene::Surface params;
-    params.radius = radius;
-    SurfaceState s;
-    for (int k = 0; k < 12; ++k) update(s, p, params);
-    std::size_t deleted = 0;
-    for (int k = 0; k < 4; ++k) deleted += update(s, p, params).deleted;
-    set_walls({});
-    return static_cast<double>(deleted) / (4.0 * static_cast<double>(s.size()));
-}
-
-// A surfel put closer to others than crowds may stand is taken away by the next update and put there again by the same.
-// A few come and go at creases for other reasons, under one in a hundred in a cup; by that it was three and seven.
-TEST(Resampling, PutsNoSurfelWhereItWouldCrowd) {
-    for (const double radius : {0.3, 0.5}) EXPECT_LT(replaced(cup(), radius), 0.015) << radius << " spacings";
-}
 
 }  // namespace
 }  // namespace thixo

@@ -3,6 +3,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <new>
 
 namespace thixo {
@@ -25,6 +26,10 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "{}: out of memory; use fewer particles, a smaller picture, or a machine with more\n",
                    program);
+        return kNoResource;
+    } catch (const std::filesystem::filesystem_error& e) {
+        std::fflush(stdout);
+        fmt::print(stderr, "{}: {}: {}\n", program, e.path1().string(), e.code().message());
         return kNoResource;
     } catch (const std::exception& e) {
         fmt::print(stderr, "{}: internal error: {}\n", program, e.what());

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <new>
 
@@ -45,6 +46,15 @@ TEST(Error, TheMessageIsOneLineThatNamesTheProgram) {
 TEST(Error, ATextWithBracesPassesThrough) {
     const Outcome outcome = run([](int, char**) -> int { throw CacheError("{}", "a file named {0}"); });
     EXPECT_EQ("thixo-x: a file named {0}\n", outcome.message);
+}
+
+TEST(Error, WhatTheFileSystemRefusesIsToldByItsPath) {
+    const Outcome outcome = run([](int, char**) -> int {
+        std::filesystem::rename("/no/such/picture", "/no/such/other");
+        return 0;
+    });
+    EXPECT_EQ(5, outcome.code);
+    EXPECT_EQ("thixo-x: /no/such/picture: No such file or directory\n", outcome.message);
 }
 
 TEST(Error, AnUnexpectedExceptionIsReportedNotLost) {

@@ -1,8 +1,6 @@
 #include "render/path.h"
 
 #include "render/media.h"
-#include "render/microfacet.h"
-#include "render/rough_interface.h"
 
 namespace thixo::render {
 namespace {
@@ -142,15 +140,21 @@ class Path {
             add(world_.background, false);
     }
 
+    /// The path's next ray, at the same time as the one before.
+    void go_on(const Vec3f& origin, const Vec3f& direction, bool bounced = false) {
+        s_.ray = {origin, direction, 0, kInfinity, bounced, s_.ray.time};
+    }
+    void bounce(const Hit& hit, const Vec3f& direction) { go_on(leave(hit, direction), direction, true); }
+
     /// A dielectric: reflects or refracts by chance. False: the path ends.
     bool interact(const Hit& hit, const Material& material) {
         const Interface interface = interface_at(world_, s_.interior, hit);
         if (!interface.real) {
             s_.interior = interface.behind;
-            s_.ray = {pass(hit, s_.ray.direction), s_.ray.direction};
+            go_on(pass(hit, s_.ray.direction), s_.ray.direction);
             return true;
         }
-        if (!material.smooth())
+        if (!material.clear())
             return ++s_.bounces <= world_.settings.max_bounces && scatter_rough(hit, material, interface);
         const float choose = sampler_.next();
         // The smooth normal decides unless it sends the ray to the wrong side of the surface; then the surface itself
@@ -171,14 +175,14 @@ class Path {
         if (choose < reflectance) {
             const Vec3f r = d + 2 * cosine * n;
             if (side.dot(r) <= 0 && outward != hit.geometric) return false;
-            s_.ray = {leave(hit, r), r.normalized(), 0, kInfinity, true};
+            go_on(leave(hit, r), r.normalized(), true);
             if (s_.chain != Chain::mirrored) s_.chain = Chain::clear_reflected;
             if (reflectance < 1) ++s_.bounces;
             return true;
         }
         const Vec3f t = d / eta + (cosine / eta - cos_t) * n;
         if (side.dot(t) >= 0 && outward != hit.geometric) return false;
-        s_.ray = {pass(hit, d), t.normalized()};
+        go_on(pass(hit, d), t.normalized());
         s_.interior = interface.behind;
         ++s_.bounces;
         if (s_.chain == Chain::direct) s_.chain = Chain::clear;
@@ -189,17 +193,15 @@ class Path {
 
     /// A rough interface: light from the lights on both its sides, then on in a direction of its choice.
     bool scatter_rough(const Hit& hit, const Material& material, const Interface& interface) {
-        const RoughInterface rough{material.roughness, interface.after / interface.before, material.interface.get()};
+        const RoughInterface rough = material.dielectric()->interface(interface.before, interface.after);
         const Frame3 frame = frame_at(hit);
         const Vec3f wo = frame.local(-s_.ray.direction);
-        const auto f = [&](const Vec3f& wi, float& pdf) {
-            return Vec3f(Vec3f::Constant(evaluate(rough, wo, wi, pdf)));
-        };
+        const auto f = [&](const Vec3f& wi, float& pdf) { return Vec3f(Vec3f::Constant(rough.evaluate(wo, wi, pdf))); };
         begin_shading(hit, frame.n);
         light_up(hit, frame, frame.side, s_.interior, f);
         light_up(hit, frame, -frame.side, interface.behind, f);
         const float choose = sampler_.next();
-        const Scatter scattered = scatter(rough, wo, choose, sampler_.next2());
+        const Scatter scattered = rough.scatter(wo, choose, sampler_.next2());
         if (scattered.weight.maxCoeff() <= 0) return false;
         const Vec3f direction = frame.world(scattered.direction);
         const bool through = scattered.direction.z() < 0;
@@ -208,11 +210,11 @@ class Path {
         s_.pdf = scattered.pdf;
         s_.chain = Chain::direct;
         if (!through) {
-            s_.ray = {leave(hit, direction), direction, 0, kInfinity, true};
+            bounce(hit, direction);
             return true;
         }
         s_.normal = -frame.n;
-        s_.ray = {pass(hit, direction), direction};
+        go_on(pass(hit, direction), direction);
         s_.interior = interface.behind;
         s_.compression *= square(rough.eta);
         return true;
@@ -225,9 +227,9 @@ class Path {
         const Vec3f wo = frame.local(-s_.ray.direction), colour = material.colour_at(hit);
         begin_shading(hit, frame.n);
         light_up(hit, frame, frame.side, s_.interior,
-                 [&](const Vec3f& wi, float& pdf) { return evaluate(material, colour, wo, wi, pdf); });
+                 [&](const Vec3f& wi, float& pdf) { return material.evaluate(colour, wo, wi, pdf); });
         const float choose = sampler_.next();
-        const Scatter scattered = scatter(material, colour, wo, choose, sampler_.next2());
+        const Scatter scattered = material.scatter(colour, wo, choose, sampler_.next2());
         if (scattered.weight.maxCoeff() <= 0) return false;
         const Vec3f direction = frame.world(scattered.direction);
         if (frame.side.dot(direction) <= 0) return false;
@@ -238,7 +240,7 @@ class Path {
             --s_.shaded;
             s_.chain = Chain::mirrored;
         }
-        s_.ray = {leave(hit, direction), direction, 0, kInfinity, true};
+        bounce(hit, direction);
         return true;
     }
 
@@ -294,8 +296,12 @@ class Path {
         float pdf = 0;
         const Vec3f scattered = f(frame.local(light.direction), pdf);
         if (scattered.maxCoeff() <= 0) return;
-        const Ray shadow{behind ? pass(hit, light.direction) : leave(hit, light.direction), light.direction, 0,
-                         light.distance * (1 - 1e-4f), !behind};
+        const Ray shadow{behind ? pass(hit, light.direction) : leave(hit, light.direction),
+                         light.direction,
+                         0,
+                         light.distance * (1 - 1e-4f),
+                         !behind,
+                         s_.ray.time};
         for (std::size_t j = 0; j < world_.lights.size();
              ++j)  // rectangles stand in each other's light, as they do for a ray that meets them
             if (j != i && !world_.lights[j].infinite() &&

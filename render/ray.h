@@ -10,13 +10,16 @@ namespace thixo::render {
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// x(t) = origin + t direction, tmin <= t <= tmax. Requires a unit direction: t is in metres.
+/// Points of a ray are
+///   x(t) = origin + t direction,   tmin <= t <= tmax   [m].
+/// Requires a unit direction.
 struct Ray {
     Vec3f origin{0, 0, 0};
     Vec3f direction{0, 0, 1};
     float tmin = 0;
     float tmax = kInfinity;
     bool bounced = false;  // it starts where one has just bounced off (see kStart in surfel_blend.cpp)
+    float time = 0;        // part of the shutter's time, 0 to 1; all rays of a path have one
 };
 
 /// The closed objects a ray is inside of, in the order of entering. What does not fit is dropped: eight nested objects

@@ -270,7 +270,7 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
                      ray.direction.x(),
                      ray.direction.y(),
                      ray.direction.z(),
-                     0,
+                     ray.time,
                      ray.tmax,
                      0xffffffffu,
                      0,
@@ -283,8 +283,7 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims, query.candidates, end,
-                                    attributes, surfel)) {
+        if (faced && first_crossing(from, trims, query.candidates, end, attributes, surfel)) {
             surfel_hit(ray, interior, surfel, hit);
             if (attributes) blend_attributes(surfel, hit);
             return true;

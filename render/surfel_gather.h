@@ -2,8 +2,6 @@
 // hits.
 #pragma once
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <span>
 
@@ -14,16 +12,17 @@ namespace thixo::render {
 
 /// A surfel whose support the ray crosses in [enter, leave].
 struct Candidate {
-    Index surfel;  // block * kLanes + lane
+    Index surfel;  // block * kFloatLanes + lane
     float enter, leave;
 };
 
-/// The eight surfels of a block as the ray crosses them: 1 - |M (x - s)|^2 = 2 b u - a u^2 - c, u = t - near.
+/// The eight surfels of a block as the ray crosses them:
+///   1 - |M (x - s)|^2 = 2 b u - a u^2 - c,   u = t - near.
 struct Row {
-    __m256 enter, leave;
-    __m256 plane;   // where the ray meets the disc's plane
-    __m256 facing;  // n.d
-    __m256 near, a, b, c;
+    FloatLanes enter, leave;
+    FloatLanes plane;   // where the ray meets the disc's plane
+    FloatLanes facing;  // n.d
+    FloatLanes near, a, b, c;
     Index block;
     unsigned lanes;  // a bit for each that is a candidate
 };

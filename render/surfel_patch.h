@@ -1,8 +1,6 @@
 // The common case of a blended hit: one smooth patch that faces the ray.
 #pragma once
 
-#include <span>
-
 #include "render/surfel_hit.h"
 #include "render/trim.h"
 
@@ -13,8 +11,7 @@ namespace thixo::render {
 /// crossing; Newton's steps find it from where the ray meets the discs. The same surface as first_crossing's in all
 /// other cases: weights and fit are the same, the root is as exact. False: not this case, or no root found; `hit` is
 /// untouched.
-bool smooth_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
-                     std::span<const Index> object, const Trims& trims, const Candidates& candidates, float end,
-                     bool want_weights, SurfelHit& hit);
+bool smooth_crossing(const Gathering& from, const Trims& trims, const Candidates& candidates, float end,
+                     bool want_sources, SurfelHit& hit);
 
 }  // namespace thixo::render

@@ -41,8 +41,9 @@ void add_sample(Pixel& pixel, const World& world, const PixelFilter& filter, con
     pixel.add(light, first, world.settings.transparent_background);
 }
 
-/// Noise of a pixel as the eye has it: the standard error of its mean over what a display makes of it (square root;
-/// below kDark the eye sees no relative noise).
+/// Noise of a pixel as the eye has it: the standard error of its mean over what a display makes of it,
+///   error / (2 sqrt(max(mean, kDark)))   [1].
+/// Below kDark the eye sees no relative noise.
 double visible_noise(const Pixel& pixel) {
     constexpr double kDark = 0.02;
     const double mean = luminance(pixel.mean().cast<float>().eval());

@@ -17,10 +17,10 @@ struct FilmSettings {
     Strategy strategy = Strategy::both;
 };
 
-/// Renders with all threads. A pixel is a function of scene, seed, samples, noise target and its own coordinates: the
-/// same bits at any thread count and for any crop, for tiles are those of the whole picture. The
-/// channels are those of kPasses. `progress` is called with pixels done out of all from any thread and returns false to
-/// stop; then InterruptedError is thrown.
+/// Renders with all threads. A pixel is a function of scene, seed, samples, noise target and its own coordinates. It
+/// has the same bits at any thread count and for any crop, since tiles are those of the whole picture. The channels are
+/// those of kPasses. `progress` is called with pixels done out of all from any thread. It returns false to stop; then
+/// InterruptedError is thrown.
 Image render(const World& world, const FilmSettings& settings, const std::function<bool(int, int)>& progress = {});
 
 }  // namespace thixo::render

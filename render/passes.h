@@ -1,4 +1,4 @@
-// The passes of a picture, in one table: an entry says what a pass is called, how it is stored and how it is gathered
+// The passes of a picture, in one table. An entry says what a pass is called, how it is stored and how it is gathered
 // from the samples of a pixel. Another pass is another entry, and a field of FirstHit where it needs one.
 #pragma once
 

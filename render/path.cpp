@@ -24,8 +24,8 @@ struct State {
     float total_strength = 0;                            // of the lights there; 0: every one was asked
 };
 
-/// Fresnel reflection of light that goes straight through an interface: as met from the side with the lower index,
-/// whichever way it goes, so that a slab costs the same as with refraction and nothing is reflected totally.
+/// Fresnel reflection of light that goes straight through an interface. It is that met from the side with the lower
+/// index, whichever way the light goes. So a slab costs the same as with refraction, and nothing is reflected totally.
 float straight_reflectance(const Interface& interface, const Hit& hit, const Vec3f& direction) {
     const float high = std::max(interface.before, interface.after), low = std::min(interface.before, interface.after);
     return fresnel(std::min(1.0f, std::abs(hit.normal.dot(direction))), high / low);
@@ -40,7 +40,7 @@ class Path {
     }
 
     Vec3f follow() {
-        // Clear passages and total reflections do not count as bounces: nothing is lost at them, and glass is dark
+        // Clear passages and total reflections do not count as bounces, since nothing is lost at them. Glass is dark
         // where light guided along its walls is cut. The larger limit ends rays that are caught.
         for (int segments = 0; segments < 16 * (world_.settings.max_bounces + 2); ++segments) {
             Hit hit;
@@ -92,7 +92,7 @@ class Path {
     /// Weight of light i met by chance in the ray's direction.
     float chance_weight(std::size_t i, float distance) const {
         if (s_.shaded == 0) return 1;
-        // With straight shadows the refracted light is counted by shadow rays, and what clear surfaces reflect of small
+        // With straight shadows the refracted light is counted by shadow rays. What clear surfaces reflect of small
         // lights is left out: it is the noise that straight shadows are to avoid.
         const bool small = !world_.lights[i].surrounds();
         if (world_.settings.straight_shadows &&

@@ -79,8 +79,8 @@ inline Vec3f leave(const Hit& hit, const Vec3f& direction) {
     return hit.position + hit.geometric * (hit.geometric.dot(direction) > 0 ? hit.offset : -hit.offset);
 }
 
-/// Where a ray that came along `direction` and goes through the surface starts: a rounding before it, so that it meets
-/// whatever touches the surface there. The surface itself it cannot meet again: it is on the other side now
+/// Where a ray that came along `direction` and goes through the surface starts. It is a rounding before the surface, so
+/// that the ray meets whatever touches it there. The surface itself it cannot meet again: it is on the other side now
 /// (RayScene::intersect).
 inline Vec3f pass(const Hit& hit, const Vec3f& direction) {
     return hit.position + hit.geometric * (hit.geometric.dot(direction) > 0 ? -hit.rounding : hit.rounding);

@@ -113,10 +113,10 @@ float refine(const Group& g, const Vec3f& d, float a, float fa, float b, float f
     return t;
 }
 
-/// True where a crossing of one surface lies beyond the edge it makes with another of the same object: in front of that
-/// other surface, with the surfels that carry the crossing behind it. (Across a narrow gap both are in front.) Edges
-/// come out sharp; they are closed since each side may stand out by kOverlap radii, which is also more than the two
-/// differ where they are parts of one smooth surface.
+/// True where a crossing of one surface lies beyond the edge it makes with another of the same object. It is then in
+/// front of that other surface, and the surfels that carry the crossing are behind it. (Across a narrow gap both are in
+/// front.) Edges come out sharp. They are closed, since each side may stand out by kOverlap radii. The two differ by
+/// less than that where they are parts of one smooth surface.
 constexpr float kOverlap = 0.05f;
 bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, const Vec3f& d, float tau,
                  const Fit& at) {
@@ -132,7 +132,7 @@ bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, 
 }
 
 /// Right where a ray has bounced off uneven surfels, f may turn against it although the fitted normal says that it gets
-/// away; it would then be caught there. A crossing within this many radii that the normal contradicts is none.
+/// away. It would be caught there. A crossing within this many radii that the normal contradicts is none.
 constexpr float kStart = 0.3f;  // radii
 
 /// Where the next support begins, at t or behind it.

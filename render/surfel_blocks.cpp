@@ -52,8 +52,8 @@ Extent extent(std::span<const Place> places) {
 /// Up to here a histogram costs more than it saves.
 constexpr std::size_t kSmall = 96;
 
-/// As std::nth_element into `to`, but without a branch to guess: by a histogram into what is below, in, and above the
-/// bin of the median, which alone is then sorted out.
+/// As std::nth_element into `to`, but without a branch to guess. A histogram sorts into what is below, in, and above
+/// the bin of the median, which alone is then sorted out.
 void part(std::span<const Place> from, std::span<Place> to, std::size_t middle, const Extent& e) {
     constexpr int bins = 64;
     std::array<std::uint32_t, bins + 1> ends{};
@@ -79,9 +79,9 @@ void sort_block(std::span<Place> places) {
     });
 }
 
-/// Splits at the median of the longest side, in whole blocks, down to single blocks: patches that are about square make
-/// boxes that overlap less than runs of a space-filling curve (measured: about half the block tests per ray that Morton
-/// order costs). `places` are in `spare` after every large split; they end where they began.
+/// Splits at the median of the longest side, in whole blocks, down to single blocks. Patches that are about square make
+/// boxes that overlap little: a ray tests about half as many blocks as along a space-filling curve. `places` are in
+/// `spare` after every large split; they end where they began.
 void split(std::span<Place> places, std::span<Place> spare, bool in_spare) {
     const std::size_t count = places.size();
     if (in_spare && count <= kSmall) {

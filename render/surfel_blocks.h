@@ -26,7 +26,7 @@ struct SurfelBlock {
     IndexLanes source;         // index in the cloud; kNone in an unused lane
 };
 
-/// What most rays need not look into a block for: its unit normals lie in this ball, so that n.d is within radius of
+/// What saves most rays a look into a block. Its unit normals lie in this ball, so that n.d is within radius of
 /// centre.d.
 struct BlockSummary {
     float centre[3], radius;

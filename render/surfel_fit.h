@@ -1,5 +1,5 @@
-// The one fit that every surfel hit rests on: weights of surfels at a point of a ray, and the algebraic sphere that the
-// weighted places and normals fit (Guennebaud & Gross 2007, beta = 1).
+// The one fit that every surfel hit rests on. Surfels have weights at a point of a ray; an algebraic sphere fits the
+// weighted places and normals (Guennebaud & Gross 2007, beta = 1).
 #pragma once
 
 #include <algorithm>

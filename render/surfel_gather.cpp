@@ -81,8 +81,7 @@ unsigned inside_lanes(const Gathering& from, Index block) {
     return lanes;
 }
 
-/// No more than this n.d have the normals of a block, measured towards the side the ray is going to, of those that look
-/// most against it.
+/// A bound of n.d, measured towards the side the ray is going to: no normal of the block has less.
 float most_facing(const BlockSummary& block, const Vec3f& d, bool inside) {
     const float along = block.centre[0] * d.x() + block.centre[1] * d.y() + block.centre[2] * d.z();
     return (inside ? -along : along) - block.radius;

@@ -28,8 +28,8 @@ struct Row {
 };
 
 /// Candidates of one window [ray.tmin, end]. Once it is complete, every surfel whose support begins before `end` is
-/// here; `end` is where the ray leaves the support of the first disc it hits from the side it is on, so that the
-/// surface is met before it or not in this window.
+/// here. The window ends where the ray leaves the support of the first disc that it hits from its own side. So the
+/// surface is met before the end, or not in this window.
 struct Candidates {
     static constexpr int kCapacity = 64, kRows = 12, kAverted = 32;
     Row rows[kRows];
@@ -48,8 +48,9 @@ struct Candidates {
     /// ends where the first dropped one begins. The result does not depend on the order of the rows.
     void make_list(float tmin);
 
-    /// From where on crossings are of this window. Seams of windows overlap: the fit before one and that after it, by
-    /// other candidates, differ by less than a thousandth of a radius, and what is crossed between them is in neither.
+    /// From where on crossings are of this window. Seams of windows overlap. The fits before and after a seam use other
+    /// candidates. They differ by less than a thousandth of a radius, and what is crossed between them would be in
+    /// neither window.
     float start(const Ray& ray, float radius) const { return std::max(begin, ray.tmin - kSeam * radius); }
     static constexpr float kSeam = 0.02f;
 };

@@ -36,9 +36,9 @@ unsigned facing(const Row& row, bool inside) {
 }
 unsigned averted(const Row& row, bool inside) { return inside ? at_most(row.facing, 0) : at_least(row.facing, 0); }
 
-/// Candidates that begin before `end`, less what the ray has left behind: surfels that look away from it (it has
-/// bounced off them, it may be) and end before any that faces it begins weigh nothing where those do. False: some of
-/// the others do not face the ray, or none is left.
+/// Candidates that begin before `end`, less what the ray has left behind. Left behind are surfels that look away from
+/// the ray and end before any that faces it begins: they weigh nothing there. False: some of the others do not face the
+/// ray, or none is left.
 bool choose_lanes(const Candidates& candidates, bool inside, float end, unsigned* lanes) {
     unsigned all = 0, rest = 0;
     for (int i = 0; i < candidates.row_count; ++i) {

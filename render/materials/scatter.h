@@ -1,18 +1,18 @@
-// What every material of a surface states, together and in one place: how it scatters light, how it chooses a direction
-// and with which density, and how much of the light comes back. The local frame has the normal along +z; wo leads to
-// where the path came from, wi to where light comes from.
+// What every material of a surface states, in one place. It says how light is scattered, how a direction is chosen and
+// with which density, and how much of the light comes back. The local frame has the normal along +z. wo leads to where
+// the path came from, wi to where light comes from.
 //
 //   Vec3f evaluate(colour, wo, wi, pdf)
 //     f(wo, wi) cos(wi)   [1/sr]
-//     `pdf` becomes the density of scatter() in wi [1/sr]. Zero where wi or wo is below the surface and for mirror
-//     directions.
+//     `pdf` becomes the density of scatter() in wi [1/sr]. Both are zero where wi or wo is below the surface, and for
+//     mirror directions.
 //   Scatter scatter(colour, wo, choose, u)
 //     A direction: `choose` picks the lobe, u the direction within it.
 //   Vec3f albedo(colour, cosine)
 //     E(wo) = int f(wo, wi) cos(wi) dwi   [1],   cosine = wo.z
 //
-// Diffuse, Plastic and Conductor are opaque. A Dielectric has two sides: its Interface states the same without a
-// colour, for directions on both.
+// Diffuse, Plastic and Conductor are opaque. A Dielectric has two sides: its RoughInterface evaluates and scatters on
+// both, without a colour. A dielectric absorbs nothing at its surface, so its albedo is 1.
 #pragma once
 
 #include <limits>

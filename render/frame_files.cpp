@@ -28,13 +28,13 @@ PictureState picture_state(const fs::path& folder, const PictureIdentity& identi
 }
 
 void write_picture(const fs::path& folder, const PictureIdentity& identity, Image image, const Image8& display) {
-    image.attributes = {{"thixo.scene", identity.scene},
-                        {"thixo.look", identity.look},
-                        {"thixo.cache_frame", identity.cache},
-                        {"thixo.frame", fmt::format("{}", identity.frame)},
-                        {"thixo.time", fmt::format("{}", identity.time)},
-                        {"thixo.samples", fmt::format("{}", identity.samples)},
-                        {"thixo.version", THIXO_VERSION}};
+    image.attributes.insert({{"thixo.scene", identity.scene},
+                             {"thixo.look", identity.look},
+                             {"thixo.cache_frame", identity.cache},
+                             {"thixo.frame", fmt::format("{}", identity.frame)},
+                             {"thixo.time", fmt::format("{}", identity.time)},
+                             {"thixo.samples", fmt::format("{}", identity.samples)},
+                             {"thixo.version", THIXO_VERSION}});
     write_png(png_path(folder, identity.frame), display);
     write_exr(exr_path(folder, identity.frame), image);
 }

@@ -10,6 +10,7 @@
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/hash.h"
 #include "sim/bonds/members.h"
+#include "sim/fracture/fragments.h"
 #include "sim/phase/phases.h"
 
 namespace thixo {
@@ -82,6 +83,24 @@ class Reader {
     const std::string& file_;
 };
 
+constexpr std::uint64_t kMostBodies = 1u << 24;
+
+/// What follows from tables that have just been read: numbers of elements, shapes and samples of bodies, weights of
+/// surfels.
+void rebind(Simulation& s) {
+    Solids& solids = s.solids;
+    solids.element_of.clear();
+    for (Index i = 0; i < solids.elements.size(); ++i) number_element(solids.elements.id[i], i, solids);
+    solids.softening.flow.plastic.resize(solids.elements.size());
+    for (SolidBody& body : solids.bodies) {
+        if (body.scene_shape) continue;
+        body.shape.reset();
+    }
+    s.embedded.begin.assign(s.embedded.size() + 1, 0);
+    s.embedded.weight.clear();
+    bind_matter(std::vector<std::uint8_t>(solids.bodies.size(), 1), matter_of(s));
+}
+
 /// What of a body is state.
 template <class Stream, class B>
 void visit_body(Stream& stream, B& body) {
@@ -89,6 +108,67 @@ void visit_body(Stream& stream, B& body) {
     stream.value("body.refrozen", body.refrozen);
     stream.value("body.turn", body.turn);
     stream.value("body.place", body.place);
+}
+
+/// What of a body the scene tells, unless bodies have split or elements have come or gone.
+template <class Stream, class B>
+void visit_altered_body(Stream& stream, B& body) {
+    stream.value("body.id", body.id);
+    stream.value("body.parent", body.parent);
+    stream.value("body.source", body.source);
+    stream.value("body.material", body.material);
+    stream.value("body.origin", body.origin);
+    stream.value("body.scene_shape", body.scene_shape);
+    stream.value("body.typical", body.typical);
+    stream.value("body.lightest", body.lightest);
+    stream.array("body.elements", body.elements);
+    stream.array("body.cuts", body.cuts);
+}
+
+template <class Stream, class S>
+void visit_bonds(Stream& stream, S& bonds) {
+    stream.array("bonds.begin", bonds.begin);
+    stream.array("bonds.neighbour", bonds.neighbour);
+    stream.array("bonds.weight", bonds.weight);
+    stream.array("bonds.weight_back", bonds.weight_back);
+    stream.array("bonds.base", bonds.base);
+    stream.array("bonds.base_back", bonds.base_back);
+    stream.array("bonds.visibility", bonds.visibility);
+    stream.array("bonds.moment", bonds.moment);
+    std::vector<Index> flat;
+    std::vector<Symmetric> projection;
+    for (const auto& [i, p] : bonds.flat) flat.push_back(i), projection.push_back(p);
+    stream.array("bonds.flat", flat);
+    stream.array("bonds.projection", projection);
+    if constexpr (!std::is_const_v<S>) {
+        bonds.flat.clear();
+        for (std::size_t k = 0; k < flat.size(); ++k) bonds.flat.emplace_back(flat[k], projection[k]);
+        bonds.changed();
+    }
+}
+
+/// Tables whose rows are no longer those that the scene makes.
+template <class Stream, class S>
+void visit_altered(Stream& stream, S& s) {
+    auto& solids = s.solids;
+    constexpr bool kReads = !std::is_const_v<S>;
+    stream.value("next_body", solids.next_body);
+    std::uint64_t count = solids.bodies.size();
+    stream.value("bodies", count);
+    if constexpr (kReads) {
+        if (count > kMostBodies) throw CacheError("a checkpoint has {} bodies", count);
+        solids.bodies.resize(count);
+    }
+    for (auto& body : solids.bodies) visit_altered_body(stream, body);
+    for (auto& handle : solids.handles) {
+        stream.array("handle.elements", handle.elements);
+        stream.value("handle.mass", handle.mass);
+    }
+    for_each_array_of(Life::made, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
+    visit_bonds(stream, solids.elements.bonds);
+    for_each_array(s.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
+    stream.array("embedded.families", s.embedded.families);
+    if constexpr (kReads) rebind(s);
 }
 
 template <class Stream, class S>
@@ -131,6 +211,8 @@ void visit_state(Stream& stream, S& s) {
         stream.value("blocked", e.blocked);
     }
     for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
+    stream.value("altered", s.solids.altered);
+    if (s.solids.altered) visit_altered(stream, s);
     if constexpr (!std::is_const_v<S>) {
         adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
         locate_particles(s.particles, s.solids);

@@ -4,10 +4,32 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <functional>
 
 #include "pipeline/base/error.h"
 
 namespace thixo {
+namespace {
+
+/// The whole word as a number of type T; nothing where it is none, or has no place in T.
+template <class T>
+std::optional<T> number_of(const std::string& word) {
+    T number{};
+    const char* const end = word.data() + word.size();
+    const auto [stop, failure] = std::from_chars(word.data(), end, number);
+    if (failure != std::errc() || stop != end) return std::nullopt;
+    return number;
+}
+
+CLI::Option* add_word(CLI::App& app, const char* option, const char* meaning,
+                      std::function<void(const std::string&)> take) {
+    // Not by CLI11's own conversions: they turn -1 into the largest number, and let nan pass through every range.
+    return app.add_option_function<std::string>(option, take, meaning);
+}
+
+}  // namespace
 
 void put(std::vector<std::string>& words, const char* name, const std::string& value) {
     words.push_back(fmt::format("--{}={}", name, value));
@@ -25,6 +47,35 @@ void put_path(std::vector<std::string>& words, const std::string& path) {
     if (path.empty()) return;
     words.push_back("--");
     words.push_back(path);
+}
+
+void add_number(CLI::App& app, const char* option, double& value, NumberRange range, const char* meaning) {
+    const auto take = [option, &value, range](const std::string& word) {
+        const std::optional<double> number = number_of<double>(word);
+        if (!number || !std::isfinite(*number) || *number < range.least || *number > range.most)
+            throw InputError("{} '{}' is no number from {} to {}", option, word, range.least, range.most);
+        value = *number;
+    };
+    add_word(app, option, meaning, take)->type_name("X");
+}
+
+void add_threads(CLI::App& app, int& threads) {
+    static constexpr int kMost = 1024;
+    const auto take = [&threads](const std::string& word) {
+        const std::optional<int> number = number_of<int>(word);
+        if (!number || *number < 0 || *number > kMost)
+            throw InputError("--threads '{}' is no whole number from 0 to {}", word, kMost);
+        threads = *number;
+    };
+    add_word(app, "--threads", "threads; every core when left out", take)->type_name("N");
+}
+
+void add_seed(CLI::App& app, std::optional<std::uint64_t>& seed) {
+    const auto take = [&seed](const std::string& word) {
+        seed = number_of<std::uint64_t>(word);
+        if (!seed) throw InputError("--seed '{}' is no whole number from 0 to 18446744073709551615", word);
+    };
+    add_word(app, "--seed", "replaces the scene's solver.seed", take)->type_name("N");
 }
 
 std::string parse_words(CLI::App& app, std::vector<std::string> words) {

@@ -2,9 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/check_args.h"
 #include "pipeline/contract/stage_args.h"
 #include "pipeline/driver/command.h"
 
@@ -53,15 +53,11 @@ class Verb {
         return *this;
     }
     Verb& seed() {
-        sub_->add_option_function<std::string>(
-                "--seed", [this](const std::string& s) { read_seed(s); }, "replaces the scene's solver.seed")
-            ->type_name("N");
+        add_seed(*sub_, command.seed);
         return *this;
     }
     Verb& threads() {
-        sub_->add_option("--threads", command.threads, "threads; every core when left out")
-            ->check(CLI::Range(0, 1024))
-            ->type_name("N");
+        add_threads(*sub_, command.threads);
         return *this;
     }
     Verb& quiet() {
@@ -84,8 +80,8 @@ class Verb {
         sub_->add_option(name, value, what)->required(required);
         return *this;
     }
-    Verb& number(const char* name, double& value, const char* what) {
-        sub_->add_option(name, value, what)->check(CLI::NonNegativeNumber)->type_name("X");
+    Verb& number(const char* name, double& value, NumberRange range, const char* what) {
+        add_number(*sub_, name, value, range, what);
         return *this;
     }
     Verb& choice(const char* name, std::string& value, const char* what, std::vector<std::string> choices,
@@ -102,13 +98,6 @@ class Verb {
     Command command;
 
   private:
-    void read_seed(const std::string& text) {
-        std::uint64_t number = 0;
-        const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
-        if (failure != std::errc() || end != text.data() + text.size())
-            throw InputError("--seed '{}' is no whole number from 0 to 18446744073709551615", text);
-        command.seed = number;
-    }
     CLI::App* sub_;
 };
 
@@ -160,7 +149,7 @@ Verbs all_verbs(CLI::App& app) {
     check.text("--against", check.command.against, "the reference: a frame folder or cache", true);
     check.flag("--update", check.command.update, "make A the reference");
     check.text("--diff", check.command.diff, "folder for a picture of every difference");
-    check.number("--max-rel-mse", check.command.max_rel_mse,
+    check.number("--max-rel-mse", check.command.max_rel_mse, kRelMse,
                  "largest relative mean square error of a picture's channel; 0: equal bit for bit");
     check.frames().threads().quiet().json().dry_run();
 

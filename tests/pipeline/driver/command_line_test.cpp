@@ -85,6 +85,24 @@ TEST(CommandLine, BadUsageIsOneClearLine) {
     EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--nonsense"}).find("--nonsense"));
 }
 
+TEST(CommandLine, EveryNumberOfEveryOptionIsFiniteAndInRange) {
+    const std::vector<std::string> check{"check", "a", "--against", "b", "--max-rel-mse"};
+    for (const char* word : {"nan", "-nan", "inf", "-inf", "-0.1", "1e7", "1e999", "0x10", "1,5", "1 ", "", "one"}) {
+        std::vector<std::string> words = check;
+        words.push_back(word);
+        EXPECT_NE(std::string::npos, refusal(words).find("--max-rel-mse")) << word << ": " << refusal(words);
+    }
+    for (const char* word : {"nan", "1.5", "1025", "-1", "1e3", "99999999999999999999"}) {
+        EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--threads", word}).find("--threads")) << word;
+        if (std::string(word) != "1025") {
+            EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--seed", word}).find("--seed")) << word;
+        }
+    }
+    std::vector<std::string> words = check;
+    words.push_back("1e-3");
+    EXPECT_EQ(1e-3, parse(words).max_rel_mse);
+}
+
 TEST(CommandLine, HelpOfAVerbNamesItsOptions) {
     EXPECT_NE(std::string::npos, parse({"--help"}).text.find("run SCENE"));
     EXPECT_NE(std::string::npos, parse({"run", "--help"}).text.find("--frames"));

@@ -9,7 +9,8 @@ namespace thixo {
 /// file stays. Makes the folder.
 class FolderLock {
   public:
-    /// Throws InputError where another process holds it, ResourceError where there can be no lock.
+    /// Waits up to 2 s for a holder that is ending. Throws InputError where another process still holds it then, or
+    /// `.lock` is a link; ResourceError where there can be no lock.
     explicit FolderLock(const std::filesystem::path& folder);
     ~FolderLock();
     FolderLock(const FolderLock&) = delete;

@@ -104,8 +104,8 @@ Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimA
         CacheWriter cache = args.restart ? CacheWriter::restart(out, identity) : CacheWriter::create(out, identity);
         return {std::move(cache), std::move(s), false};
     }
-    const int cached = last_cached(CacheReader(out).manifest(), scene.frames.first);
-    const bool restored = restore_checkpoint(out, cached, identity.simulation_hash, s);
+    const int kept = CacheReader(out).last_sound(scene.frames.first);
+    const bool restored = restore_checkpoint(out, kept, identity.simulation_hash, s);
     CacheWriter cache = CacheWriter::resume(out, identity, restored ? s.clock.frame : scene.frames.first - 1);
     return {std::move(cache), std::move(s), restored};
 }
@@ -126,7 +126,9 @@ int run_simulation(const SimArgs& args) {
         const CacheReader there(out);
         if (there.manifest().simulation_hash != identity.simulation_hash)
             refuse_other_simulation(there.manifest(), scene, out);
-        if (last_cached(there.manifest(), first) >= last && (last < scene.frames.last || there.complete())) {
+        const bool listed =
+            last_cached(there.manifest(), first) >= last && (last < scene.frames.last || there.complete());
+        if (listed && there.last_sound(first) >= last && there.assets_are_sound()) {
             progress.update(last - first + 1, "already there");
             progress.finish();
             return kDone;
@@ -141,6 +143,7 @@ int run_simulation(const SimArgs& args) {
     CacheWriter& cache = begin.cache;
     const std::vector<DrawnBoundary> boundaries = store_boundaries(scene, cache);
     scene::store_images(scene.look, cache);
+    cache.require_assets();
     progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0,
                     begin.from_checkpoint ? "continued" : "from the start");
     begin_probe_file(out, s, begin.from_checkpoint ? s.clock.frame : first - 1);

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
@@ -119,11 +120,38 @@ std::uint64_t Manifest::bytes() const {
     return sum;
 }
 
+bool Manifest::lists(std::string_view name) const {
+    const auto named = [&](const CacheFile& f) { return f.name == name; };
+    if (std::any_of(assets.begin(), assets.end(), named)) return true;
+    const std::optional<FrameFileName> parsed = parse_frame_file_name(name);
+    return parsed && find(parsed->frame) != nullptr;
+}
+
 std::string particle_file_name(int frame) { return fmt::format("particles.{:04}.vdb", frame); }
 std::string surfel_file_name(int frame) { return fmt::format("surfels.{:04}.vdb", frame); }
 std::string facts_file_name(int frame) { return fmt::format("frame.{:04}.json", frame); }
 std::string asset_file_name(std::string_view hash, std::string_view extension) {
-    return fmt::format("assets/{}{}", hash, extension);
+    return fmt::format("{}/{}{}", kAssetFolder, hash, extension);
+}
+
+std::optional<FrameFileName> parse_frame_file_name(std::string_view name) {
+    const std::size_t dot = name.find('.');
+    int number = -1;
+    if (dot == std::string_view::npos) return std::nullopt;
+    std::from_chars(name.data() + dot + 1, name.data() + name.size(), number);
+    if (number < 0 || number > kLargestFrameNumber) return std::nullopt;
+    if (name == particle_file_name(number)) return FrameFileName{FrameFileName::particles, number};
+    if (name == surfel_file_name(number)) return FrameFileName{FrameFileName::surfels, number};
+    if (name == facts_file_name(number)) return FrameFileName{FrameFileName::facts, number};
+    return std::nullopt;
+}
+
+bool is_asset_file_name(std::string_view name) {
+    const std::size_t slash = name.rfind('/'), dot = name.rfind('.');
+    if (slash == std::string_view::npos || dot == std::string_view::npos || dot < slash) return false;
+    const std::string_view hash = name.substr(slash + 1, dot - slash - 1);
+    return is_hash(hash) && std::any_of(kAssetExtensions.begin(), kAssetExtensions.end(),
+                                        [&](std::string_view e) { return name == asset_file_name(hash, e); });
 }
 
 std::string print_manifest(const Manifest& m) {

@@ -6,6 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/log.h"
+#include "pipeline/contract/cache.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/conduct.h"
@@ -42,9 +43,12 @@ int run_verb(const Command& command) {
     if (const int code = conduct(stages, {.terminal = isatty(STDERR_FILENO) != 0, .quiet = command.quiet});
         code != kDone)
         return code;
-    if (!film.empty() && film_is_stale(frames, film)) {
-        log_info("encoding {}", film.string());
-        make_film(frames, film, job.scene->frames.fps);
+    if (!film.empty()) {
+        const FilmPlan plan{frames, CacheReader(job.out).frames(), job.scene->frames.fps};
+        if (!film_is_current(plan, film)) {
+            log_info("encoding {}", film.string());
+            make_film(plan, film);
+        }
     }
     print_result(command, job, frames, film);
     return kDone;

@@ -22,13 +22,17 @@ std::filesystem::path exr_path(const std::filesystem::path& folder, int frame); 
 std::filesystem::path png_path(const std::filesystem::path& folder, int frame);  // beauty.0001.png
 
 enum class PictureState {
-    absent,     // or damaged, or made from another cache frame: to be rendered
-    done,       // there, of this look and this cache frame
+    absent,     // or damaged, or made from another cache frame, or the PNG is not the one of the EXR: to be rendered
+    done,       // both there, of this look and this cache frame
     other_look  // there, of another look
 };
 PictureState picture_state(const std::filesystem::path& folder, const PictureIdentity& identity);
 
-/// Writes the PNG, then the EXR with the identity in its header: where the EXR is, both are. Throws ResourceError.
+/// Throws InputError where the EXR or the PNG of this frame is there and another program's.
+void require_own_picture(const std::filesystem::path& folder, int frame);
+
+/// Writes the PNG, then the EXR with the identity and the PNG's checksum in its header: where the EXR is, both are.
+/// Throws ResourceError.
 void write_picture(const std::filesystem::path& folder, const PictureIdentity& identity, Image image,
                    const Image8& display);
 

@@ -61,8 +61,9 @@ class Stage {
 
     int run() {
         const std::vector<int> frames = frames_asked();
+        make_subfolder(args_.out, folder_.filename());
+        for (const int number : frames) require_own_picture(folder_, number);
         if (!args_.restart) refuse_other_looks(frames);
-        make_folder(folder_);
         remove_stale_temporaries(folder_);
         Progress progress("render", int(frames.size()), args_.machine_progress);
         std::vector<int> missing;

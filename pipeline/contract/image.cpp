@@ -84,4 +84,12 @@ Image8 decode_png(std::string_view bytes, const std::string& file) {
 
 Image8 read_png(const std::filesystem::path& path) { return decode_png(read_whole(path), path.string()); }
 
+bool is_own_png(std::string_view bytes) {
+    try {
+        return encode_png(decode_png(bytes, "")) == bytes;
+    } catch (const CacheError&) {
+        return false;
+    }
+}
+
 }  // namespace thixo

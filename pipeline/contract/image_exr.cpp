@@ -157,6 +157,11 @@ std::string encode_exr(const Image& image) {
 
 void write_exr(const std::filesystem::path& path, const Image& image) { write_whole(path, encode_exr(image)); }
 
+bool is_own_exr(std::string_view bytes) {
+    constexpr std::size_t kHeader = 1 << 16;
+    return bytes.substr(0, kHeader).find("thixo") != std::string_view::npos;
+}
+
 Image decode_exr(std::string_view bytes, const std::string& file, Checksum checksum) {
     const std::size_t at = checksum_at(bytes);
     if (at == std::string_view::npos && checksum == Checksum::required)

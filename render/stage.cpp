@@ -91,7 +91,7 @@ class Stage {
                 throw CacheError("{}: the cache holds no frame yet; simulate first", reader_.folder().string());
             return reader_.frames();
         }
-        const scene::Scene cached = scene::parse_scene(reader_.scene_text(), "manifest.json", {}, scene::Files::ignore);
+        const scene::Scene cached = scene::parse_cached_scene(reader_.scene_text(), "manifest.json");
         std::vector<int> frames;
         for (int n = cached.frames.first; n <= cached.frames.last; ++n) frames.push_back(n);
         return frames;
@@ -178,9 +178,8 @@ class Stage {
 }  // namespace
 
 scene::Scene resolve_scene(const RenderArgs& args, const std::string& cache_scene_text) {
-    scene::Scene scene = args.scene.empty()
-                             ? scene::parse_scene(cache_scene_text, "manifest.json", args.set, scene::Files::ignore)
-                             : scene::load_scene(args.scene, args.set);
+    scene::Scene scene = args.scene.empty() ? scene::parse_cached_scene(cache_scene_text, "manifest.json", args.set)
+                                            : scene::load_scene(args.scene, args.set);
     if (!args.look.empty()) scene.look = scene::overlay_look(scene.look, args.look, args.set);
     if (args.draft) scene::apply_draft(scene.look);
     return scene;

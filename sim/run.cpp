@@ -44,8 +44,7 @@ int last_frame(const scene::Scene& scene, const SimArgs& args) {
 
 void refuse_other_simulation(const Manifest& there, const scene::Scene& scene, const fs::path& out) {
     std::string keys;
-    const scene::Scene old =
-        scene::parse_scene(there.scene_text, (out / "cache" / "manifest.json").string(), {}, scene::Files::ignore);
+    const scene::Scene old = scene::parse_cached_scene(there.scene_text, (out / "cache" / "manifest.json").string());
     for (const std::string& key : scene::differing_keys(old, scene)) keys += (keys.empty() ? "" : ", ") + key;
     throw InputError(
         "{}: holds another simulation, which differs in {}; give --out for another folder, or --restart to discard it",
@@ -120,7 +119,7 @@ int run_simulation(const SimArgs& args) {
     if (args.estimate) return estimate(scene, last);
 
     const fs::path out = args.out;
-    const CacheIdentity identity{scene.name, scene::print_scene(scene), scene::simulation_hash(scene)};
+    const CacheIdentity identity{scene.name, scene::print_cached_scene(scene), scene::simulation_hash(scene)};
     Progress progress("sim", last - first + 1, args.machine_progress);
     if (CacheReader::exists(out) && !args.restart) {
         const CacheReader there(out);

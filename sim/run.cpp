@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,7 @@
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/folder_lock.h"
 #include "pipeline/contract/look_images.h"
+#include "pipeline/contract/machine_memory.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
 #include "sim/checkpoint.h"
@@ -59,19 +61,16 @@ int last_cached(const Manifest& manifest, int first) {
 }
 
 int estimate(const scene::Scene& scene, int last) {
-    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
-    // (150); a surfel of a liquid's in five particles. On disk a particle takes about 50 bytes a frame, a surfel 64. A
-    // solid's surfel, with the weights it is moved by, takes 1500 in memory.
-    constexpr double kMemory = 730, kSurfelMemory = 1500, kDisk = 65, kSurfelDisk = 64;
+    // On disk a particle takes about 50 bytes a frame, a surfel 64; a liquid has a surfel in five particles.
+    constexpr double kDisk = 65, kSurfelDisk = 64;
     const Size size = estimate_size(scene);
-    const double particles = static_cast<double>(size.particles), surfels = static_cast<double>(size.surfels);
+    const double particles = size.particles, surfels = size.surfels;
     const double frames = last - scene.frames.first + 1;
     const double disk_per_frame = kDisk * particles + kSurfelDisk * surfels;
-    const nlohmann::ordered_json answer = {
-        {"particles", size.particles},
-        {"memory", static_cast<std::int64_t>(6e7 + kMemory * particles + kSurfelMemory * surfels)},
-        {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
-        {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
+    const nlohmann::ordered_json answer = {{"particles", std::llround(particles)},
+                                           {"memory", static_cast<std::int64_t>(memory_of(size))},
+                                           {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
+                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
     fmt::print("{}\n", answer.dump());
     return kDone;
 }
@@ -98,6 +97,11 @@ Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimA
     const fs::path out = args.out;
     Simulation s = make_simulation(scene);
     s.problem.scene_path = args.scene;
+    if (const double memory = memory_of(final_size(scene, s)); memory > machine_memory())
+        log_warning(
+            "this simulation may need {} of memory at its last frame, and this machine has {}; raise "
+            "solver.spacing, or let emitters stop earlier",
+            bytes_text(memory), bytes_text(machine_memory()));
     if (!CacheReader::exists(out) || args.restart) {
         remove_checkpoints(out);
         CacheWriter cache = args.restart ? CacheWriter::restart(out, identity) : CacheWriter::create(out, identity);

@@ -49,6 +49,10 @@ Image read_exr(const std::filesystem::path& path, Checksum checksum = Checksum::
 /// Whether the header has attributes of Thixo's, be the file damaged or not.
 bool is_own_exr(std::string_view bytes);
 
+/// Pixels as the header states them. Throws CacheError where it cannot be read.
+double exr_pixels(std::string_view bytes, const std::string& file);
+double png_pixels(std::string_view bytes, const std::string& file);
+
 /// 8 bits a channel, sRGB, alpha (if any) not premultiplied; row-major from the top left.
 struct Image8 {
     int width = 0, height = 0, channels = 3;  // 3: RGB, 4: RGBA

@@ -118,6 +118,10 @@ std::string image_bytes(const std::string& file, const std::string& content, con
     return bytes;
 }
 
+double pixels_of(std::string_view image, const std::string& file) {
+    return image_extension(image) == ".png" ? png_pixels(image, file) : exr_pixels(image, file);
+}
+
 void store_images(const Look& look, CacheWriter& cache) {
     for_each_image(look, [&](const std::string&, ImageUse, const std::string& file, const std::string& content) {
         const std::string bytes = image_bytes(file, content, nullptr);

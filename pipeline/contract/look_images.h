@@ -34,6 +34,9 @@ void require_usable_image(std::string_view bytes, const std::string& file, Image
 /// CacheError where the cache is damaged or lacks the image.
 std::string image_bytes(const std::string& file, const std::string& content, const CacheReader* cache);
 
+/// Pixels of a PNG or EXR as its header states them, without decoding any. Throws CacheError.
+double pixels_of(std::string_view image, const std::string& file);
+
 /// Stores the look's images in the cache, so that it can be rendered without them. Throws as image_bytes.
 void store_images(const Look& look, CacheWriter& cache);
 

@@ -78,6 +78,24 @@ void add_seed(CLI::App& app, std::optional<std::uint64_t>& seed) {
     add_word(app, "--seed", "replaces the scene's solver.seed", take)->type_name("N");
 }
 
+bool is_utf8(std::string_view text) {
+    for (std::size_t i = 0; i < text.size();) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        const std::size_t more = c < 0x80 ? 0 : c < 0xc2 ? 4 : c < 0xe0 ? 1 : c < 0xf0 ? 2 : c < 0xf5 ? 3 : 4;
+        if (more == 4 || i + more >= text.size()) return false;
+        char32_t code = more == 0 ? c : c & (0x3f >> more);
+        for (std::size_t k = 1; k <= more; ++k) {
+            const auto next = static_cast<unsigned char>(text[i + k]);
+            if (next >> 6 != 2) return false;
+            code = code << 6 | (next & 0x3f);
+        }
+        if ((more == 2 && code < 0x800) || (more == 3 && (code < 0x10000 || code > 0x10ffff))) return false;
+        if (code >= 0xd800 && code < 0xe000) return false;
+        i += more + 1;
+    }
+    return true;
+}
+
 std::string parse_words(CLI::App& app, std::vector<std::string> words) {
     const auto options_end = std::find(words.begin(), words.end(), "--");
     if (std::any_of(words.begin(), options_end, [](const std::string& w) { return w == "-h" || w == "--help"; }))
@@ -88,6 +106,9 @@ std::string parse_words(CLI::App& app, std::vector<std::string> words) {
     } catch (const CLI::ParseError& e) {
         throw InputError("{}: {}; --help lists the arguments", app.get_name(), e.what());
     }
+    for (const CLI::Option* option : app.get_options())
+        for (const std::string& word : option->results())
+            if (word.empty()) throw InputError("{}: {} is empty", app.get_name(), option->get_name());
     return {};
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace CLI {
@@ -32,6 +33,9 @@ void add_number(CLI::App& app, const char* option, double& value, NumberRange ra
 void add_threads(CLI::App& app, int& threads);
 /// The option --seed: whole, from 0 to 2^64 - 1.
 void add_seed(CLI::App& app, std::optional<std::uint64_t>& seed);
+
+/// Whether the bytes are UTF-8.
+bool is_utf8(std::string_view text);
 
 /// Parses the words (program name left out) by the app. Returns the help text where --help is among them, else nothing.
 /// Throws InputError.

@@ -89,13 +89,21 @@ void parse_lists(const Json& json, const JsonPlace& place, Manifest& m) {
     }
 }
 
-/// A newer format is told by its number, even where its checksum is kept in another way.
-void refuse_newer_format(const Json& json, const std::string& file) {
-    const auto it = json.is_object() ? json.find("format") : json.end();
-    if (!json.is_object() || it == json.end() || !it->is_number_integer()) return;
-    if (it->is_number_unsigned() && it->get<std::uint64_t>() > static_cast<std::uint64_t>(kCacheFormat))
-        throw CacheError("'{}' has cache format {}, this program reads 1 to {}; use a newer thixo", file,
-                         it->get<std::uint64_t>(), kCacheFormat);
+/// A newer format is told by its number, even where its checksum is kept in another way: the number stands near the
+/// start of every manifest, and a text whose checksum does not match is not parsed.
+void refuse_newer_format(std::string_view text, const std::string& file) {
+    constexpr std::size_t kStart = 1024;
+    constexpr std::string_view key = "\"format\":";
+    std::string_view rest = text.substr(0, kStart);
+    const std::size_t at = rest.find(key);
+    if (at == rest.npos) return;
+    rest.remove_prefix(at + key.size());
+    rest.remove_prefix(std::min(rest.find_first_not_of(" \n"), rest.size()));
+    std::uint64_t format = 0;
+    const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), format);
+    if (failure == std::errc() && format > static_cast<std::uint64_t>(kCacheFormat))
+        throw CacheError("'{}' has cache format {}, this program reads 1 to {}; use a newer thixo", file, format,
+                         kCacheFormat);
 }
 
 bool checksum_matches(std::string_view text) {
@@ -172,10 +180,10 @@ std::string print_manifest(const Manifest& m) {
 }
 
 Manifest parse_manifest(std::string_view text, const std::string& file) {
-    const Json json = parse_json(text, file);
-    refuse_newer_format(json, file);
+    refuse_newer_format(text, file);
     if (!checksum_matches(text))
         throw CacheError("'{}' is damaged: its checksum does not match; simulate again with --restart", file);
+    const Json json = parse_json(text, file);
     const JsonPlace place{file, ""};
     object_or_fail(json, place);
     Manifest m;

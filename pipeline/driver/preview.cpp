@@ -9,6 +9,7 @@
 #include "pipeline/contract/ownership.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/job.h"
+#include "pipeline/driver/json_output.h"
 #include "pipeline/driver/scratch_folder.h"
 
 namespace thixo {
@@ -26,7 +27,7 @@ RenderArgs preview_args(const Command& command, const Job& job) {
 }
 
 int print_files(const Command& command, const std::vector<std::string>& files) {
-    if (command.json) fmt::print("{}\n", nlohmann::ordered_json{{"files", files}}.dump());
+    if (command.json) print_json(nlohmann::ordered_json{{"files", files}});
     if (!command.json && !command.quiet)
         for (const std::string& file : files) fmt::print("{}\n", file);
     return kDone;

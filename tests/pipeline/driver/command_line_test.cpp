@@ -103,6 +103,19 @@ TEST(CommandLine, EveryNumberOfEveryOptionIsFiniteAndInRange) {
     EXPECT_EQ(1e-3, parse(words).max_rel_mse);
 }
 
+TEST(CommandLine, AnEmptyWordIsRefusedByItsOption) {
+    EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--out", ""}).find("--out"));
+    EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--look", ""}).find("--look"));
+    EXPECT_FALSE(refusal({"info", ""}).empty());
+}
+
+TEST(CommandLine, BytesThatJsonCannotCarryAreRefusedBeforeTheWork) {
+    EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--out", "\xff", "--json"}).find("UTF-8"));
+    EXPECT_NE(std::string::npos, refusal({"export", "b\xc3", "--to", "csv", "--json"}).find("UTF-8"));
+    EXPECT_EQ("", refusal({"run", "a.yaml", "--out", "\xff"}));
+    EXPECT_EQ("", refusal({"run", "a.yaml", "--out", "\xc3\xa4\xe2\x82\xac\xf0\x9f\x8c\x8a", "--json"}));
+}
+
 TEST(CommandLine, HelpOfAVerbNamesItsOptions) {
     EXPECT_NE(std::string::npos, parse({"--help"}).text.find("run SCENE"));
     EXPECT_NE(std::string::npos, parse({"run", "--help"}).text.find("--frames"));

@@ -20,6 +20,7 @@ constexpr const char* kHelp = R"(Usage: thixo VERB ... [OPTION...]      thixo VE
   validate SCENE               all problems of a scene at once; particles, memory and disk it will need
   info PATH                    what a scene, a cache or a frame holds
   export CACHE                 frames for other tools: ply, vtp, csv
+  verify SCENE-or-CACHE        every file of an output folder against its checksum; --repair makes what is damaged again
 The launcher ./thixo adds: setup (install packages), test [--all] (build and run the tests), --no-build.
 SCENE is a YAML file. CACHE is an output folder or its cache/. Output goes to ./out/<scene>, a draft's to ./out/<scene>.draft.
 Exit codes: 0 done; 1 a check found a difference; 2 bad usage or input; 3 the simulation diverged; 4 a cache is missing or damaged;
@@ -115,6 +116,7 @@ Verbs all_verbs(CLI::App& app) {
     Verbs verbs;
     Verb& run = add(verbs, app, "run", "Simulates, renders and encodes what is not there yet.", "SCENE", kScene);
     run.text("--look", run.command.look, kLook).restart("start the simulation and the frames over");
+    run.flag("--verify", run.command.verify, "at the end check every file of the output folder");
     run.frames().scene().seed().out().threads().quiet().json().dry_run();
 
     Verb& sim = add(verbs, app, "sim", "Simulates a scene into a cache; goes on where it stopped.", "SCENE", kScene);
@@ -168,7 +170,22 @@ Verbs all_verbs(CLI::App& app) {
     exporting.choice("--what", exporting.command.what, "particles (when left out) or surfels",
                      {"particles", "surfels"});
     exporting.frames().out("folder for the files; <CACHE>/export when left out").quiet().json();
+
+    Verb& verify = add(verbs, app, "verify", "Checks every file of an output folder: cache, checkpoints, frames, film.",
+                       "SCENE-or-CACHE", kEither);
+    verify.flag("--repair", verify.command.repair, "make again what is damaged, to the same bytes");
+    verify.scene().seed().out("the scene's output folder; ./out/<scene> when left out").threads().quiet().json();
     return verbs;
+}
+
+/// What no option and no path can be.
+void require_words(const CLI::Option& option, const Command& command) {
+    for (const std::string& word : option.results()) {
+        if (word.empty()) throw InputError("{}: {} is empty", command.verb, option.get_name());
+        if (command.json && !is_utf8(word))
+            throw InputError("{}: {} is not UTF-8, which --json needs; leave out --json or use another name",
+                             command.verb, option.get_name());
+    }
 }
 
 }  // namespace
@@ -200,6 +217,7 @@ Command parse_command(int argc, char** argv) {
     } catch (const CLI::ParseError& e) {
         throw InputError("{}: {}; thixo {} --help lists the options", verb.command.verb, e.what(), verb.command.verb);
     }
+    for (const CLI::Option* option : verb.app().get_options()) require_words(*option, verb.command);
     if (!verb.command.frames.empty())
         parse_frame_range(verb.command.frames);  // for its message, before anything starts
     return verb.command;

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -13,6 +14,7 @@
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/hash.h"
 #include "pipeline/contract/ownership.h"
+#include "pipeline/contract/picture_files.h"
 #include "pipeline/driver/process.h"
 #include "pipeline/driver/scratch_folder.h"
 
@@ -28,7 +30,7 @@ constexpr std::size_t kDigits = 32;
 std::map<int, fs::path> pictures(const FilmPlan& plan) {
     std::map<int, fs::path> found;
     for (const int number : plan.numbers) {
-        const fs::path path = plan.frames / fmt::format("beauty.{:04}.png", number);
+        const fs::path path = png_path(plan.frames, number);
         std::error_code missing;
         if (fs::is_regular_file(path, missing)) found[number] = path;
     }
@@ -49,6 +51,16 @@ std::size_t checksum_at(std::string_view film) {
 }
 
 bool is_own_film(std::string_view film) { return checksum_at(film) != film.npos; }
+
+/// The checksum of what an undamaged film shows; nothing where there is none.
+std::optional<std::string> shown_by(const fs::path& film) {
+    std::error_code missing;
+    if (!fs::is_regular_file(film, missing)) return std::nullopt;
+    const std::string bytes = read_whole(film);
+    const std::size_t at = checksum_at(bytes);
+    if (at == bytes.npos || bytes.substr(at, kDigits) != hash_hex_without(bytes, at, kDigits)) return std::nullopt;
+    return bytes.substr(at + kDigits + 1, kDigits);
+}
 
 /// Links 000000.png, 000001.png, ... to the pictures, a gap filled by the picture before it: whatever the folder is
 /// called, ffmpeg sees plain names without gaps.
@@ -95,13 +107,11 @@ void require_ffmpeg() {
         "look.output.film=false");
 }
 
+bool film_is_whole(const fs::path& film) { return shown_by(film).has_value(); }
+
 bool film_is_current(const FilmPlan& plan, const fs::path& film) {
-    std::error_code missing;
-    if (!fs::is_regular_file(film, missing)) return false;
-    const std::string bytes = read_whole(film);
-    const std::size_t at = checksum_at(bytes);
-    if (at == bytes.npos || bytes.substr(at, kDigits) != hash_hex_without(bytes, at, kDigits)) return false;
-    return bytes.substr(at + kDigits + 1, kDigits) == checksum_of(pictures(plan), plan.fps);
+    const std::optional<std::string> shown = shown_by(film);
+    return shown && *shown == checksum_of(pictures(plan), plan.fps);
 }
 
 void make_film(const FilmPlan& plan, const fs::path& film) {

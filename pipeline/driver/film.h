@@ -20,6 +20,9 @@ void require_ffmpeg();
 /// that of what it shows.
 bool film_is_current(const FilmPlan& plan, const std::filesystem::path& film);
 
+/// True where `film` is there, is Thixo's, and has the bytes that its checksum states.
+bool film_is_whole(const std::filesystem::path& film);
+
 /// Encodes the pictures as H.264 (yuv420p, Rec.709, even size, index in front), whole or not at all. Where numbers are
 /// missing between the first and the last picture the one before stands still, so that time stays right. Equal pictures
 /// give equal bytes with the same ffmpeg. Throws CacheError (no picture), ResourceError (disk), InputError (another

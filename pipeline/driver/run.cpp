@@ -12,6 +12,8 @@
 #include "pipeline/driver/conduct.h"
 #include "pipeline/driver/film.h"
 #include "pipeline/driver/job.h"
+#include "pipeline/driver/json_output.h"
+#include "pipeline/driver/verify.h"
 
 namespace thixo {
 namespace fs = std::filesystem;
@@ -22,7 +24,7 @@ void print_result(const Command& command, const Job& job, const fs::path& frames
         nlohmann::ordered_json result{
             {"out", job.out.string()}, {"cache", (job.out / "cache").string()}, {"frames", frames.string()}};
         if (!film.empty()) result["film"] = film.string();
-        fmt::print("{}\n", result.dump());
+        print_json(result);
     } else if (!command.quiet) {
         fmt::print("{}\n", film.empty() ? frames.string() : film.string());
     }
@@ -51,7 +53,7 @@ int run_verb(const Command& command) {
         }
     }
     print_result(command, job, frames, film);
-    return kDone;
+    return command.verify ? report_damages(job.out, verify_output(job.out), command) : int(kDone);
 }
 
 }  // namespace thixo

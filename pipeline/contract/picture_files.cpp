@@ -1,4 +1,4 @@
-#include "render/frame_files.h"
+#include "pipeline/contract/picture_files.h"
 
 #include <fmt/format.h>
 
@@ -7,34 +7,45 @@
 #include "pipeline/contract/hash.h"
 #include "pipeline/contract/ownership.h"
 
-namespace thixo::render {
+namespace thixo {
 
 namespace fs = std::filesystem;
 
 namespace {
+constexpr const char *kLookKey = "thixo.look", *kCacheKey = "thixo.cache_frame";
 constexpr const char* kPngKey = "thixo.png";  // checksum of the PNG beside the EXR
 }  // namespace
 
 fs::path exr_path(const fs::path& folder, int frame) { return folder / fmt::format("beauty.{:04d}.exr", frame); }
 fs::path png_path(const fs::path& folder, int frame) { return folder / fmt::format("beauty.{:04d}.png", frame); }
 
-PictureState picture_state(const fs::path& folder, const PictureIdentity& identity) {
-    const fs::path path = exr_path(folder, identity.frame);
-    if (!fs::exists(path)) return PictureState::absent;
+StoredPicture read_picture(const fs::path& folder, int frame) {
+    StoredPicture stored;
     try {
-        const Image image = read_exr(path, Checksum::required);
-        const auto is = [&](const char* name, const std::string& value) {
+        const Image image = read_exr(exr_path(folder, frame), Checksum::required);
+        const auto attribute = [&](const char* name) {
             const auto found = image.attributes.find(name);
-            return found != image.attributes.end() && found->second == value;
+            return found == image.attributes.end() ? std::string() : found->second;
         };
-        if (!is("thixo.look", identity.look)) return PictureState::other_look;
-        const std::string png = read_whole(png_path(folder, identity.frame));
+        stored.exr_there = true;
+        stored.look = attribute(kLookKey);
+        stored.cache = attribute(kCacheKey);
+        const std::string png = read_whole(png_path(folder, frame)), stated = attribute(kPngKey);
         // Pictures of earlier versions do not state the checksum of their PNG.
-        const bool same = image.attributes.contains(kPngKey) ? is(kPngKey, hash_hex(png)) : is_own_png(png);
-        return same && is("thixo.cache_frame", identity.cache) ? PictureState::done : PictureState::absent;
-    } catch (const CacheError&) {
-        return PictureState::absent;  // cut off or damaged: no loss to render it again
+        if (stated.empty() ? !is_own_png(png) : stated != hash_hex(png))
+            stored.problem =
+                fmt::format("'{}' is damaged: it is not the one that its EXR states", png_path(folder, frame).string());
+    } catch (const CacheError& e) {
+        stored.problem = e.what();
     }
+    return stored;
+}
+
+PictureState picture_state(const fs::path& folder, const PictureIdentity& identity) {
+    const StoredPicture stored = read_picture(folder, identity.frame);
+    if (!stored.exr_there) return PictureState::absent;  // cut off or damaged: no loss to render it again
+    if (stored.look != identity.look) return PictureState::other_look;
+    return stored.problem.empty() && stored.cache == identity.cache ? PictureState::done : PictureState::absent;
 }
 
 void require_own_picture(const fs::path& folder, int frame) {
@@ -45,8 +56,8 @@ void require_own_picture(const fs::path& folder, int frame) {
 void write_picture(const fs::path& folder, const PictureIdentity& identity, Image image, const Image8& display) {
     const std::string png = encode_png(display);
     image.attributes = {{"thixo.scene", identity.scene},
-                        {"thixo.look", identity.look},
-                        {"thixo.cache_frame", identity.cache},
+                        {kLookKey, identity.look},
+                        {kCacheKey, identity.cache},
                         {"thixo.frame", fmt::format("{}", identity.frame)},
                         {"thixo.time", fmt::format("{}", identity.time)},
                         {"thixo.samples", fmt::format("{}", identity.samples)},
@@ -56,4 +67,4 @@ void write_picture(const fs::path& folder, const PictureIdentity& identity, Imag
     write_exr(exr_path(folder, identity.frame), image);
 }
 
-}  // namespace thixo::render
+}  // namespace thixo

@@ -1,4 +1,4 @@
-// Finished pictures on disk: their names, and what they were made from.
+// Finished pictures on disk: their names, what they were made from, and whether they are whole.
 #pragma once
 
 #include <filesystem>
@@ -6,7 +6,7 @@
 
 #include "pipeline/contract/image.h"
 
-namespace thixo::render {
+namespace thixo {
 
 /// What a picture's bytes depend on; stated in the EXR's header.
 struct PictureIdentity {
@@ -20,6 +20,15 @@ struct PictureIdentity {
 
 std::filesystem::path exr_path(const std::filesystem::path& folder, int frame);  // beauty.0001.exr
 std::filesystem::path png_path(const std::filesystem::path& folder, int frame);  // beauty.0001.png
+
+/// What is on disk of a picture.
+struct StoredPicture {
+    std::string problem;      // what is missing or damaged, and of which file; empty: both files are whole
+    bool exr_there = false;   // and whole
+    std::string look, cache;  // as the EXR states them
+};
+/// Reads both files: the EXR has its checksum, the PNG is the one whose checksum the EXR states.
+StoredPicture read_picture(const std::filesystem::path& folder, int frame);
 
 enum class PictureState {
     absent,     // or damaged, or made from another cache frame, or the PNG is not the one of the EXR: to be rendered
@@ -36,4 +45,4 @@ void require_own_picture(const std::filesystem::path& folder, int frame);
 void write_picture(const std::filesystem::path& folder, const PictureIdentity& identity, Image image,
                    const Image8& display);
 
-}  // namespace thixo::render
+}  // namespace thixo

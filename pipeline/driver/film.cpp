@@ -111,7 +111,12 @@ bool film_is_whole(const fs::path& film) { return shown_by(film).has_value(); }
 
 bool film_is_current(const FilmPlan& plan, const fs::path& film) {
     const std::optional<std::string> shown = shown_by(film);
-    return shown && *shown == checksum_of(pictures(plan), plan.fps);
+    if (!shown) return false;
+    const std::map<int, fs::path> there = pictures(plan);
+    const fs::file_time_type made = fs::last_write_time(film);
+    for (const auto& [number, picture] : there)
+        if (fs::last_write_time(picture) > made) return false;
+    return *shown == checksum_of(there, plan.fps);
 }
 
 void make_film(const FilmPlan& plan, const fs::path& film) {

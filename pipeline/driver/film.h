@@ -16,8 +16,8 @@ struct FilmPlan {
 /// Throws InputError where ffmpeg is not installed: asked before hours of work, not after.
 void require_ffmpeg();
 
-/// True where `film` is undamaged and was made from these very pictures at this rate: it carries its own checksum and
-/// that of what it shows.
+/// True where `film` is undamaged, not older than a picture, and was made from these very pictures at this rate: it
+/// carries its own checksum and that of what it shows.
 bool film_is_current(const FilmPlan& plan, const std::filesystem::path& film);
 
 /// True where `film` is there, is Thixo's, and has the bytes that its checksum states.

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "pipeline/check/compare_frames.h"
+#include "pipeline/check/compare_manifests.h"
 #include "pipeline/check/compare_pictures.h"
 #include "pipeline/check/difference_picture.h"
 #include "pipeline/check/inputs.h"
@@ -91,11 +92,15 @@ void check_caches(const CheckArgs& args, const std::vector<int>* frames, CheckRe
             continue;
         }
         try {
-            report.frames.push_back(compare_frames(name, a.load_frame(number), b->load_frame(number)));
+            FrameReport frame = compare_frames(name, a.load_frame(number), b->load_frame(number));
+            for (std::string& problem : compare_entries(*a.manifest().find(number), *b->manifest().find(number)))
+                frame.problems.push_back(std::move(problem));
+            report.frames.push_back(std::move(frame));
         } catch (const CacheError& e) {
             report.frames.push_back(one_problem(name, e.what(), true));
         }
     }
+    if (b) report.notes = manifest_notes(a.manifest(), b->manifest());
     const auto asset_names = [](const Manifest& m) {
         std::vector<std::string> names;
         for (const CacheFile& f : m.assets) names.push_back(f.name);

@@ -74,6 +74,7 @@ std::string print_text(const CheckReport& report) {
         text += fmt::format("{}: {}\n", f.name, fmt::join(f.problems, "; "));
         text += numbers(f);
     }
+    for (const std::string& note : report.notes) text += fmt::format("note, not compared: {}\n", note);
     if (report.updated) {
         text += lines_of(report.update);
         const Update& u = report.update;
@@ -97,6 +98,7 @@ std::string print_json(const CheckReport& report) {
                      {"damaged", report.damaged()},
                      {"frames", Json::array()}};
     for (const FrameReport& f : report.frames) document["frames"].push_back(json_of(f));
+    document["notes"] = report.notes;
     if (report.updated)
         document["updated"] = {
             {"added", report.update.added}, {"replaced", report.update.replaced}, {"removed", report.update.removed}};

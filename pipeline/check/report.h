@@ -51,6 +51,7 @@ struct CheckReport {
     std::string kind;        // pictures, cache
     double max_rel_mse = 0;  // 0: exact
     std::vector<FrameReport> frames;
+    std::vector<std::string> notes;  // differences of two manifests that do not make the check fail
     bool updated = false;
     Update update;
 
@@ -58,13 +59,14 @@ struct CheckReport {
     bool damaged() const;
 };
 
-/// Lines for a person: one a failing frame with its numbers, and a last one that sums up.
+/// Lines for a person: each failing frame with its numbers, each note, and a last one that sums up.
 std::string print_text(const CheckReport& report);
 
 /// One JSON document: {"a", "b", "kind", "tier": "exact" or "rel_mse", "max_rel_mse", "same", "damaged", "frames":
 /// [{"name", "same", "damaged", "problems", and for pictures "pixels_different", "max_abs", "rel_mse", "psnr" (null:
 /// infinite), "worst": {"x", "y", "channel"}, "not_finite": [a, b], for caches "attributes": [{"name", "different",
-/// "max_abs", "worst_id"}]}], "updated": {"added", "replaced", "removed"} after an update}, ending in a newline.
+/// "max_abs", "worst_id"}]}], "notes": [text], "updated": {"added", "replaced", "removed"} after an update}, ending in
+/// a newline.
 std::string print_json(const CheckReport& report);
 
 }  // namespace thixo

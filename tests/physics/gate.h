@@ -31,8 +31,12 @@ Series run(Simulation& s);
 struct Outcome {
     std::string law, quantity, unit;
     double measured, reference, tolerance;  // all in `unit`
-    std::string source;                     // of the reference
+    std::string source;                     // of the reference: a law, a publication, a need, or kBoundOnChange
 };
+
+/// The source of a bound that neither a law nor a need gives. It lies a little above what was measured when the gate
+/// was made, and tells only that something has changed.
+inline constexpr const char* kBoundOnChange = "bound on change, not a law";
 
 /// Prints measured value, reference and tolerance, writes them to gates/ beside the test programs' folder, and fails
 /// the test where |measured - reference| > tolerance. A reference of 0 with a tolerance is an upper bound of the

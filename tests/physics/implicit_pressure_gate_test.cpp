@@ -98,8 +98,9 @@ TEST(DamFront, IsThatOfAnIdealFluid) {
     gate::report("dam front", "rms distance to Koshizuka & Oka", "m", rms_distance(kKoshizukaOka, 0, front));
     const double delay = best_delay(kKoshizukaOka, front);
     gate::report("dam front", "delay of Koshizuka & Oka's", "s", delay);
+    // The delay is the one that makes this distance smallest, so that only the front's shape is held to anything.
     gate::expect({"dam front", "rms distance with that delay", "m", rms_distance(kKoshizukaOka, delay, front), 0, 0.06,
-                  "Koshizuka & Oka 1996"});
+                  std::string(gate::kBoundOnChange) + ": Koshizuka & Oka 1996 with a fitted delay"});
     gate::report("dam front", "rms distance to Martin & Moyce", "m", rms_distance(kMartinMoyce, 0, front));
     gate::report("dam front", "delay of Martin & Moyce's", "s", best_delay(kMartinMoyce, front));
     const auto speed = [&](double from, double to) { return (front(to) - front(from)) / (to - from); };

@@ -102,7 +102,7 @@ void compare_totals(const FrameTotals& a, const FrameTotals& b, std::vector<std:
     compare_counts("virtual particles", virtual_particles, b.virtual_particles, problems);
 }
 
-// Points in the order they are compared in, and the number that names each.
+// The order in which points are compared, and the number that names each in messages.
 struct Order {
     std::vector<std::size_t> points;
     std::vector<std::int64_t> ids;
@@ -130,7 +130,7 @@ Order order_of(const PointSet& points) {
     return order;
 }
 
-// Largest difference of two values by component; 0 where one is not finite (that is counted on its own).
+// Largest difference of two values over their components. It is 0 where one is not finite: those are counted apart.
 template <class T>
 double distance(const T& a, const T& b) {
     if constexpr (std::is_same_v<T, Vec3f>) {
@@ -174,13 +174,13 @@ void compare_values(const std::string& name, const std::vector<T>& a, const Orde
     report.attributes.push_back(d);
 }
 
-// True where the points of both can be paired.
+// Whether the points of both sides can be paired.
 bool pairs_up(const std::string& what, const Order& a, const Order& b, std::vector<std::string>& problems) {
     if (a.points.size() != b.points.size()) {
         problems.push_back(fmt::format("{} {}, the reference {}", a.points.size(), what, b.points.size()));
         return false;
     }
-    if (a.by_id != b.by_id) return false;  // reported with the attributes' names
+    if (a.by_id != b.by_id) return false;  // compare_points reports the attribute
     const auto [x, y] = std::mismatch(a.ids.begin(), a.ids.end(), b.ids.begin());
     if (x == a.ids.end()) return true;
     problems.push_back(fmt::format("{}: other ids, the first {} in place of {}", what, *x, *y));

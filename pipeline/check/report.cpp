@@ -102,7 +102,7 @@ std::string print_json(const CheckReport& report) {
     if (report.updated)
         document["updated"] = {
             {"added", report.update.added}, {"replaced", report.update.replaced}, {"removed", report.update.removed}};
-    // Paths are bytes, JSON is UTF-8: what is not becomes the replacement character.
+    // Paths are bytes and JSON is UTF-8. Bytes that are no UTF-8 become the replacement character.
     return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,7 +1,7 @@
 """What the benchmarks are read for: the programs to run, and the figures that docs/performance.md shows.
 
-A ratio is the cost here over the cost of a reference: smaller is better. Most references are measured in the same run, turn by turn, so that
-their ratios depend little on the machine and on what else it does. "Of another run" marks the others.
+A ratio is the cost here over the cost of a reference: smaller is better. Most references are measured in the same run, turn by turn. Their
+ratios depend little on the machine and on its load. "Of another run" marks the other references.
 """
 import dataclasses
 import re

@@ -1,4 +1,4 @@
-// What is drawn of a body while it melts: a closed surface around its matter.
+// The surface of a body while it melts: closed, and around its matter.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace thixo {
 namespace {
 
-/// Particles with no surfel nearer than a spacing.
+/// Places of the particles that have no surfel nearer than a spacing.
 std::vector<Vec3> deep_places(const Simulation& s) {
     const Real spacing = s.problem.smoothing.spacing;
     PointGrid grid;
@@ -31,7 +31,7 @@ std::vector<Vec3> deep_places(const Simulation& s) {
     return deep;
 }
 
-/// Share of rays from deep inside that leave unseen.
+/// The share of rays from deep inside that leave without meeting a disc.
 double holes(const Simulation& s, std::size_t rays) {
     const std::vector<Vec3> from = deep_places(s);
     if (from.empty()) return 0;
@@ -45,7 +45,7 @@ double holes(const Simulation& s, std::size_t rays) {
            static_cast<double>(rays);
 }
 
-/// The surface that the solids of a scene would show if none had begun to melt, up to their edges.
+/// The surface of the solids of a scene as if none had begun to melt, up to their edges.
 SurfelCloud solid_surface(const Simulation& s) {
     Solids solids = s.solids;
     SurfaceState shown;
@@ -62,7 +62,7 @@ SurfelCloud solid_surface(const Simulation& s) {
     return cloud;
 }
 
-/// How far from the matter a disc's rim reaches at most: from the particle nearest to it, in spacings.
+/// The largest distance of a disc's rim from the particle nearest to it, in spacings.
 double standing_out(const Simulation& s) {
     constexpr int kAngles = 16;
     const Real spacing = s.problem.smoothing.spacing, reach = 4 * spacing;
@@ -88,11 +88,11 @@ double molten(const Simulation& s) {
     return static_cast<double>(liquid) / static_cast<double>(s.particles.size());
 }
 
-/// How far what is painted on the body is from its matter, in parts of the body's size.
+/// Distances of painted places from the matter they were painted on, in parts of the body's size.
 struct Paint {
     double median = 0, most = 0;       // of 9 surfels in 10
     double own = 0;                    // the median error of the measure itself
-    double off_body = 0, covered = 0;  // 99 of 100 places that are painted are as near the body's first surface
+    double off_body = 0, covered = 0;  // 99 of 100 painted places are as near the body's first surface
 };
 Paint paint_of(const gate::Tracers::Errors& e, double size) {
     const auto part = [&](const std::vector<double>& v, std::size_t percent) {
@@ -129,7 +129,7 @@ Drawn melt(const std::string& scene, double body_size) {
             tracers.follow(s);
             return false;
         });
-        // Before, its sheets reach past the edges, and are trimmed when they are drawn.
+        // Before that the body's sheets extend beyond its edges and are trimmed when they are drawn.
         if (s.mixed_surface.animated.size() == 0) continue;
         const double volume = surface_volume(s.surface, s.particles, s.walls, radius);
         const double matter =

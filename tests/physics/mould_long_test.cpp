@@ -1,4 +1,4 @@
-// A bust that is cast anew: the events of fig. 6.12 of the dissertation, in the scene itself.
+// A bust that is melted and cast: the events of fig. 6.12 of the dissertation, in the scene itself.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ double mean_height(const Simulation& s) {
     return sum / static_cast<double>(s.particles.size());
 }
 
-/// Share of the particles whose centre the mould's shape holds.
+/// The share of the particles whose centres are inside the mould's shape.
 double cast_share(const Simulation& s) {
     const Shape& cast = s.problem.moulds.front().shape;
     const auto inside =
@@ -67,8 +67,8 @@ TEST(Mould, ABustMeltsIntoItFreezesAndDropsOut) {
     const double volume = surface_volume(s.surface, s.particles, s.walls, radius);
     gate::expect({"fig_6_12_mould", "error of the surface's volume when frozen", "%", 100 * (volume / matter - 1), 0, 5,
                   gate::kBoundOnChange});
-    // Particles fill a mould to half a spacing. The surface lines it, up to 0.15 spacings inside its walls
-    // (LiquidShape::wall_depth), where another 0.05 are for what bends more sharply than its discs.
+    // Particles fill a mould to half a spacing. The surface lines it up to 0.15 spacings inside its walls
+    // (LiquidShape::wall_depth). Another 0.05 are for places that bend more sharply than discs do.
     gate::expect({"fig_6_12_mould", "median distance of the surface from the mould", "spacings",
                   distance_from_mould(s) / spacing, 0, 0.2, "depth of the lining and of its bends"});
     const double held = mean_height(s);

@@ -1,4 +1,4 @@
-// What is drawn of a liquid has its volume, in a splash too.
+// The surface of a liquid encloses its volume, in a splash too.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -36,7 +36,8 @@ TEST(PourFrames, AreClosedAndStill) {
 }
 
 TEST(SurfaceVolume, IsTheParticlesThroughAPour) {
-    // The jet of the first scene strikes the floor of the glass: sheets and threads as thin as a particle, then a pool.
+    // The jet of the first scene strikes the floor of the glass. It makes sheets and threads as thin as a particle,
+    // then a pool.
     Simulation s = make_simulation(scene::load_scene(THIXO_SOURCE_DIR "/configs/quickstart.yaml"));
     refresh_surface(s);
     const Real radius = static_cast<Real>(s.problem.scene.surface.radius) * s.problem.smoothing.spacing;

@@ -16,9 +16,9 @@ struct SurfacePoint {
     Vec3d position, normal;
 };
 
-/// A body: its shape, an exact formula of the solid by other code (< 0 inside, its size never above the distance), and
-/// patches that hold its whole surface: u in [0,1]^2 -> a point and its normal; a point counts where it is on the
-/// solid.
+/// A body: its shape, an exact formula of the solid by other code, and patches that cover its whole surface. The
+/// formula is < 0 inside and never larger than the distance. A patch maps [0,1]^2 to points and normals. Only points on
+/// the solid count.
 struct Body {
     std::string name;
     Shape shape;

@@ -212,7 +212,8 @@ TEST(SurfelBlend, LayersDoNotBlend) {
 
 TEST(SurfelBlend, AttributesTakeTheWeightsOfTheHit) {
     // Constants are exact. A linear field has the error of the uneven weights around the hit. The place m0 is
-    // exact to first order along the surface, so that a texture does not swim. Its error there is a hundredth of a radius.
+    // exact to first order along the surface, so that a texture does not swim. Its error there is a hundredth of a
+    // radius.
     SurfelSet set = shapes::one_object(shapes::sphere(5000));
     for (const Vec3f& p : set.cloud.position) {
         set.temperature.push_back(20 + 10 * p.x());

@@ -2,7 +2,7 @@
 // particles/s, and the ratio of the two times. The time of walls is the difference to the sweep without walls.
 #include <benchmark/benchmark.h>
 
-#include "sim/density.h"
+#include "sim/liquid/density.h"
 #include "tests/bench/sim_fixture.h"
 
 namespace {

@@ -11,7 +11,7 @@
 namespace thixo {
 namespace {
 
-/// The scale of the tension was set by the pressure in these very drops (sim/tension.cpp).
+/// The scale of the tension was set by the pressure in these very drops (sim/liquid/tension.cpp).
 const std::string kCalibrated = std::string(gate::kBoundOnChange) + ": the scale is set by such drops";
 
 constexpr double kTension = 1, kSpacing = 0.005, kDensity = 1000;  // [N/m], [m], [kg/m^3]

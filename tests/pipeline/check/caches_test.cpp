@@ -23,7 +23,7 @@ std::string problems_of(const FrameReport& report) {
     return text;
 }
 
-/// What compare_frames says after `change` was made to a copy of a sample frame.
+/// The problems that compare_frames reports after `change` was made to a copy of a sample frame.
 template <class F>
 std::string after(F&& change) {
     Frame a = sample_frame(2);

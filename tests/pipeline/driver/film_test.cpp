@@ -25,7 +25,7 @@ void write_picture(const fs::path& frames, int number, int width, int height, in
     write_png(frames / name, image);
 }
 
-/// What ffprobe says of one property of the film's picture stream.
+/// The value that ffprobe gives for one property of the film's picture stream.
 std::string probed(const fs::path& film, const std::string& property) {
     std::string out;
     run_to_end({"ffprobe",

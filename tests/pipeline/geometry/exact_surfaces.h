@@ -183,7 +183,7 @@ inline Body cup() {
     const std::vector<Vec2d> profile = cup_profile();
     Body body{"cup", revolve(profile), {}, {}, int(profile.size()) - 1};
     body.solid = [profile](const Vec3d& x) {
-        // By the crossings of a line outwards with the profile, and the nearest edge: slow and plain.
+        // Slow and simple: the crossings of a line outwards with the profile, and the nearest edge.
         const Vec2d p(std::hypot(x.x(), x.y()), x.z());
         double best = 1e9;
         bool inside = false;

@@ -293,7 +293,7 @@ TEST(Melting, TheColdHalfOfARodSpringsBackWhenTheHotHalfHasFlowedOff) {
         }
         return right_sum / right_count - left_sum / left_count;
     };
-    // What is hot flies off to the right.
+    // The hot matter flies off to the right.
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         if (s.particles.temperature[i] > 60) s.particles.velocity[i].x() = 0.5f;
     double stretched = 0;
@@ -447,7 +447,7 @@ TEST(Melting, StateIsTheSameAtAnyThreadCount) {
 }
 
 TEST(Flowing, AViscoelasticJetHangsTogetherAndKeepsMomentum) {
-    // What an emitter releases of a material with a stiffness: bound to its present neighbours.
+    // Matter from an emitter whose material has a stiffness is bound to its current neighbours.
     scene::Scene scene = fixture::empty_space();
     scene.materials = {rubber()};
     scene.materials[0].viscosity = 5;

@@ -265,7 +265,7 @@ TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {
         const Symmetric found = whole_stress(s.solids.laws[0], e, i, gradient_of(e, i));
         const Real all[6] = {found.xx, found.yy, found.zz, found.xy, found.yz, found.zx};
         for (int k = 0; k < 6; ++k) EXPECT_NEAR(all[k], stress[k], 1e-3f * size);  // a gradient's rounding over 1 %
-        // Where a uniform stress has nothing to push against: two supports below the surface.
+        // Two supports below the surface a uniform stress gives no force.
         if (xyz(e.rest[i]).cwiseAbs().maxCoeff() > Real(0.06) - 2 * e.support[i]) continue;
         ++within;
         EXPECT_LT(force[i].norm(), 1e-3f * size * width * width);

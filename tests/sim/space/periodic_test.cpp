@@ -29,7 +29,7 @@ scene::Scene periodic_cube(double edge = 0.128) {
     return box({edge, edge, edge}, {scene::Axis::x, scene::Axis::y, scene::Axis::z});
 }
 
-// In the order of ids, whatever the order in memory.
+// The values in the order of ids, whatever the order in memory.
 std::vector<Index> by_id(const Particles& p) {
     std::vector<Index> order(p.size());
     for (std::size_t i = 0; i < p.size(); ++i) order[static_cast<std::size_t>(p.id[i])] = static_cast<Index>(i);

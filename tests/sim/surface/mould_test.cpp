@@ -36,7 +36,7 @@ double off_face(const SurfaceState& s, double height, int& count) {
     return most;
 }
 
-// What the others pull is a ten-thousandth of it: a hundredth of a surfel's own tolerance.
+// The pull of the others is a ten-thousandth of it: a hundredth of a surfel's own tolerance.
 TEST(Mould, DominantIsTakenOnExactly) {
     const double height = 5.1 * d;
     int count = 0;

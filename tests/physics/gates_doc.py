@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Writes docs/gates.md from what the gates measured: gates_doc.py GATES-FOLDER > docs/gates.md"""
+"""Writes docs/gates.md from the record of the gates: gates_doc.py GATES-FOLDER > docs/gates.md"""
 import pathlib
 import sys
 
 print("""# Gates: laws the simulation is held to
-Made from a run of `./thixo test --all`, which records every gate in `build/release/gates/`, by
-`python3 tests/physics/gates_doc.py build/release/gates > docs/gates.md`. The scenes are in tests/physics/gates/ and run with
+
+`./thixo test --all` records every gate in `build/release/gates/`. This page is made from that record by
+`python3 tests/physics/gates_doc.py build/release/gates > docs/gates.md`. The scenes are in `tests/physics/gates/` and run with
 `thixo sim` as any other; their probes are the columns of `probes.csv`. A line without a reference is reported, not judged.
 
 The last column names the origin of reference and tolerance: a law, a publication, or a need of those who look at the

@@ -49,7 +49,8 @@ def functions(text):
     for match in re.finditer(r"(~?\w+|operator\W{1,3}|\])\s*\(", text):
         name, opening = match.group(1), match.end() - 1
         end = closing(text, opening)
-        if re.search(r"(,|[^:]:)\s*$", text[:match.start()]):  # initialises a member
+        before = text[max(0, match.start() - 200):match.start()].rstrip()
+        if before.endswith(",") or (before.endswith(":") and not before.endswith("::")):  # initialises a member
             continue
         if name in NO_FUNCTIONS or end < 0 or not BEFORE_BODY.match(text, end + 1):
             continue

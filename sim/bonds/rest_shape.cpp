@@ -28,9 +28,6 @@ void list_body(const SolidBody& body, const Elements& elements, const std::funct
     });
 }
 
-/// Of an element of support h_j in the stencil of one of support h_i.
-Real weight(Real hi, Real hj, Real r) { return cube(hj / hi) * Spiky((hi + hj) / 2).value(r); }
-
 Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
     Mat3d a = Mat3d::Zero();
     first.setZero();
@@ -45,6 +42,8 @@ Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
 }
 
 }  // namespace
+
+Real rest_weight(Real hi, Real hj, Real r) { return cube(hj / hi) * Spiky((hi + hj) / 2).value(r); }
 
 void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements, const HangTogether& hang_together) {
     const std::size_t n = elements.size();
@@ -66,8 +65,8 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
         std::size_t k = bonds.begin[i];
         for (const Index j : lists[i]) {
             const Real r = (xyz(elements.rest[j]) - xyz(elements.rest[i])).norm();
-            bonds.weight[k] = weight(elements.support[i], elements.support[j], r);
-            bonds.weight_back[k] = weight(elements.support[j], elements.support[i], r);
+            bonds.weight[k] = rest_weight(elements.support[i], elements.support[j], r);
+            bonds.weight_back[k] = rest_weight(elements.support[j], elements.support[i], r);
             bonds.neighbour[k++] = j;
         }
         while (k < bonds.begin[i + 1]) bonds.neighbour[k++] = static_cast<Index>(i);

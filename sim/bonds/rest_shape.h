@@ -24,6 +24,9 @@ HangTogether hang_together_in_shapes(const Solids& solids);
 void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements,
                           const HangTogether& hang_together = nullptr);
 
+/// The weight of an element of support hj in the stencil of one of support hi, r apart at rest [1/m^3].
+Real rest_weight(Real hi, Real hj, Real r);
+
 inline constexpr double kFlat = 1e-3;  // eigenvalue of A in parts of the largest: squared extents
 
 /// Moments of all neighbourhoods from the lists and weights. Directions in which a neighbourhood reaches less than the

@@ -24,8 +24,12 @@
 
 namespace thixo {
 
-/// Shapes of all bodies, and samples of their surfaces three to a particle's width.
-Contacts make_contacts(const scene::Scene& scene, const Solids& solids);
+/// Samples of all bodies' surfaces, three to a particle's width. Warns of bodies that start in one another.
+void make_contacts(const scene::Scene& scene, Solids& solids);
+
+/// Samples the bodies marked by 1 anew; those of others stay. A body without a shape has none. Nodes that remember a
+/// sample of such a body must go (forget_nodes).
+void sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, Solids& solids);
 
 /// Finds all nodes at `time` [s] for at most the next `dt` [s]: those of before go on with what they remember. Broad
 /// phase by the bodies' boxes; narrow phase: the place m of a sample in the partner's rest shape by a fit of its

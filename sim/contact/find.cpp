@@ -121,7 +121,7 @@ std::vector<Meets> ways_to_meet(const Solids& solids) {
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
         if (body.empty()) continue;
-        ways[b] = Meets::by_shape;
+        ways[b] = body.shape ? Meets::by_shape : Meets::by_elements;
         if (!solids.softening.any) continue;
         bool whole = body.shape.has_value(), any = false;
         for (const Index i : body.elements) {

@@ -27,14 +27,15 @@ void take_hold(double time, const Vec3& gravity, Solids& solids) {
     for (std::size_t g = 0; g < solids.handles.size(); ++g) {
         Handle& handle = solids.handles[g];
         if (!handle.active(time)) continue;
-        const SolidBody& body = solids.owner(handle.elements.front());
+        if (handle.elements.empty()) continue;
         if (handle.pulls()) {
-            const Vec3 pull = (body.turn.transpose() * (handle.force / handle.mass)).cast<Real>();
-            for (const Index i : handle.elements) solids.external[i] += pull;
+            for (const Index i : handle.elements)
+                solids.external[i] +=
+                    (solids.owner(i).turn.transpose() * (handle.force / handle.mass)).cast<Real>();
             continue;
         }
         if (handle.anchor.empty())
-            for (const Index i : handle.elements) handle.anchor.push_back(in_world(body, e, i));
+            for (const Index i : handle.elements) handle.anchor.push_back(in_world(solids.owner(i), e, i));
         // What has melted slips out of the hand.
         for (const Index i : handle.elements)
             if (e.phase_of(i) == Phase::solid) solids.held[i] = static_cast<std::uint8_t>(g + 1);

@@ -14,6 +14,7 @@
 #include "sim/liquid/viscosity_solver.h"
 #include "sim/loop/coupling.h"
 #include "sim/loop/passages.h"
+#include "sim/fracture/fragments.h"
 #include "sim/loop/solid_steps.h"
 #include "sim/loop/time_step.h"
 #include "sim/sources/emitter.h"
@@ -104,5 +105,12 @@ struct Simulation {
     Probes probes{};                       // nothing of it outlives a frame
     StepStats stats{};
 };
+
+/// The tables of a simulation's solid matter, for what changes them in mid-run (sim/fracture).
+inline Matter matter_of(Simulation& s) {
+    const scene::Scene& scene = s.problem.scene;
+    return {s.particles,       s.solids,          s.embedded, s.problem.smoothing,
+            scene.solver.seed, scene.surface.radius * scene.solver.spacing};
+}
 
 }  // namespace thixo

@@ -16,17 +16,16 @@ constexpr Real kWallRoom = Real(0.3);  // spacings to a wall
 constexpr int kTries = 12;             // positions of the packing along each axis of its cell
 enum RandomUse : std::uint64_t { kJitterRadius = 0x656d6974, kJitterAngle };
 
-// Sites of packing layer k (0 or 1) within the disc, the packing shifted by (dx, dy).
-std::vector<Vec3> sites_in_disc(double radius, Real spacing, int k, Real dx, Real dy) {
+// Calls f(site) for every site of packing layer k (0 or 1) within the disc, the packing shifted by (dx, dy).
+template <class F>
+void for_each_site_in_disc(double radius, Real spacing, int k, Real dx, Real dy, F&& f) {
     const int reach = static_cast<int>(radius / static_cast<double>(packing_distance(spacing)) * 1.2) + 3;
-    std::vector<Vec3> sites;
     for (int j = -reach; j <= reach; ++j)
         for (int i = -reach; i <= reach; ++i) {
             Vec3 s = packing_site(i, j, k, spacing) + Vec3(dx, dy, 0);
             s.z() = 0;
-            if (s.squaredNorm() < static_cast<Real>(square(radius))) sites.push_back(s);
+            if (s.squaredNorm() < static_cast<Real>(square(radius))) f(s);
         }
-    return sites;
 }
 
 // What an emitter's sites are checked against: the particles that were there, and those made before them in this call.
@@ -52,6 +51,11 @@ class FreeRoom {
 
 }  // namespace
 
+double sites_of_emitter(const scene::Emitter& emitter, double spacing) {
+    const double site = cube(spacing) / static_cast<double>(packing_layer(static_cast<Real>(spacing)));
+    return kPi * square(emitter.radius) / site;
+}
+
 EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParams& material, Real spacing) {
     EmitterLayout layout;
     const double area = kPi * square(emitter.radius);
@@ -64,31 +68,37 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
     orthonormal_basis(n, a, b);
     layout.turn << a, b, n;
 
-    const double site = cube(static_cast<double>(spacing)) / static_cast<double>(packing_layer(spacing));
-    const double wanted = 2 * area / site;
+    const double wanted = 2 * sites_of_emitter(emitter, static_cast<double>(spacing));
     double best = 1e300;
+    Real best_dx = 0, best_dy = 0;
     const Real step = packing_distance(spacing) / kTries;
     for (int q = 0; q < kTries; ++q)
         for (int p = 0; p < kTries; ++p) {
-            auto first = sites_in_disc(emitter.radius, spacing, 0, step * Real(p), step * Real(q));
-            auto second = sites_in_disc(emitter.radius, spacing, 1, step * Real(p), step * Real(q));
+            const Real dx = step * Real(p), dy = step * Real(q);
             // Between equals the one centred best: a jet that leans to one side would bend.
             Vec3 lean(0, 0, 0);
-            for (const auto* layer : {&first, &second})
-                for (const Vec3& s : *layer) lean += s;
-            const auto count = static_cast<double>(first.size() + second.size());
+            std::size_t sites[2] = {0, 0};
+            for (const int k : {0, 1})
+                for_each_site_in_disc(emitter.radius, spacing, k, dx, dy, [&](const Vec3& s) {
+                    lean += s;
+                    ++sites[k];
+                });
+            const auto count = static_cast<double>(sites[0] + sites[1]);
             const double cost =
                 std::abs(count - wanted) + 0.1 * static_cast<double>(lean.norm() / spacing) / std::max(1.0, count);
-            if (first.empty() || second.empty() || cost >= best) continue;
+            if (sites[0] == 0 || sites[1] == 0 || cost >= best) continue;
             best = cost;
-            layout.layers[0] = std::move(first);
-            layout.layers[1] = std::move(second);
+            best_dx = dx;
+            best_dy = dy;
         }
     if (best == 1e300)
         throw InputError(
             "emitter '{}' has a radius of {} m, too thin for particles {} m apart; raise its radius or lower "
             "solver.spacing",
             emitter.name, emitter.radius, spacing);
+    for (const int k : {0, 1})
+        for_each_site_in_disc(emitter.radius, spacing, k, best_dx, best_dy,
+                              [&](const Vec3& s) { layout.layers[k].push_back(s); });
     return layout;
 }
 

@@ -33,6 +33,9 @@ struct EmitterState {
     std::int64_t blocked = 0;  // particles not made because their place was taken
 };
 
+/// Sites of a layer in the mean: area of the disc over the area of a site.
+double sites_of_emitter(const scene::Emitter& emitter, double spacing);
+
 /// Lays out an emitter's layers. Of all positions of the packing over the disc one is taken whose two layers hold
 /// closest to the mean number of sites, area / (area of a site); what is left is balanced in time: layer n follows
 /// n_particles m / (rho0 area speed) after the one before, so that the mass rate is exact.

@@ -10,6 +10,7 @@
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/hash.h"
 #include "sim/bonds/members.h"
+#include "sim/fracture/fragments.h"
 #include "sim/phase/phases.h"
 
 namespace thixo {
@@ -20,6 +21,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMagic = "THIXOCKP";
 constexpr std::size_t kHashLength = 32;
 constexpr int kKept = 2;
+constexpr const char* kFolder = "checkpoint";
+constexpr std::string_view kName = "checkpoint.", kRefusedName = "refused.";
 
 class Writer {
   public:
@@ -82,6 +85,24 @@ class Reader {
     const std::string& file_;
 };
 
+constexpr std::uint64_t kMostBodies = 1u << 24;
+
+/// What follows from tables that have just been read: numbers of elements, shapes and samples of bodies, weights of
+/// surfels.
+void rebind(Simulation& s) {
+    Solids& solids = s.solids;
+    solids.element_of.clear();
+    for (Index i = 0; i < solids.elements.size(); ++i) number_element(solids.elements.id[i], i, solids);
+    solids.softening.flow.plastic.resize(solids.elements.size());
+    for (SolidBody& body : solids.bodies) {
+        if (body.scene_shape) continue;
+        body.shape.reset();
+    }
+    s.embedded.begin.assign(s.embedded.size() + 1, 0);
+    s.embedded.weight.clear();
+    bind_matter(std::vector<std::uint8_t>(solids.bodies.size(), 1), matter_of(s));
+}
+
 /// What of a body is state.
 template <class Stream, class B>
 void visit_body(Stream& stream, B& body) {
@@ -89,6 +110,67 @@ void visit_body(Stream& stream, B& body) {
     stream.value("body.refrozen", body.refrozen);
     stream.value("body.turn", body.turn);
     stream.value("body.place", body.place);
+}
+
+/// What of a body the scene tells, unless bodies have split or elements have come or gone.
+template <class Stream, class B>
+void visit_altered_body(Stream& stream, B& body) {
+    stream.value("body.id", body.id);
+    stream.value("body.parent", body.parent);
+    stream.value("body.source", body.source);
+    stream.value("body.material", body.material);
+    stream.value("body.origin", body.origin);
+    stream.value("body.scene_shape", body.scene_shape);
+    stream.value("body.typical", body.typical);
+    stream.value("body.lightest", body.lightest);
+    stream.array("body.elements", body.elements);
+    stream.array("body.cuts", body.cuts);
+}
+
+template <class Stream, class S>
+void visit_bonds(Stream& stream, S& bonds) {
+    stream.array("bonds.begin", bonds.begin);
+    stream.array("bonds.neighbour", bonds.neighbour);
+    stream.array("bonds.weight", bonds.weight);
+    stream.array("bonds.weight_back", bonds.weight_back);
+    stream.array("bonds.base", bonds.base);
+    stream.array("bonds.base_back", bonds.base_back);
+    stream.array("bonds.visibility", bonds.visibility);
+    stream.array("bonds.moment", bonds.moment);
+    std::vector<Index> flat;
+    std::vector<Symmetric> projection;
+    for (const auto& [i, p] : bonds.flat) flat.push_back(i), projection.push_back(p);
+    stream.array("bonds.flat", flat);
+    stream.array("bonds.projection", projection);
+    if constexpr (!std::is_const_v<S>) {
+        bonds.flat.clear();
+        for (std::size_t k = 0; k < flat.size(); ++k) bonds.flat.emplace_back(flat[k], projection[k]);
+        bonds.changed();
+    }
+}
+
+/// Tables whose rows are no longer those that the scene makes.
+template <class Stream, class S>
+void visit_altered(Stream& stream, S& s) {
+    auto& solids = s.solids;
+    constexpr bool kReads = !std::is_const_v<S>;
+    stream.value("next_body", solids.next_body);
+    std::uint64_t count = solids.bodies.size();
+    stream.value("bodies", count);
+    if constexpr (kReads) {
+        if (count > kMostBodies) throw CacheError("a checkpoint has {} bodies", count);
+        solids.bodies.resize(count);
+    }
+    for (auto& body : solids.bodies) visit_altered_body(stream, body);
+    for (auto& handle : solids.handles) {
+        stream.array("handle.elements", handle.elements);
+        stream.value("handle.mass", handle.mass);
+    }
+    for_each_array_of(Life::made, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
+    visit_bonds(stream, solids.elements.bonds);
+    for_each_array(s.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
+    stream.array("embedded.families", s.embedded.families);
+    if constexpr (kReads) rebind(s);
 }
 
 template <class Stream, class S>
@@ -131,6 +213,8 @@ void visit_state(Stream& stream, S& s) {
         stream.value("blocked", e.blocked);
     }
     for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
+    stream.value("altered", s.solids.altered);
+    if (s.solids.altered) visit_altered(stream, s);
     if constexpr (!std::is_const_v<S>) {
         adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
         locate_particles(s.particles, s.solids);
@@ -150,8 +234,31 @@ void visit_state(Stream& stream, S& s) {
     for_each_array(s.surface, [&](const char* name, auto& array) { stream.array(name, array); });
 }
 
-fs::path folder_of(const fs::path& out) { return out / "checkpoint"; }
-fs::path file_of(const fs::path& out, int frame) { return folder_of(out) / fmt::format("checkpoint.{:04}.bin", frame); }
+fs::path folder_of(const fs::path& out) { return out / kFolder; }
+fs::path file_of(const fs::path& out, int frame) { return folder_of(out) / fmt::format("{}{:04}.bin", kName, frame); }
+
+/// The frame of a checkpoint by the name of its file, or -1.
+int frame_of(const std::string& name) {
+    constexpr std::string_view tail = ".bin";
+    if (!name.starts_with(kName) || !name.ends_with(tail) || name.size() <= kName.size() + tail.size()) return -1;
+    const char *first = name.data() + kName.size(), *last = name.data() + name.size() - tail.size();
+    int frame = -1;
+    const auto [end, error] = std::from_chars(first, last, frame);
+    return error == std::errc() && end == last ? frame : -1;
+}
+
+bool is_own(const fs::path& file) { return starts_with(file, kMagic); }
+
+/// Gives a file that is no usable checkpoint a name that no run reads: it must not count among those that are kept.
+void set_aside(const fs::path& out, int frame) {
+    fs::path aside;
+    int number = 0;
+    std::error_code error;
+    do aside = folder_of(out) / fmt::format("{}{:04}.{}.bin", kRefusedName, frame, ++number);
+    while (fs::exists(fs::symlink_status(aside, error)));
+    fs::rename(file_of(out, frame), aside, error);
+    if (error) throw ResourceError("cannot rename '{}': {}", file_of(out, frame).string(), error.message());
+}
 
 }  // namespace
 
@@ -172,7 +279,7 @@ void parse_checkpoint(std::string_view bytes, const std::string& file, const std
     if (bytes.size() < kMagic.size() + kHashLength || bytes.substr(0, kMagic.size()) != kMagic)
         throw CacheError("{}: is not a checkpoint", file);
     const std::string_view body = bytes.substr(0, bytes.size() - kHashLength);
-    if (hash_hex(body) != bytes.substr(body.size())) throw CacheError("{}: is damaged, its checksum differs", file);
+    if (!ends_with_checksum(bytes)) throw CacheError("{}: is damaged, its checksum differs", file);
     Reader r(body.substr(kMagic.size()), file);
     std::uint32_t format = 0, precision = 0;
     std::uint64_t emitters = 0;
@@ -195,42 +302,40 @@ void parse_checkpoint(std::string_view bytes, const std::string& file, const std
 std::vector<int> list_checkpoints(const fs::path& out) {
     std::vector<int> frames;
     std::error_code missing;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder_of(out), missing)) {
-        const std::string name = entry.path().filename().string();
-        constexpr std::string_view head = "checkpoint.", tail = ".bin";
-        if (!name.starts_with(head) || !name.ends_with(tail) || name.size() <= head.size() + tail.size()) continue;
-        const char *first = name.data() + head.size(), *last = name.data() + name.size() - tail.size();
-        int frame = 0;
-        if (const auto [end, error] = std::from_chars(first, last, frame); error == std::errc() && end == last)
-            frames.push_back(frame);
-    }
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_of(out), missing))
+        if (const int frame = frame_of(entry.path().filename().string()); frame >= 0) frames.push_back(frame);
     std::sort(frames.begin(), frames.end(), std::greater<>());
     return frames;
 }
 
 void write_checkpoint(const fs::path& out, int frame, std::string_view bytes) {
-    make_folder(folder_of(out));
+    make_subfolder(out, kFolder);
     write_whole(file_of(out, frame), bytes);
-    const std::vector<int> frames = list_checkpoints(out);
-    for (std::size_t k = kKept; k < frames.size(); ++k) {
+    int kept = 0;
+    for (const int other : list_checkpoints(out)) {
+        const bool ahead = other > frame;  // the run will pass it again
+        if (!is_own(file_of(out, other)) || (!ahead && ++kept <= kKept)) continue;
         std::error_code ignored;  // an old checkpoint that stays does no harm
-        fs::remove(file_of(out, frames[k]), ignored);
+        fs::remove(file_of(out, other), ignored);
     }
 }
 
 bool restore_checkpoint(const fs::path& out, int last, const std::string& simulation_hash, Simulation& s) {
+    make_subfolder(out, kFolder);
     remove_stale_temporaries(folder_of(out));
     for (const int frame : list_checkpoints(out)) {
         if (frame > last) continue;
-        const fs::path file = file_of(out, frame);
+        const std::string name = file_of(out, frame).filename().string();
         const std::size_t untouched = s.particles.size();
         try {
-            parse_checkpoint(read_whole(file), file.string(), simulation_hash, s);
+            parse_checkpoint(read_inside(folder_of(out), name, UINT64_MAX), file_of(out, frame).string(),
+                             simulation_hash, s);
             return true;
         } catch (const CacheError& e) {
             // All that can be wrong is found before the state is touched, but for a file made to deceive the checksum.
-            THIXO_ASSERT(s.clock.step == 0 && s.particles.size() == untouched, "{} was read in part", file.string());
-            log_warning("{}; going on from an earlier state", e.what());
+            THIXO_ASSERT(s.clock.step == 0 && s.particles.size() == untouched, "{} was read in part", name);
+            log_warning("{}; set aside, going on from an earlier state", e.what());
+            set_aside(out, frame);
         }
     }
     return false;
@@ -239,7 +344,10 @@ bool restore_checkpoint(const fs::path& out, int last, const std::string& simula
 void remove_checkpoints(const fs::path& out) {
     for (const int frame : list_checkpoints(out)) {
         std::error_code ignored;  // another scene's checkpoint is refused by its hash
-        fs::remove(file_of(out, frame), ignored);
+        if (is_own(file_of(out, frame)))
+            fs::remove(file_of(out, frame), ignored);
+        else
+            set_aside(out, frame);
     }
 }
 

@@ -23,16 +23,18 @@ std::string print_checkpoint(const Simulation& s, const std::string& simulation_
 void parse_checkpoint(std::string_view bytes, const std::string& file, const std::string& simulation_hash,
                       Simulation& s);
 
-/// Writes out/checkpoint/checkpoint.NNNN.bin and removes all but the two newest. Throws ResourceError.
+/// Writes out/checkpoint/checkpoint.NNNN.bin. Keeps it and the one before it; removes older ones, and those of later
+/// frames, which the run will pass again. Throws ResourceError.
 void write_checkpoint(const std::filesystem::path& out, int frame, std::string_view bytes);
 
 /// Frames that have a checkpoint file, newest first.
 std::vector<int> list_checkpoints(const std::filesystem::path& out);
 
-/// Restores the newest readable checkpoint of frame <= last. False where there is none; unreadable ones are skipped
-/// with a warning.
+/// Restores the newest readable checkpoint of frame <= last. False where there is none. One that is refused gets the
+/// name refused.NNNN.K.bin, with a warning: it counts no more.
 bool restore_checkpoint(const std::filesystem::path& out, int last, const std::string& simulation_hash, Simulation& s);
 
+/// Removes the checkpoints; what has the name of one and is none gets the name refused.NNNN.K.bin.
 void remove_checkpoints(const std::filesystem::path& out);
 
 }  // namespace thixo

@@ -8,6 +8,7 @@
 #include "pipeline/geometry/tessellate.h"
 #include "sim/loop/step.h"
 #include "sim/space/scene_shapes.h"
+#include "sim/fracture/fragments.h"
 #include "sim/surface/volume.h"
 
 namespace thixo {
@@ -100,15 +101,22 @@ PointSet surfel_points(const Simulation& simulation) {
 std::vector<FrameBody> frame_bodies(const Simulation& s) {
     const scene::Scene& scene = s.problem.scene;
     std::vector<FrameBody> bodies;
-    const auto add = [&](const std::string& name, const std::string& material) {
-        bodies.push_back({.id = static_cast<int>(bodies.size()), .parent = -1, .name = name, .material = material});
+    const auto add = [&](const std::string& name, const std::string& material, int parent) {
+        bodies.push_back({.id = static_cast<int>(bodies.size()), .parent = parent, .name = name, .material = material});
     };
-    for (const scene::Body& b : scene.bodies) add(b.name, b.material);
-    for (const scene::Emitter& e : scene.emitters) add(e.name, e.material);
-    for (std::size_t b = 0; b < s.embedded.trim.size(); ++b) {
+    for (const scene::Body& b : scene.bodies) add(b.name, b.material, -1);
+    for (const scene::Emitter& e : scene.emitters) add(e.name, e.material, -1);
+    std::vector<std::optional<TrimNode>> of_source(scene.bodies.size());
+    for (std::size_t b = 0; b < s.solids.bodies.size(); ++b) {
         const SolidBody& body = s.solids.bodies[b];
-        if (body.shaped() && body.skin == Skin::embedded)
-            bodies[static_cast<std::size_t>(body.id)].trim = s.embedded.trim[b];
+        if (!body.shaped()) continue;
+        const auto source = static_cast<std::size_t>(body.source);
+        if (body.parent < 0)
+            of_source[source] = b < s.embedded.trim.size() ? s.embedded.trim[b] : std::nullopt;
+        else
+            add(scene.bodies[source].name, scene.bodies[source].material, body.parent);
+        if (body.skin == Skin::embedded)
+            bodies[static_cast<std::size_t>(body.id)].trim = trim_of_fragment(of_source[source], body);
     }
     return bodies;
 }

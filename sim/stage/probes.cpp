@@ -9,6 +9,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/ownership.h"
 #include "sim/loop/simulation.h"
 #include "sim/loop/step.h"
 #include "sim/space/scene_shapes.h"
@@ -169,6 +170,7 @@ std::vector<std::optional<double>> measure(Simulation& s) {
 
 void begin_probe_file(const std::filesystem::path& out, const Simulation& s, int frame) {
     if (s.probes.list.empty()) return;
+    require_own(out / kFile, [](std::string_view bytes) { return bytes.starts_with("frame,time"); });
     std::string text = header(s.probes);
     if (std::ifstream old(out / kFile); old) {
         std::string line;
@@ -183,10 +185,7 @@ void append_probes(const std::filesystem::path& out, Simulation& s) {
     if (s.probes.list.empty()) return;
     std::string line = fmt::format("{},{}", s.clock.frame, s.clock.time);
     for (const std::optional<double>& value : measure(s)) line += value ? fmt::format(",{}", *value) : ",";
-    std::ofstream file(out / kFile, std::ios::app);
-    file << line << '\n';
-    file.flush();
-    if (!file) throw ResourceError("{}: cannot be written", (out / kFile).string());
+    if (!append_line(out / kFile, line)) throw ResourceError("{}: cannot be written", (out / kFile).string());
 }
 
 }  // namespace thixo

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -13,6 +14,7 @@
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/folder_lock.h"
 #include "pipeline/contract/look_images.h"
+#include "pipeline/contract/machine_memory.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
 #include "sim/loop/step.h"
@@ -45,8 +47,7 @@ int last_frame(const scene::Scene& scene, const SimArgs& args) {
 
 void refuse_other_simulation(const Manifest& there, const scene::Scene& scene, const fs::path& out) {
     std::string keys;
-    const scene::Scene old =
-        scene::parse_scene(there.scene_text, (out / "cache" / "manifest.json").string(), {}, scene::Files::ignore);
+    const scene::Scene old = scene::parse_cached_scene(there.scene_text, (out / "cache" / "manifest.json").string());
     for (const std::string& key : scene::differing_keys(old, scene)) keys += (keys.empty() ? "" : ", ") + key;
     throw InputError(
         "{}: holds another simulation, which differs in {}; give --out for another folder, or --restart to discard it",
@@ -61,19 +62,16 @@ int last_cached(const Manifest& manifest, int first) {
 }
 
 int estimate(const scene::Scene& scene, int last) {
-    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
-    // (150); a surfel of a liquid's in five particles. On disk a particle takes about 50 bytes a frame, a surfel 64. A
-    // solid's surfel, with the weights it is moved by, takes 1500 in memory.
-    constexpr double kMemory = 730, kSurfelMemory = 1500, kDisk = 65, kSurfelDisk = 64;
+    // On disk a particle takes about 50 bytes a frame, a surfel 64; a liquid has a surfel in five particles.
+    constexpr double kDisk = 65, kSurfelDisk = 64;
     const Size size = estimate_size(scene);
-    const double particles = static_cast<double>(size.particles), surfels = static_cast<double>(size.surfels);
+    const double particles = size.particles, surfels = size.surfels;
     const double frames = last - scene.frames.first + 1;
     const double disk_per_frame = kDisk * particles + kSurfelDisk * surfels;
-    const nlohmann::ordered_json answer = {
-        {"particles", size.particles},
-        {"memory", static_cast<std::int64_t>(6e7 + kMemory * particles + kSurfelMemory * surfels)},
-        {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
-        {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
+    const nlohmann::ordered_json answer = {{"particles", std::llround(particles)},
+                                           {"memory", static_cast<std::int64_t>(memory_of(size))},
+                                           {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
+                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
     fmt::print("{}\n", answer.dump());
     return kDone;
 }
@@ -100,13 +98,18 @@ Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimA
     const fs::path out = args.out;
     Simulation s = make_simulation(scene);
     s.problem.scene_path = args.scene;
+    if (const double memory = memory_of(final_size(scene, s)); memory > machine_memory())
+        log_warning(
+            "this simulation may need {} of memory at its last frame, and this machine has {}; raise "
+            "solver.spacing, or let emitters stop earlier",
+            bytes_text(memory), bytes_text(machine_memory()));
     if (!CacheReader::exists(out) || args.restart) {
         remove_checkpoints(out);
         CacheWriter cache = args.restart ? CacheWriter::restart(out, identity) : CacheWriter::create(out, identity);
         return {std::move(cache), std::move(s), false};
     }
-    const int cached = last_cached(CacheReader(out).manifest(), scene.frames.first);
-    const bool restored = restore_checkpoint(out, cached, identity.simulation_hash, s);
+    const int kept = CacheReader(out).last_sound(scene.frames.first);
+    const bool restored = restore_checkpoint(out, kept, identity.simulation_hash, s);
     CacheWriter cache = CacheWriter::resume(out, identity, restored ? s.clock.frame : scene.frames.first - 1);
     return {std::move(cache), std::move(s), restored};
 }
@@ -121,13 +124,15 @@ int run_simulation(const SimArgs& args) {
     if (args.estimate) return estimate(scene, last);
 
     const fs::path out = args.out;
-    const CacheIdentity identity{scene.name, scene::print_scene(scene), scene::simulation_hash(scene)};
+    const CacheIdentity identity{scene.name, scene::print_cached_scene(scene), scene::simulation_hash(scene)};
     Progress progress("sim", last - first + 1, args.machine_progress);
     if (CacheReader::exists(out) && !args.restart) {
         const CacheReader there(out);
         if (there.manifest().simulation_hash != identity.simulation_hash)
             refuse_other_simulation(there.manifest(), scene, out);
-        if (last_cached(there.manifest(), first) >= last && (last < scene.frames.last || there.complete())) {
+        const bool listed =
+            last_cached(there.manifest(), first) >= last && (last < scene.frames.last || there.complete());
+        if (listed && there.last_sound(first) >= last && there.assets_are_sound()) {
             progress.update(last - first + 1, "already there");
             progress.finish();
             return kDone;
@@ -142,6 +147,7 @@ int run_simulation(const SimArgs& args) {
     CacheWriter& cache = begin.cache;
     const std::vector<DrawnBoundary> boundaries = store_boundaries(scene, cache);
     scene::store_images(scene.look, cache);
+    cache.require_assets();
     progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0,
                     begin.from_checkpoint ? "continued" : "from the start");
     begin_probe_file(out, s, begin.from_checkpoint ? s.clock.frame : first - 1);

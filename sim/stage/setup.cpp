@@ -170,7 +170,42 @@ Vec3d centre_of_mass(const SampledVolume& sites) {
     return sum / volume;
 }
 
-void add_body(const scene::Body& body, int number, Simulation& s) {
+/// The bodies whose particles are there, by their boxes: with thousands of bodies only a few are near a new one.
+class PlacedBodies {
+  public:
+    /// Positions of all particles that may be within `reach` [m] of the shape.
+    std::vector<Vec3> near(const Shape& shape, Real reach, const Simulation& s) const {
+        const auto box = shape.bounds();
+        std::vector<Vec3> found;
+        for (const Placed& b : list_) {
+            if (box && ((b.lower.array() > box->upper.array() + reach).any() ||
+                        (b.upper.array() < box->lower.array() - reach).any()))
+                continue;
+            const auto from = s.particles.position.begin();
+            found.insert(found.end(), from + static_cast<std::ptrdiff_t>(b.first),
+                         from + static_cast<std::ptrdiff_t>(b.last));
+        }
+        return found;
+    }
+    /// The particles from `first` on are a body's.
+    void add(std::size_t first, const Particles& particles) {
+        Placed b{first, particles.size(), particles.position[first], particles.position[first]};
+        for (std::size_t i = first; i < b.last; ++i) {
+            b.lower = b.lower.cwiseMin(particles.position[i]);
+            b.upper = b.upper.cwiseMax(particles.position[i]);
+        }
+        list_.push_back(b);
+    }
+
+  private:
+    struct Placed {
+        std::size_t first, last;
+        Vec3 lower, upper;
+    };
+    std::vector<Placed> list_;
+};
+
+void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulation& s) {
     const scene::Scene& scene = s.problem.scene;
     const Real d = s.problem.smoothing.spacing;
     const int material = index_of(scene.materials, body.material, "material");
@@ -179,8 +214,10 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
                         : matter.elastic.solid() ? 0
                                                  : 1;
     const bool solid = melt < 1;
+    const Shape shape = make_shape(scene, body.shape);
+    refuse_beyond_faces(body, shape, s.problem.periodic, d);
     PointGrid others;
-    others.build(s.particles.position, d);
+    if (!solid) others.build(placed.near(shape, kBodyRoom * d, s), d);
     const auto free = [&](const Vec3& x) {
         if (solid) return true;  // a solid is whole, or refused
         if (wall_distance(s.walls, x) < kWallRoom * d) return false;
@@ -188,8 +225,6 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
         others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
         return !taken;
     };
-    const Shape shape = make_shape(scene, body.shape);
-    refuse_beyond_faces(body, shape, s.problem.periodic, d);
     const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_body(shape, solid, free, s)
                                                                                    : sample_solid(body, shape, d);
     const std::size_t count = sites.position.size();
@@ -223,6 +258,7 @@ void add_body(const scene::Body& body, int number, Simulation& s) {
         p.melt[i] = static_cast<Real>(melt);
         p.phase[i] = !keeps_shape(matter, melt) ? Phase::liquid : melt < 1 ? Phase::solid : Phase::viscoelastic;
     }
+    placed.add(first, p);
 }
 
 }  // namespace
@@ -279,7 +315,8 @@ Simulation make_simulation(const scene::Scene& scene) {
                        .spacing = std::ranges::any_of(scene.bodies, [](const scene::Body& b) {
                            return b.sampling.lattice == scene::Lattice::octree;
                        })};
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), s);
+    PlacedBodies placed;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), placed, s);
     s.solids = make_solids(scene, smoothing, s.particles);
     make_phases(scene, smoothing, s.particles, s.solids);
     locate_particles(s.particles, s.solids);
@@ -297,14 +334,29 @@ Simulation make_simulation(const scene::Scene& scene) {
 }
 
 Size estimate_size(const scene::Scene& scene) {
-    const Simulation s = make_simulation(scene);
-    double count = static_cast<double>(s.particles.size());
+    // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.
+    constexpr double kManySites = 1e5;
+    scene::Scene sampled = scene;
+    std::erase_if(sampled.emitters,
+                  [&](const scene::Emitter& e) { return sites_of_emitter(e, scene.solver.spacing) > kManySites; });
+    return final_size(scene, make_simulation(sampled));
+}
+
+Size final_size(const scene::Scene& scene, const Simulation& at_start) {
+    double count = static_cast<double>(at_start.particles.size());
     const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
-    for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
-        const double seconds = std::max(0.0, std::min(end, scene.emitters[e].stop) - scene.emitters[e].start);
-        count += seconds * s.problem.emitters[e].flow / s.problem.emitters[e].mass;
+    for (const scene::Emitter& e : scene.emitters) {
+        const double seconds = std::max(0.0, std::min(end, e.stop) - e.start);
+        count += seconds * e.speed * kPi * square(e.radius) / cube(scene.solver.spacing);
     }
-    return {static_cast<std::size_t>(count + 0.5), s.embedded.size()};
+    return {count, static_cast<double>(at_start.embedded.size())};
+}
+
+double memory_of(const Size& size) {
+    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
+    // (150); a surfel of a liquid's in five particles. A solid's surfel, with the weights it is moved by, takes 1500.
+    constexpr double kProgram = 6e7, kParticle = 730, kSurfel = 1500;
+    return kProgram + kParticle * size.particles + kSurfel * size.surfels;
 }
 
 }  // namespace thixo

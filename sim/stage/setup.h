@@ -20,8 +20,12 @@ double expected_speed(const scene::Scene& scene);
 /// What a scene will have at its end, for `--estimate`: particles of bodies, counted, and what the emitters release by
 /// the last frame; surfels on solids, counted as they are at the start.
 struct Size {
-    std::size_t particles = 0, surfels = 0;
+    double particles = 0, surfels = 0;
 };
 Size estimate_size(const scene::Scene& scene);
+/// The same of a simulation at its first frame.
+Size final_size(const scene::Scene& scene, const Simulation& at_start);
+/// Memory that a simulation of this size takes [bytes].
+double memory_of(const Size& size);
 
 }  // namespace thixo

@@ -30,18 +30,6 @@ std::vector<Index> elements_in_order(const Particles& particles, std::int32_t bo
     return order;
 }
 
-/// Bodies are sampled finest at the surface; cells there are cut to all sizes, of which a typical one is the lattice's.
-void choose_examples(const Elements& e, const Smoothing& smoothing, SolidBody& body) {
-    const Real lattice = cube(smoothing.spacing / smoothing.support);
-    const auto off = [&](Index i) { return std::abs(std::log(e.volume[i] / (lattice * cube(e.support[i])))); };
-    body.typical = body.lightest = body.elements.front();
-    for (const Index i : body.elements) {
-        if (e.mass[i] < e.mass[body.lightest]) body.lightest = i;
-        const Index best = body.typical;
-        if (e.support[i] < e.support[best] || (e.support[i] == e.support[best] && off(i) < off(best))) body.typical = i;
-    }
-}
-
 void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& smoothing, const Particles& particles,
               Solids& s) {
     const scene::Body& source = scene.bodies[static_cast<std::size_t>(number)];
@@ -110,7 +98,7 @@ Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const 
     if (scene.handles.size() > 255)
         throw InputError("the scene has {} handles; 255 are possible", scene.handles.size());
     s.next_body = static_cast<std::int32_t>(scene.bodies.size() + scene.emitters.size());
-    s.contacts = make_contacts(scene, s);
+    make_contacts(scene, s);
     find_rest_neighbours(s.bodies, s.elements, hang_together_in_shapes(s));
     measure_moments(s.elements);
     for (const scene::Handle& h : scene.handles) s.handles.push_back(make_handle(scene, h, s));

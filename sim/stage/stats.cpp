@@ -7,6 +7,7 @@
 #include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/ownership.h"
 #include "sim/stage/frame_lines.h"
 
 namespace thixo {
@@ -25,6 +26,7 @@ nlohmann::ordered_json solves(const SolveStats& s) {
 }  // namespace
 
 void begin_stats_file(const std::filesystem::path& out, int frame) {
+    require_own(out / kFile, [](std::string_view bytes) { return bytes.find(kLead) != bytes.npos; });
     if (std::ifstream old(out / kFile); old) write_whole(out / kFile, lines_of_frames(old, kLead, frame));
 }
 
@@ -83,10 +85,8 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
         line["seconds"]["solids"] = t.solids_seconds;
         line["seconds"]["contact"] = t.contact_seconds;
     }
-    std::ofstream file(out / kFile, std::ios::app);
-    file << line.dump() << '\n';
-    file.flush();
-    if (!file) log_warning("{}: cannot be written; the run goes on without statistics", (out / kFile).string());
+    if (!append_line(out / kFile, line.dump()))
+        log_warning("{}: cannot be written; the run goes on without statistics", (out / kFile).string());
 }
 
 }  // namespace thixo

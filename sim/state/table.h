@@ -67,6 +67,29 @@ void keep_table_rows(Table& table, const std::vector<Index>& rows) {
     for_each_array(table, [&](const char*, auto& array) { keep_rows(array, rows); });
 }
 
+/// Row k becomes old row rows[k]: a choice of rows in any order, each at most once.
+template <class T>
+void select_rows(std::vector<T>& array, const std::vector<Index>& rows) {
+    std::vector<T> chosen(rows.size(), empty_value<T>());
+    for (std::size_t k = 0; k < rows.size(); ++k) chosen[k] = array[rows[k]];
+    array.swap(chosen);
+}
+template <class Table>
+void select_table_rows(Table& table, const std::vector<Index>& rows) {
+    for_each_array(table, [&](const char*, auto& array) { select_rows(array, rows); });
+}
+
+/// f(array of a, array of b) for all arrays of two tables of the same type.
+template <class Table, class F>
+void for_each_pair(Table& a, const Table& b, F&& f) {
+    std::vector<const void*> other;
+    for_each_array(b, [&](const char*, const auto& array) { other.push_back(&array); });
+    std::size_t k = 0;
+    for_each_array(a, [&]<class T>(const char*, std::vector<T>& array) {
+        f(array, *static_cast<const std::vector<T>*>(other[k++]));
+    });
+}
+
 /// Room for one array, kept so that reordering allocates nothing.
 using ReorderScratch = std::vector<Vec3>;
 
@@ -98,7 +121,7 @@ void reorder_table(Table& table, const std::vector<Index>& order, ReorderScratch
     });
 }
 
-/// Where each old row is after keep_table_rows or reorder_table with the same list; kNone where it is gone.
+/// Where each old row is after select_table_rows with the same list; kNone where it is gone.
 inline std::vector<Index> new_places(const std::vector<Index>& rows, std::size_t before) {
     std::vector<Index> place(before, kNone);
     for (std::size_t k = 0; k < rows.size(); ++k) place[rows[k]] = static_cast<Index>(k);

@@ -4,8 +4,8 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/surface_sampling.h"
-#include "sim/space/scene_shapes.h"
 #include "sim/surface/embedded_surface.h"
 
 namespace thixo {
@@ -97,24 +97,63 @@ void append_weights(const PointGrid& grid, const SolidBody& body, const Vec3& m,
     }
 }
 
-/// The weights of the last body's surfels, from those on that have none yet.
-void keep_weights(const SolidBody& body, EmbeddedSurface& s) {
-    const std::size_t from = s.begin.size() - 1, count = s.size() - from;
+/// The weights of the surfels `which`, one after the other, and where those of each end.
+struct FoundWeights {
+    std::vector<SurfelWeight> weight;
+    std::vector<std::size_t> end;
+};
+FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which, const EmbeddedSurface& s) {
+    const std::size_t count = which.size();
     std::vector<std::vector<SurfelWeight>> found((count + kChunk - 1) / kChunk);
-    std::vector<std::size_t> end(count);
+    FoundWeights out;
+    out.end.resize(count);
     parallel_chunks(count, [&](std::size_t begin, std::size_t stop, std::size_t c) {
         for (std::size_t k = begin; k < stop; ++k) {
-            const std::size_t i = from + k;
-            append_weights(s.grid.back(), body, s.rest.position[i], s.rest.axis1[i], s.rest.axis2[i], s.support[i],
-                           found[c]);
-            end[k] = found[c].size();
+            const Index i = which[k];
+            const auto owner = static_cast<std::size_t>(s.owner[i]);
+            append_weights(s.grid[owner], solids.bodies[owner], s.rest.position[i], s.rest.axis1[i], s.rest.axis2[i],
+                           s.support[i], found[c]);
+            out.end[k] = found[c].size();
         }
     });
     for (std::size_t c = 0; c < found.size(); ++c) {
-        const std::size_t before = s.weight.size();
-        s.weight.insert(s.weight.end(), found[c].begin(), found[c].end());
-        for (std::size_t k = c * kChunk; k < std::min(count, (c + 1) * kChunk); ++k) s.begin.push_back(before + end[k]);
+        const std::size_t before = out.weight.size();
+        out.weight.insert(out.weight.end(), found[c].begin(), found[c].end());
+        for (std::size_t k = c * kChunk; k < std::min(count, (c + 1) * kChunk); ++k) out.end[k] += before;
     }
+    return out;
+}
+
+/// Puts weights in the place of those of the surfels `which`, ascending; all others stay.
+void replace_weights(const std::vector<Index>& which, const FoundWeights& found, EmbeddedSurface& s) {
+    std::vector<std::size_t> begin{0};
+    std::vector<SurfelWeight> weight;
+    std::size_t next = 0;
+    for (Index i = 0; i < s.size(); ++i) {
+        const bool fresh = next < which.size() && which[next] == i;
+        const auto& from = fresh ? found.weight : s.weight;
+        const std::size_t first = fresh ? (next == 0 ? 0 : found.end[next - 1]) : s.begin[i];
+        const std::size_t last = fresh ? found.end[next] : s.begin[i + 1];
+        weight.insert(weight.end(), from.begin() + static_cast<std::ptrdiff_t>(first),
+                      from.begin() + static_cast<std::ptrdiff_t>(last));
+        begin.push_back(weight.size());
+        next += fresh ? 1 : 0;
+    }
+    s.begin.swap(begin);
+    s.weight.swap(weight);
+}
+
+Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
+
+/// How a body's new surfels, from row `first` on, lie about its edges.
+void find_edges(const Shape& shape, double spacing, std::size_t first, EmbeddedSurface& s) {
+    parallel_for(s.size() - first, [&](std::size_t k) {
+        const std::size_t i = first + k;
+        const Vec3& x = s.first[i];
+        const FaceDisc disc{shape, x, s.rest.axis1[i], s.rest.axis2[i]};
+        s.beyond[i] = std::abs(shape.distance(x)) > Real(0.02 * spacing);
+        s.edge[i] = s.beyond[i] ? edge_cut_past(disc) : edge_cut(disc);
+    });
 }
 
 }  // namespace
@@ -127,56 +166,84 @@ Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual
 
 EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids) {
     EmbeddedSurface out;
+    out.trim.resize(solids.bodies.size());
+    out.grid.resize(solids.bodies.size());
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
-        out.trim.emplace_back();
-        out.grid.emplace_back();
         // What has no rest shape has no such surface.
         if (!body.shaped() || solids.elements.phase_of(body.elements.front()) != Phase::solid) continue;
         const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.source)];
-        const Shape shape = make_shape(scene, source.shape);
         SurfaceSampling sampling{.count = static_cast<std::size_t>(source.surfels), .seed = scene.solver.seed};
         if (source.surfels == 0) sampling.spacing = scene.surface.radius * scene.solver.spacing;
-        const SampledSurface sampled = sample_surface(shape, sampling);
-        const std::vector<Vec3> place = rest_places(body, solids.elements);
-        const Real usual = solids.elements.support[body.typical];
-        // The grid's cells must hold the widest reach.
-        PointGrid near;
-        near.build(place, usual);
-        const Vec3 centre = body.place.cast<Real>();
-        Real widest = usual;
-        const SurfelCloud& cloud = sampled.surfels;
-        const auto disc = [&](std::size_t k) { return std::max(cloud.axis1[k].norm(), cloud.axis2[k].norm()); };
-        std::vector<char> beyond(cloud.size());
-        std::vector<EdgeCut> edge(cloud.size());
-        std::vector<Real> support(cloud.size());
-        parallel_for(cloud.size(), [&](std::size_t k) {
-            support[k] = weights_support(near, cloud.position[k] - centre, disc(k), usual);
-            if (!sampled.trim) return;
-            beyond[k] = std::abs(shape.distance(cloud.position[k])) > Real(0.02 * sampled.spacing);
-            const FaceDisc disc{shape, cloud.position[k], cloud.axis1[k], cloud.axis2[k]};
-            edge[k] = beyond[k] ? edge_cut_past(disc) : edge_cut(disc);
-        });
-        for (std::size_t k = 0; k < cloud.size(); ++k) {
-            const Vec3 m = cloud.position[k] - centre;
-            out.rest.position.push_back(m);
-            out.rest.axis1.push_back(cloud.axis1[k]);
-            out.rest.axis2.push_back(cloud.axis2[k]);
-            out.rest.normal.push_back(cloud.normal[k]);
-            out.owner.push_back(static_cast<std::int32_t>(b));
-            out.sheet.push_back(sampled.sheet[k]);
-            out.first.push_back(cloud.position[k]);
-            out.beyond.push_back(beyond[k]);
-            out.edge.push_back(edge[k]);
-            out.support.push_back(support[k]);
-            out.temperature.push_back(static_cast<Real>(source.temperature));
-            widest = std::max(widest, reach_of_pieces(out, out.size() - 1));
-        }
-        if (sampled.trim) out.trim.back() = trim_node(*sampled.trim);
-        out.grid.back().build(place, widest);
-        keep_weights(body, out);
+        const SampledSurface sampled = sample_surface(*body.shape, sampling);
+        const std::size_t first = out.size();
+        append_surfels(sampled.surfels, body.place.cast<Real>(), static_cast<std::int32_t>(b), out);
+        std::ranges::copy(sampled.sheet, out.sheet.begin() + static_cast<std::ptrdiff_t>(first));
+        std::fill(out.temperature.begin() + static_cast<std::ptrdiff_t>(first), out.temperature.end(),
+                  static_cast<Real>(source.temperature));
+        if (!sampled.trim) continue;
+        find_edges(*body.shape, sampled.spacing, first, out);
+        out.trim[b] = trim_node(*sampled.trim);
     }
+    out.families = {{.first = 0, .base = 0, .shift = static_cast<std::int64_t>(out.size())}};
+    bind_surfels(solids, std::vector<std::uint8_t>(solids.bodies.size(), 1), out);
     return out;
+}
+
+void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& s) {
+    const std::size_t first = s.size();
+    resize_table(s, first + cloud.size());
+    s.begin.resize(s.size() + 1, s.begin.back());
+    for (std::size_t k = 0; k < cloud.size(); ++k) {
+        const std::size_t i = first + k;
+        s.rest.position[i] = cloud.position[k] - origin;
+        s.rest.axis1[i] = cloud.axis1[k];
+        s.rest.axis2[i] = cloud.axis2[k];
+        s.rest.normal[i] = cloud.normal[k];
+        s.owner[i] = owner;
+        s.first[i] = cloud.position[k];
+    }
+}
+
+void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& s) {
+    s.grid.resize(solids.bodies.size());
+    s.trim.resize(solids.bodies.size());
+    std::vector<Real> widest(solids.bodies.size(), 0);
+    std::vector<PointGrid> near(solids.bodies.size());
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        if (!bodies[b] || !body.shaped() || body.empty()) continue;
+        widest[b] = solids.elements.support[body.typical];
+        near[b].build(rest_places(body, solids.elements), widest[b]);
+    }
+    std::vector<Index> which;
+    for (Index i = 0; i < s.size(); ++i)
+        if (bodies[static_cast<std::size_t>(s.owner[i])]) which.push_back(i);
+    parallel_for(which.size(), [&](std::size_t k) {
+        const Index i = which[k];
+        const auto b = static_cast<std::size_t>(s.owner[i]);
+        s.support[i] = weights_support(near[b], s.rest.position[i], disc_of(s.rest, i), near[b].cell());
+    });
+    // The grid's cells must hold the widest reach.
+    for (const Index i : which) {
+        Real& reach = widest[static_cast<std::size_t>(s.owner[i])];
+        reach = std::max(reach, reach_of_pieces(s, i));
+    }
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b)
+        if (widest[b] > 0) s.grid[b].build(rest_places(solids.bodies[b], solids.elements), widest[b]);
+    replace_weights(which, find_weights(solids, which, s), s);
+}
+
+std::optional<Shape> shape_of_surfels(const EmbeddedSurface& s, const SolidBody& body, std::int32_t index) {
+    constexpr std::size_t kFewest = 16;  // that surfels_of_points asks for
+    TriangleMesh points;
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        if (s.owner[i] != index || s.beyond[i]) continue;
+        points.vertices.push_back((s.rest.position[i] + body.origin).cast<float>());
+        points.normals.push_back(s.rest.normal[i].cast<float>());
+    }
+    if (points.vertices.size() < kFewest) return std::nullopt;
+    return point_shape(std::move(points));
 }
 
 }  // namespace thixo

@@ -153,7 +153,7 @@ Drawn displaced_root(const Field& field) {
         end1.add(w.along1, motion);
         end2.add(w.along2, motion);
     }
-    return displaced(field, rest_disc(s, field.root), middle, end1, end2, static_cast<std::int64_t>(field.root));
+    return displaced(field, rest_disc(s, field.root), middle, end1, end2, s.id(field.root));
 }
 
 /// The eigenvalues' verdict on a disc, and the angle of its longest direction from the first axis.
@@ -180,7 +180,7 @@ void draw(const Field& field, const PieceElements& near, const Disc& rest, const
     const Vec3 along = c * rest.axis1 + s * rest.axis2, across = c * rest.axis2 - s * rest.axis1;
     for (const int side : {0, 1}) {
         const Disc half{rest.place + (static_cast<Real>(side) - Real(0.5)) * along, Real(0.6) * along, across};
-        const std::int64_t id = 2 * d.id + static_cast<std::int64_t>(field.embedded.size()) + side;
+        const std::int64_t id = 2 * d.id + field.embedded.family(field.root).shift + side;
         draw(field, near, half,
              displaced(field, half, near.at(field, half.place), near.at(field, half.place + half.axis1),
                        near.at(field, half.place + half.axis2), id),

@@ -41,17 +41,6 @@ void for_each_field(S& s, F&& f) requires std::same_as<std::remove_const_t<S>, S
     f("temperature", Life::state, s.temperature);
 }
 
-/// f(array of a, array of b) for all arrays of two structures of the same type.
-template <class S, class F>
-void for_each_pair(S& a, const S& b, F&& f) {
-    std::vector<const void*> other;
-    for_each_array(b, [&](const char*, const auto& array) { other.push_back(&array); });
-    std::size_t k = 0;
-    for_each_array(a, [&]<class T>(const char*, std::vector<T>& array) {
-        f(array, *static_cast<const std::vector<T>*>(other[k++]));
-    });
-}
-
 /// Where the time of an update went [s].
 struct SurfaceSeconds {
     double displacing = 0;  // surfels and zombies, with the melt about each

@@ -102,6 +102,45 @@ TEST_F(Checkpoint, DamagedOnesAreSkippedForAnEarlierOne) {
     EXPECT_EQ(restored.clock.frame, 10);
 }
 
+TEST_F(Checkpoint, RefusedOnesAreSetAsideAndDisplaceNoGoodOne) {
+    Simulation s = make_simulation(splash());
+    const auto at = [&](int frame) {
+        s.clock.frame = frame;
+        return print_checkpoint(s, "hash");
+    };
+    write_checkpoint(out_, 1, at(1));
+    write_checkpoint(out_, 2, at(2));
+    for (const char* name : {"checkpoint.0008.bin", "checkpoint.0009.bin"})
+        write_whole(out_ / "checkpoint" / name, at(9) + "damaged");
+    Simulation restored = make_simulation(splash());
+    EXPECT_TRUE(restore_checkpoint(out_, 100, "hash", restored));
+    EXPECT_EQ(restored.clock.frame, 2);
+    EXPECT_EQ(list_checkpoints(out_), (std::vector<int>{2, 1}));
+    EXPECT_EQ(read_whole(out_ / "checkpoint/refused.0009.1.bin"), at(9) + "damaged");
+    write_checkpoint(out_, 3, at(3));
+    EXPECT_EQ(list_checkpoints(out_), (std::vector<int>{3, 2}));
+}
+
+TEST_F(Checkpoint, OfAFrameThatTheRunPassesAgainDoNotDisplaceItsOwn) {
+    Simulation s = make_simulation(splash());
+    for (const int frame : {5, 6}) write_checkpoint(out_, frame, print_checkpoint(s, "hash"));
+    for (const int frame : {2, 3}) write_checkpoint(out_, frame, print_checkpoint(s, "hash"));
+    EXPECT_EQ(list_checkpoints(out_), (std::vector<int>{3, 2}));
+}
+
+TEST_F(Checkpoint, AFileOfAnotherProgramIsRenamedNotRemoved) {
+    const Simulation s = make_simulation(splash());
+    make_folder(out_ / "checkpoint");
+    write_whole(out_ / "checkpoint/checkpoint.0007.bin", "mine");
+    write_whole(out_ / "checkpoint/notes.bin", "mine too");
+    write_checkpoint(out_, 3, print_checkpoint(s, "hash"));
+    EXPECT_EQ(read_whole(out_ / "checkpoint/checkpoint.0007.bin"), "mine");
+    remove_checkpoints(out_);
+    EXPECT_TRUE(list_checkpoints(out_).empty());
+    EXPECT_EQ(read_whole(out_ / "checkpoint/refused.0007.1.bin"), "mine");
+    EXPECT_EQ(read_whole(out_ / "checkpoint/notes.bin"), "mine too");
+}
+
 TEST_F(Checkpoint, AnotherScenesIsRefused) {
     Simulation s = make_simulation(splash());
     const std::string bytes = print_checkpoint(s, "this scene");

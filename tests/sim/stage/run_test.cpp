@@ -84,6 +84,46 @@ TEST_F(Run, WithoutCheckpointsItStartsOverToTheSameBytes) {
     EXPECT_TRUE(files("whole") == files("parts"));
 }
 
+TEST_F(Run, WhatIsMissingOrDamagedInACompleteCacheIsMadeAgain) {
+    run_simulation(args("whole"));
+    run_simulation(args("out"));
+    const auto whole = files("whole");
+    const fs::path cache = folder_ / "out" / "cache";
+    const std::string asset = CacheReader(folder_ / "out").manifest().assets.at(0).name;
+    for (const std::string& name : {std::string("particles.0003.vdb"), std::string("frame.0005.json"), asset}) {
+        fs::remove(cache / name);
+        EXPECT_EQ(run_simulation(args("out")), kDone);
+        EXPECT_TRUE(files("out") == whole) << name << " was removed";
+        std::string flipped = read_whole(cache / name);
+        flipped[flipped.size() / 2] ^= 1;
+        write_whole(cache / name, flipped);
+        EXPECT_EQ(run_simulation(args("out")), kDone);
+        EXPECT_TRUE(files("out") == whole) << name << " was damaged";
+    }
+}
+
+TEST_F(Run, TheStateIsSavedAlsoAmongDamagedCheckpointsOfLaterFrames) {
+    run_simulation(args("out", "1-3"));
+    for (const char* name : {"checkpoint.0008.bin", "checkpoint.0009.bin"})
+        write_whole(folder_ / "out" / "checkpoint" / name, "THIXOCKP and no more");
+    run_simulation(args("out", "1-4"));
+    EXPECT_EQ(list_checkpoints(folder_ / "out"), (std::vector<int>{4, 3}));
+}
+
+TEST_F(Run, AForeignStatisticsFileIsRefusedAndStays) {
+    make_folder(folder_ / "out");
+    for (const char* name : {"stats.jsonl", "probes.csv"}) {
+        write_whole(folder_ / "out" / name, "my own notes\n");
+        EXPECT_THROW(run_simulation(args("out", "1")), InputError) << name;
+        EXPECT_EQ(read_whole(folder_ / "out" / name), "my own notes\n");
+        fs::remove(folder_ / "out" / name);
+        fs::create_symlink(folder_ / "elsewhere", folder_ / "out" / name);
+        EXPECT_THROW(run_simulation(args("out", "1")), InputError) << name;
+        EXPECT_FALSE(fs::exists(folder_ / "elsewhere"));
+        fs::remove(folder_ / "out" / name);
+    }
+}
+
 TEST_F(Run, AnotherSimulationIsRefusedByTheNamesOfItsKeys) {
     run_simulation(args("out", "1"));
     SimArgs other = args("out");

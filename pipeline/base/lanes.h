@@ -1,5 +1,5 @@
-// Eight neighbours at a time (four in double): gathering packed particles into lanes, and sums over lanes in a fixed
-// order.
+// Eight neighbours at a time (four in double): packed particles are gathered into lanes, and sums over lanes run in a
+// fixed order.
 #pragma once
 
 #include <immintrin.h>
@@ -55,11 +55,11 @@ inline void gather(const Quad* quads, const Index* j, Lanes& x, Lanes& y, Lanes&
 
 #else
 
-/// Pairwise, the same way always.
+/// Adds pairs, always in the same order.
 inline Real sum_of(Lanes a) { return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7])); }
 inline Lanes root(Lanes a) { return _mm256_sqrt_ps(a); }
 
-/// Lane l gets quads[j[l]]: eight loads of 16 bytes and a transposition.
+/// Lane l gets quads[j[l]], by eight loads of 16 bytes and a transposition.
 inline void gather(const Quad* quads, const Index* j, Lanes& x, Lanes& y, Lanes& z, Lanes& w) {
     const auto pair = [&](int l) {
         return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(&quads[j[l]].x)),
@@ -81,8 +81,8 @@ inline void fill_up(const Index* list, std::size_t n, Index filler, Index* run) 
     for (std::size_t l = 0; l < kLanes; ++l) run[l] = l < n ? list[l] : filler;
 }
 
-/// Calls f(indices) for runs of kLanes neighbours; the last run is filled up with `filler`, of which f must make
-/// nothing.
+/// Calls f(indices) for runs of kLanes neighbours. The last run is filled up with `filler`, which must add nothing to
+/// what f sums.
 template <class List, class F>
 void for_each_run(const List& list, Index filler, F&& f) {
     const std::size_t n = list.size(), whole = n / kLanes * kLanes;

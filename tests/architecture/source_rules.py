@@ -167,6 +167,23 @@ class SourceRules(unittest.TestCase):
                 problems.append(f"{name}: there is no source folder {folder}")
         self.none(sorted(set(problems)))
 
+    def test_fast_tests_simulate_nothing(self):
+        """A program of unit tests that advances a simulation says SLOW, and `./thixo test --fast` leaves it out."""
+        problems, marked = [], 0
+        for name in repository_files():
+            if not (name.startswith("tests/") and name.endswith("CMakeLists.txt")):
+                continue
+            text = re.sub(r"#.*", "", (ROOT / name).read_text())
+            for program, words in re.findall(r"thixo_test\((\w+) LABEL unit\b([^)]*)\)", text):
+                if "SLOW" in words.split():
+                    marked += 1
+                    continue
+                for source in re.findall(r"[\w/]+\.cpp", words):
+                    if re.search(r"\b(make_simulation|advance_frame|step)\(", (ROOT / os.path.dirname(name) / source).read_text()):
+                        problems.append(f"{name}: {program} simulates in {source} and does not say SLOW")
+        self.none(problems)
+        self.assertGreater(marked, 0)
+
 
 if __name__ == "__main__":
     sys.exit(unittest.main(verbosity=1))

@@ -43,8 +43,8 @@ TEST(Contact, ResumedRunEqualsTheUninterruptedOneBitForBit) {
     fixture::expect_resumes(whole, 2);
 }
 
-/// The largest speed of any particle within a second of two bodies that are placed into each other, and how far apart
-/// their middles are then [m].
+/// Two bodies start inside each other. Gives the largest speed of any particle within a second, and the distance of
+/// their middles after it [m].
 std::pair<double, double> released(const scene::Shape& left, const scene::Shape& right) {
     scene::Scene scene = fixture::rubber_scene(5);
     scene.bodies = {fixture::body("left", left), fixture::body("right", right)};
@@ -127,8 +127,8 @@ std::pair<double, double> folded_strip(double friction) {
 TEST(Contact, AFoldedStripComesToRestOnItselfByFriction) {
     const double slid = folded_strip(0).first;
     const auto [held, fast] = folded_strip(0.8);
-    // The slope is within the friction cone: what presses on the lower arm sticks to it, and is drawn along by no more
-    // than what the arm gave way before it came down.
+    // The slope is within the friction cone, so that the upper arm sticks to the lower one. It moves along no more than
+    // the arm yielded before it came down.
     EXPECT_GT(slid, 0.004);
     EXPECT_LT(held, 0.5 * slid);
     EXPECT_LT(fast, 0.005);  // of the 0.6 m/s that it falls with
@@ -169,8 +169,7 @@ TEST(Contact, ABodyDoesNotPassThroughItself) {
     EXPECT_LT(fixture::momentum(s.particles).norm(), 1e-5);  // 0.1 N for a second is 0.1 Ns
 }
 
-/// Every surfel's depth in the other body's surface as it is drawn, the largest, in radii; and the largest distance
-/// from the contact surface of undeformed spheres of stiffness E1, E2 about c1, c2.
+/// The largest depth of a surfel in the other body's surface as it is drawn, in radii.
 double deepest(const Simulation& s, Real support) {
     std::vector<Vec3> place[2], normal[2];
     for (std::size_t i = 0; i < s.surface.size(); ++i) {

@@ -249,8 +249,8 @@ TEST(Fragments, ElementsInAnotherOrderAreTheSameMatter) {
 class Cracks : public testing::TestWithParam<scene::SolidSteps> {};
 
 TEST_P(Cracks, NoForceGoesAcrossAPlaneThatHidesTheHalvesFromEachOther) {
-    // The halves fly apart. Whatever was computed for the bonds of before (rates, diagonal, coarse matrix) would hold
-    // them together, or let Newton's method run astray: it is computed anew.
+    // The halves fly apart. Rates, diagonal and coarse matrix of the old bonds would hold them together, or let
+    // Newton's method diverge. They are computed anew.
     Simulation s = make_simulation(block_scene(GetParam()));
     fixture::steps(s, 5, 1e-3);
     Elements& e = s.solids.elements;
@@ -283,8 +283,8 @@ TEST_P(Cracks, NoForceGoesAcrossAPlaneThatHidesTheHalvesFromEachOther) {
 }
 
 TEST_P(Cracks, LeaveNothingStaleOfWhatWasComputedForTheBondsOfBefore) {
-    // One run goes on with what it keeps from step to step, the other with nothing: the same bits, or something was kept
-    // that the crack has changed (rates, diagonal, coarse matrix).
+    // One run keeps rates, diagonal and coarse matrix from step to step, the other forgets them. Their bits agree,
+    // unless something was kept that the crack has changed.
     const auto run = [](bool forget) {
         scene::Scene scene = block_scene(GetParam());
         scene.bodies[0].angular_velocity = {0, 0, 10};

@@ -79,8 +79,8 @@ TEST(Tension, KeepsMomentumAndNearlyAngularMomentum) {
         torque += s.particles.position[i].cast<double>().cross(f);
         scale += f.norm();
     }
-    // Every pair's force is equal and opposite to rounding, 6e-8 of each, but need not lie along the pair: at four
-    // spacings of radius a hundredth of the torque of all forces on one side is left.
+    // The two forces of every pair are opposite to rounding, 6e-8 of each, but need not lie along the pair. At a radius
+    // of four spacings a hundredth of the torque of all forces on one side remains.
     EXPECT_LT(force.norm(), 1e-6 * scale);
     EXPECT_LT(torque.norm(), 0.01 * 0.05 * scale);
 }

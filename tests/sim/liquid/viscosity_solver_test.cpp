@@ -92,8 +92,8 @@ TEST(ViscositySolver, SolvesTheFormulaWrittenPlainly) {
         residual += left.squaredNorm();
         target += (static_cast<double>(p.mass[i]) * before[i]).squaredNorm();
     }
-    // What is applied differs from the solution by r/m, which the stiffest motions (dt sum kappa/m about 25 here)
-    // answer to that much more than it is.
+    // The applied acceleration differs from the solution by r/m. The stiffest motions multiply this by dt sum kappa/m,
+    // which is about 25 here.
     EXPECT_LT(std::sqrt(residual / target), 50 * 1e-5);
 }
 
@@ -122,8 +122,8 @@ TEST(ViscositySolver, WallFrictionIsTheIntegralOverTheHalfSpace) {
 }
 
 TEST(ViscositySolver, KeepsBothMomentaAtAnyTolerance) {
-    // 0.1 leaves plenty of residual. Pair forces are equal and opposite and along the line of the pair, to rounding:
-    // against sum m|v| and radius sum m|v|, over 100 steps of a few hundred roundings each.
+    // A tolerance of 0.1 leaves a large residual. Pair forces are opposite and along the line of the pair, to rounding.
+    // The momenta are relative to sum m|v| and radius sum m|v|, over 100 steps of a few hundred roundings each.
     for (const double tolerance : {0.1, 1e-3}) {
         scene::Scene scene = ball(1000);
         scene.solver.viscosity_tolerance = tolerance;
@@ -167,8 +167,8 @@ TEST(ViscositySolver, NeverAddsEnergy) {
 }
 
 TEST(ViscositySolver, AgreesWithTheExplicitForceWhereTheStepIsSmall) {
-    // A sinusoidal shear through a periodic block: both are the same Laplacian in a divergence-free flow, up to their
-    // discretisation: the packing's moments, 1.3 %, and the 4 % that the packing is stretched by at most.
+    // A sinusoidal shear through a periodic block. In a divergence-free flow both are the same Laplacian, up to their
+    // discretisation. That gives 1.3 % for the packing's moments, and at most 4 % because the packing is stretched.
     const auto decayed = [](scene::Viscosity solver) {
         scene::Scene scene = fixture::empty_space();
         const double edge = 12 * 0.01 * std::pow(2, 1.0 / 6);

@@ -156,8 +156,8 @@ double height(const Simulation& s) {
 }
 
 TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
-    // Melted it spreads on the floor; frozen it keeps the shape it then has, and thrown up it comes down and bounces as
-    // a whole: it leaves the floor again by more than its spacing, and the shape stays.
+    // The molten block spreads on the floor. Frozen again it keeps the shape it has by then. Thrown up, it comes down
+    // and bounces as a whole: it rises by more than its spacing, and keeps its shape.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
     scene.world.boundaries = {floor_at(0)};
@@ -198,8 +198,8 @@ TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
 }
 
 TEST(Melting, TheSurfaceOfWhatHasFrozenAgainIsASolids) {
-    // A block melts half way on a floor, freezes, then flies up spinning: its surface goes round with it as that of a
-    // solid does, and keeps every detail, disc by disc.
+    // A block melts half way on a floor, freezes, and then flies up spinning. Its surface turns with it as that of a
+    // solid does, and keeps every disc.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
     scene.world.boundaries = {floor_at(0)};
@@ -293,7 +293,7 @@ TEST(Melting, TheColdHalfOfARodSpringsBackWhenTheHotHalfHasFlowedOff) {
         }
         return right_sum / right_count - left_sum / left_count;
     };
-    // What is hot flies off to the right.
+    // The hot matter flies off to the right.
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         if (s.particles.temperature[i] > 60) s.particles.velocity[i].x() = 0.5f;
     double stretched = 0;
@@ -333,8 +333,8 @@ TEST(Melting, HeatBetweenSolidsAndLiquidsIsConserved) {
 }
 
 TEST(Melting, WhatIsSolidStillMeetsWhatIsSolid) {
-    // Two cubes of wax meet at 1 m/s in free space, as bodies and as two parts of one, while a far corner of each is
-    // liquid. As long as contact was for whole bodies alone they went through each other.
+    // Two cubes of wax meet at 1 m/s in free space, as two bodies and as two parts of one. A far corner of each is
+    // liquid. With contact for solid bodies alone they would go through each other.
     for (const bool one_body : {false, true}) {
         scene::Scene scene = fixture::empty_space();
         scene.materials = {wax()};
@@ -447,7 +447,7 @@ TEST(Melting, StateIsTheSameAtAnyThreadCount) {
 }
 
 TEST(Flowing, AViscoelasticJetHangsTogetherAndKeepsMomentum) {
-    // What an emitter releases of a material with a stiffness: bound to its present neighbours.
+    // Matter from an emitter whose material has a stiffness is bound to its current neighbours.
     scene::Scene scene = fixture::empty_space();
     scene.materials = {rubber()};
     scene.materials[0].viscosity = 5;

@@ -54,7 +54,7 @@ TEST(ImplicitSolids, AreStableAtManyTimesTheExplicitStepAndNeverGainEnergy) {
     EXPECT_LE(most, before);
     EXPECT_GT(kinetic(s), 0.1 * before);
     EXPECT_EQ(s.stats.solid_unconverged, 0);
-    // What is left is the rigid motion: momenta stay but for rounding, 1e-6 of the motion, a hundred times.
+    // Only the rigid motion remains. Momenta stay to rounding, 1e-6 of the motion, in a hundred steps.
     EXPECT_LT((fixture::momentum(s.particles) - linear).norm(), 1e-5 * motion);
     EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-5 * angular.norm());
     EXPECT_LT(s.solids.stretch2, 1.01);

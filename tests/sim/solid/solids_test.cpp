@@ -49,8 +49,8 @@ scene::Scene busy() {
 }
 
 TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
-    // A thousand sub-steps. Velocities are rounded to 6e-8 of themselves at each of them and at every turn of the
-    // frame, at random: 1e-6 of sum m|v|, and of its arm.
+    // Velocities are rounded at random, by 6e-8 of their size, in each of a thousand sub-steps and in every turn of the
+    // frame. That gives 1e-6 of sum m|v|, and of its arm.
     scene::Scene scene = fixture::rubber_scene();
     scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.08, 0.05, 0.06}, 0}),
                                   {1, -0.5, 0.3})};
@@ -67,8 +67,8 @@ TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
         sub_steps = s.stats.solid_sub_steps;
     }
     EXPECT_LT((fixture::momentum(s.particles) - linear).norm(), 1e-6 * motion);
-    // v(t) of a particle is carried on from half a sub-step before, without the change of the force in between: of
-    // angular momentum that leaves what the trembling does in it.
+    // v(t) of a particle is extrapolated from half a sub-step before, with an unchanged force. The vibration changes
+    // the angular momentum in that time.
     EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-4 * motion * 0.1);
 }
 
@@ -265,7 +265,7 @@ TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {
         const Symmetric found = whole_stress(s.solids.laws[0], e, i, gradient_of(e, i));
         const Real all[6] = {found.xx, found.yy, found.zz, found.xy, found.yz, found.zx};
         for (int k = 0; k < 6; ++k) EXPECT_NEAR(all[k], stress[k], 1e-3f * size);  // a gradient's rounding over 1 %
-        // Where a uniform stress has nothing to push against: two supports below the surface.
+        // Two supports below the surface a uniform stress gives no force.
         if (xyz(e.rest[i]).cwiseAbs().maxCoeff() > Real(0.06) - 2 * e.support[i]) continue;
         ++within;
         EXPECT_LT(force[i].norm(), 1e-3f * size * width * width);

@@ -65,7 +65,7 @@ TEST(Emitter, FullPlaceMakesNoParticles) {
     const scene::Scene scene = jet_scene(0.03, 0.8);
     Simulation s = make_simulation(scene);
     std::int64_t id = 0;
-    // Nothing moves on: after the first two layers every site is taken.
+    // No particle moves on, so that every site is taken after the first two layers.
     for (double t = 0; t < 0.5; t += 0.01)
         emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.outside.gravity, {}, 1, t,
                        0.01, s.emitters, s.particles, id);

@@ -18,8 +18,8 @@ namespace {
 const auto anywhere = [](const Vec3&) { return true; };
 
 TEST(Sampling, PackingHoldsOneParticlePerSpacingCubed) {
-    // Sites of a packing counted in a ball of 20 spacings: the surface layer of width one spacing bounds the error,
-    // 3/20 of the volume in the worst case; its sign varies along the surface, so that 1 % is generous.
+    // The sites of a packing are counted in a ball of 20 spacings. A surface layer of one spacing bounds the error:
+    // 3/20 of the volume in the worst case. Its sign varies along the surface, so that 1 % is generous.
     const double count = static_cast<double>(pack_shape(sphere(20), 1, anywhere).size());
     EXPECT_NEAR(count, 4.0 / 3.0 * kPi * 8000, 0.01 * 4.0 / 3.0 * kPi * 8000);
 }
@@ -57,8 +57,8 @@ TEST(Sampling, PackedInteriorHasTheRestDensity) {
 }
 
 TEST(Sampling, KernelsGiveAPackingItsGradientAndLaplacian) {
-    // A field linear in x, and one quadratic, summed as forces sum them over all neighbours of a site within the
-    // packing; 1e-5: rounding of float.
+    // A linear and a quadratic field in x are summed as forces are, over all neighbours of a site within the packing.
+    // The tolerance of 1e-5 is rounding of float.
     const Smoothing smoothing(1, 2);
     Vec3d gradient(0, 0, 0);
     double laplacian = 0;

@@ -1,7 +1,7 @@
 // Accelerations that come from outside: what acts on all matter alike, whatever it is.
 #pragma once
 
-#include "pipeline/base/math.h"
+#include "pipeline/contract/scene_simulation.h"
 
 namespace thixo {
 
@@ -9,6 +9,8 @@ namespace thixo {
 struct Outside {
     Vec3 gravity{0, 0, 0};  // [m/s^2]
 };
+
+inline Outside outside_of(const scene::World& world) { return {.gravity = world.gravity.cast<Real>()}; }
 
 /// The acceleration from outside of matter at a place [m] that moves with a velocity [m/s], in the world [m/s^2]. The
 /// one place for all of it: liquids (sim/liquid/forces.h), solids (sim/external/handles.h) and what changes its phase

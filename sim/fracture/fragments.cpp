@@ -100,9 +100,8 @@ void append_face(const SurfelCloud& face, std::size_t b, std::int32_t sheet, con
         s.temperature[i] = temperature;
     }
     const std::int64_t base = kFirst + kFamily * static_cast<std::int64_t>(s.families.size());
-    s.families.push_back({.first = static_cast<Index>(first),
-                          .base = base,
-                          .shift = static_cast<std::int64_t>(face.size()) - base});
+    s.families.push_back(
+        {.first = static_cast<Index>(first), .base = base, .shift = static_cast<std::int64_t>(face.size()) - base});
     matter.solids.bodies[b].cuts.push_back(sheet);
 }
 
@@ -180,7 +179,8 @@ std::size_t cut_body(std::size_t b, const Shape& cutter, const Matter& matter) {
     s.trim.emplace_back();
     s.grid.emplace_back();
     const Vec3 origin = solids.bodies[b].origin;
-    move_matter(b, to, [&](const Vec3& m) { return cutter.distance(m + origin) < 0; }, matter);
+    move_matter(
+        b, to, [&](const Vec3& m) { return cutter.distance(m + origin) < 0; }, matter);
     const std::int32_t sheet = s.sheet.empty() ? 1 : *std::ranges::max_element(s.sheet) + 1;
     append_face(face, to, sheet, matter);
     append_face(turned(face), b, sheet, matter);
@@ -193,8 +193,8 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     Elements& e = solids.elements;
     SolidBody& body = solids.bodies[b];
     // It moves as the matter about it does: by the nearest element's displacement and its gradient.
-    const Index host = *std::ranges::min_element(
-        body.elements, {}, [&](Index i) { return (xyz(e.rest[i]) - given.place).squaredNorm(); });
+    const Index host = *std::ranges::min_element(body.elements, {},
+                                                 [&](Index i) { return (xyz(e.rest[i]) - given.place).squaredNorm(); });
     const Vec3 way = given.place - xyz(e.rest[host]);
     const Mat3 h = gradient_of(e, host);
     const Index i = append_element(e, particle, static_cast<std::int32_t>(b));
@@ -222,8 +222,7 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     p.id[k] = particle;
     p.mass[k] = given.mass;
     p.rest_volume[k] = given.volume;
-    p.position[k] =
-        (body.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])).cast<double>() + body.place).cast<Real>();
+    p.position[k] = (body.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])).cast<double>() + body.place).cast<Real>();
     solids.particle_of.push_back(k);
     bond_element(i, solids);
     solids.altered = true;

@@ -17,8 +17,8 @@ struct Matter {
     Solids& solids;
     EmbeddedSurface& embedded;
     const Smoothing& smoothing;
-    std::uint64_t seed = 1;       // of samples of surfaces
-    double surfel_spacing = 0;    // of new faces [m]; 0: as wide as surfels are made for a particle, a third
+    std::uint64_t seed = 1;     // of samples of surfaces
+    double surfel_spacing = 0;  // of new faces [m]; 0: as wide as surfels are made for a particle, a third
 };
 
 /// Matter of body `b` for which `goes(m)` holds, m a place of its material frame, becomes a body of its own; returns its
@@ -34,9 +34,9 @@ std::size_t cut_body(std::size_t b, const Shape& cutter, const Matter& matter);
 /// One more element, at the place m of body `b` at rest, with a particle of this id; moves with the matter about it.
 /// Its bonds, and those of surfels and samples of the body to it, are made. Returns its index.
 struct NewElement {
-    Vec3 place{0, 0, 0};           // m [m]
-    Real mass = 0, volume = 0;     // [kg], [m^3]
-    Real support = 0, depth = 0;   // [m]
+    Vec3 place{0, 0, 0};          // m [m]
+    Real mass = 0, volume = 0;    // [kg], [m^3]
+    Real support = 0, depth = 0;  // [m]
 };
 Index add_element(std::size_t b, const NewElement& element, std::int64_t particle, const Matter& matter);
 

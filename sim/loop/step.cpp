@@ -142,9 +142,9 @@ void solve_pressure(Simulation& s, double dt) {
 }
 
 void emit(Simulation& s) {
-    emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.outside.gravity,
-                   s.problem.periodic, s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters,
-                   s.particles, s.next_id);
+    emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls,
+                   s.problem.outside.gravity, s.problem.periodic, s.problem.scene.solver.seed, s.clock.time,
+                   s.clock.last_dt, s.emitters, s.particles, s.next_id);
     adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
 }
 

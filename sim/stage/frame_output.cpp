@@ -6,9 +6,9 @@
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/tessellate.h"
+#include "sim/fracture/fragments.h"
 #include "sim/loop/step.h"
 #include "sim/space/scene_shapes.h"
-#include "sim/fracture/fragments.h"
 #include "sim/surface/volume.h"
 
 namespace thixo {

@@ -35,9 +35,9 @@ struct SolidBody {
     // The first rest shape, in the world at time 0: the scene's, or for a body that has split that of its surfels. None:
     // the body meets others element by element.
     std::optional<Shape> shape{};
-    bool scene_shape = true;              // the scene's, and no split has changed it
+    bool scene_shape = true;           // the scene's, and no split has changed it
     std::vector<std::int32_t> cuts{};  // sheets that the body was cut along: it lies behind each
-    Vec3 origin{0, 0, 0};  // of the material frame there [m]
+    Vec3 origin{0, 0, 0};              // of the material frame there [m]
 
     std::size_t size() const { return elements.size(); }
     bool empty() const { return elements.empty(); }

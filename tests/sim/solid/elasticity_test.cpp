@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/solid/laws.h"
 #include "sim/solid/rigid_fit.h"
 #include "sim/solid/stable_step.h"
 #include "sim/state/solids.h"

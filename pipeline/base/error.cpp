@@ -1,15 +1,27 @@
 #include "pipeline/base/error.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <new>
 
+#include "pipeline/base/printable.h"
+
 namespace thixo {
 namespace {
 volatile std::sig_atomic_t pending_signal = 0;
 void note_signal(int number) { pending_signal = number; }
+
+/// A closed standard stream would give its number to the first file that is opened, and messages would land in it.
+void open_standard_streams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY);
+}
+
 }  // namespace
 
 InterruptedError::InterruptedError(int signal_number)
@@ -17,11 +29,12 @@ InterruptedError::InterruptedError(int signal_number)
             "interrupted; the state is saved, the same command continues") {}
 
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv) {
+    open_standard_streams();
     try {
         return body(argc, argv);
     } catch (const Error& e) {
         std::fflush(stdout);
-        fmt::print(stderr, "{}: {}\n", program, e.what());
+        fmt::print(stderr, "{}: {}\n", program, printable(e.what()));
         return e.code();
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "{}: out of memory; use fewer particles, a smaller picture, or a machine with more\n",
@@ -29,7 +42,7 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
         return kNoResource;
     } catch (const std::filesystem::filesystem_error& e) {
         std::fflush(stdout);
-        fmt::print(stderr, "{}: {}: {}\n", program, e.path1().string(), e.code().message());
+        fmt::print(stderr, "{}: {}: {}\n", program, printable(e.path1().string()), e.code().message());
         return kNoResource;
     } catch (const std::exception& e) {
         fmt::print(stderr, "{}: internal error: {}\n", program, e.what());

@@ -106,7 +106,7 @@ inline void gather(const Quad* quads, const Index* j, Lanes& x, Lanes& y, Lanes&
 
 #else
 
-/// Lane l gets quads[j[l]]: eight loads of 16 bytes and a transposition.
+/// Lane l gets quads[j[l]], by eight loads of 16 bytes and a transposition.
 inline void gather(const Quad* quads, const Index* j, Lanes& x, Lanes& y, Lanes& z, Lanes& w) {
     const auto pair = [&](int l) {
         return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(&quads[j[l]].x)),
@@ -128,8 +128,8 @@ inline void fill_up(const Index* list, std::size_t n, Index filler, Index* run) 
     for (std::size_t l = 0; l < kLanes; ++l) run[l] = l < n ? list[l] : filler;
 }
 
-/// Calls f(indices) for runs of kLanes neighbours; the last run is filled up with `filler`, of which f must make
-/// nothing.
+/// Calls f(indices) for runs of kLanes neighbours. The last run is filled up with `filler`, which must add nothing to
+/// what f sums.
 template <class List, class F>
 void for_each_run(const List& list, Index filler, F&& f) {
     const std::size_t n = list.size(), whole = n / kLanes * kLanes;

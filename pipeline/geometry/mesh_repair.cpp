@@ -8,7 +8,7 @@
 namespace thixo {
 namespace {
 
-/// For every vertex the number of its position: equal positions have equal numbers, in the order of their first vertex.
+/// A number for the position of every vertex. Equal positions have equal numbers, in the order of their first vertex.
 std::vector<Index> position_numbers(const std::vector<Vec3f>& vertices, Index& count) {
     std::vector<Index> order(vertices.size()), number(vertices.size());
     std::iota(order.begin(), order.end(), Index(0));

@@ -66,7 +66,7 @@ TriangleMesh parse_text(std::string_view bytes, const std::string& name) {
 TriangleMesh parse_stl(std::string_view bytes, const std::string& name) {
     std::uint32_t count = 0;
     if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + 80, 4);
-    // Binary files may begin with "solid" too; the size tells.
+    // Binary files may begin with "solid" too. Their size shows that they are binary.
     const bool binary_size = bytes.size() >= kHeader && bytes.size() - kHeader == count * std::uint64_t(kFacet);
     const bool text = !binary_size && bytes.substr(0, 5) == "solid";
     if (!text && bytes.size() < kHeader)

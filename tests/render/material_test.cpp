@@ -138,9 +138,9 @@ TEST(Microfacet, FresnelReflectsTheSameFromBothSides) {
 }
 
 TEST(Material, TheDensityIsThatOfTheSamples) {
-    // The mean of 1/pdf over sampled directions is the solid angle of the hemisphere that is reached; for cosine-like
-    // lobes that is 2 pi up to the variance at the horizon. Instead of that, the share of samples within 30 degrees of
-    // the normal against the integral of pdf there: 1 %.
+    // The mean of 1/pdf over sampled directions would be the solid angle that they reach. For cosine-like lobes its
+    // variance at the horizon is too large. So the share of samples within 30 degrees of the normal is compared with
+    // the integral of pdf there: 1 %.
     for (const Case& c : kCases) {
         const Material m = white(c.type, c.roughness);
         if (c.roughness == 0 && c.type != AppearanceType::diffuse) continue;

@@ -10,6 +10,8 @@
 #include <functional>
 #include <new>
 
+#include "pipeline/base/printable.h"
+
 namespace thixo {
 namespace {
 
@@ -63,13 +65,19 @@ TEST(Error, AnUnexpectedExceptionIsReportedNotLost) {
     EXPECT_NE(std::string::npos, outcome.message.find("internal error: vector"));
 }
 
+TEST(Error, NamesDoNotSteerTheTerminal) {
+    EXPECT_EQ("a\\x1b[2Jb\\x07\\x9b \n\tü€", printable("a\x1b[2Jb\x07\xc2\x9b \n\tü€"));
+    const Outcome outcome = run([](int, char**) -> int { throw CacheError("no \x1b]0;title\x07"); });
+    EXPECT_EQ("thixo-x: no \\x1b]0;title\\x07\n", outcome.message);
+}
+
 TEST(Error, ABrokenPromiseAborts) {
     testing::FLAGS_gtest_death_test_style = "threadsafe";
     EXPECT_DEATH(THIXO_ASSERT(1 > 2, "particle {}", 7), "error_test.cpp:.*assertion failed: 1 > 2: particle 7");
 }
 
 TEST(Error, SignalsAreNotedNotObeyed) {
-    // In a process of its own: handlers and the note outlive the test.
+    // The test runs in a process of its own, because handlers and the noted signal outlive it.
     testing::FLAGS_gtest_death_test_style = "threadsafe";
     EXPECT_EXIT(
         {

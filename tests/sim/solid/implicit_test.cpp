@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/parallel.h"
+#include "sim/solid/laws.h"
 #include "sim/solid/stable_step.h"
 #include "tests/sim/identity.h"
 #include "tests/sim/solid/rubber.h"
@@ -54,7 +55,7 @@ TEST(ImplicitSolids, AreStableAtManyTimesTheExplicitStepAndNeverGainEnergy) {
     EXPECT_LE(most, before);
     EXPECT_GT(kinetic(s), 0.1 * before);
     EXPECT_EQ(s.stats.solid_unconverged, 0);
-    // What is left is the rigid motion: momenta stay but for rounding, 1e-6 of the motion, a hundred times.
+    // Only the rigid motion remains. Momenta stay to rounding, 1e-6 of the motion, in a hundred steps.
     EXPECT_LT((fixture::momentum(s.particles) - linear).norm(), 1e-5 * motion);
     EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-5 * angular.norm());
     EXPECT_LT(s.solids.stretch2, 1.01);
@@ -86,7 +87,7 @@ TEST(ImplicitSolids, TheCoarseGridFindsTheSameInFewerIterations) {
         wall.region = fixture::shape_at({-0.2, 0, 0}, scene::BoxShape{{0.03, 1, 1}, 0});
         scene.handles = {wall};
         Simulation s = make_simulation(scene);
-        s.solids.implicit.two_levels = two_levels;
+        s.solid_scratch.implicit.two_levels = two_levels;
         double before = 0;
         for (const Vec3& x : s.particles.position) before += static_cast<double>(x.z());
         fixture::steps(s, 10, 0.002);

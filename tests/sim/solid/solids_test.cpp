@@ -1,5 +1,5 @@
 // Solids within a simulation: what is conserved, what holds, and that runs repeat.
-#include "sim/solid/solids.h"
+#include "sim/state/solids.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,8 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/shapes.h"
-#include "sim/solid/whole_gradients.h"
+#include "sim/bonds/gradients.h"
+#include "sim/solid/laws.h"
 #include "tests/sim/identity.h"
 #include "tests/sim/solid/blocks.h"
 #include "tests/sim/solid/rubber.h"
@@ -49,8 +50,8 @@ scene::Scene busy() {
 }
 
 TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
-    // A thousand sub-steps. Velocities are rounded to 6e-8 of themselves at each of them and at every turn of the
-    // frame, at random: 1e-6 of sum m|v|, and of its arm.
+    // Velocities are rounded at random, by 6e-8 of their size, in each of a thousand sub-steps and in every turn of the
+    // frame. That gives 1e-6 of sum m|v|, and of its arm.
     scene::Scene scene = fixture::rubber_scene();
     scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.08, 0.05, 0.06}, 0}),
                                   {1, -0.5, 0.3})};
@@ -67,8 +68,8 @@ TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
         sub_steps = s.stats.solid_sub_steps;
     }
     EXPECT_LT((fixture::momentum(s.particles) - linear).norm(), 1e-6 * motion);
-    // v(t) of a particle is carried on from half a sub-step before, without the change of the force in between: of
-    // angular momentum that leaves what the trembling does in it.
+    // v(t) of a particle is extrapolated from half a sub-step before, with an unchanged force. The vibration changes
+    // the angular momentum in that time.
     EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-4 * motion * 0.1);
 }
 
@@ -111,8 +112,8 @@ TEST(Solids, PartsOfABodyHangTogetherThroughMatterAlone) {
     const Elements& e = s.solids.elements;
     int across = 0, joined = 0, apart = 0;
     for (Index i = 0; i < e.size(); ++i)
-        for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
-            const Index j = e.neighbour[k];
+        for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+            const Index j = e.bonds.neighbour[k];
             const Vec3 a = xyz(e.rest[i]) + s.solids.bodies[0].place.cast<Real>(),
                        b = xyz(e.rest[j]) + s.solids.bodies[0].place.cast<Real>();
             const bool other_side = a.x() * b.x() < 0;
@@ -224,7 +225,7 @@ TEST(Solids, TheLastElementsOfAThinLimbTurnWithIt) {
     StressLaw law;
     law.mu = 1e5;
     e = fixture::prepared(std::move(e), law);
-    ASSERT_FALSE(e.moment.back().full);
+    ASSERT_FALSE(e.bonds.moment.back().full);
     const Mat3 turn = Eigen::AngleAxis<Real>(Real(1.3), Vec3(0.3f, -0.8f, 0.52f).normalized()).toRotationMatrix();
     fixture::move(e, [&](const Vec3& m) { return Vec3(turn * m + Vec3(0.02f, 0, 0.01f)); });
     std::vector<Mat3> gradients;
@@ -265,7 +266,7 @@ TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {
         const Symmetric found = whole_stress(s.solids.laws[0], e, i, gradient_of(e, i));
         const Real all[6] = {found.xx, found.yy, found.zz, found.xy, found.yz, found.zx};
         for (int k = 0; k < 6; ++k) EXPECT_NEAR(all[k], stress[k], 1e-3f * size);  // a gradient's rounding over 1 %
-        // Where a uniform stress has nothing to push against: two supports below the surface.
+        // Two supports below the surface a uniform stress gives no force.
         if (xyz(e.rest[i]).cwiseAbs().maxCoeff() > Real(0.06) - 2 * e.support[i]) continue;
         ++within;
         EXPECT_LT(force[i].norm(), 1e-3f * size * width * width);

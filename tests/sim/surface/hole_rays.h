@@ -43,8 +43,8 @@ inline int holes(const Vessel& vessel, int rays) {
     return found;
 }
 
-/// In a corner of a box the coats of three walls and the free surface close the liquid; the surface is oblique to all
-/// of them, and its three feet run out in tips between two walls.
+/// In a corner of a box the coats of three walls and the free surface close the liquid. The free surface is oblique to
+/// all walls, and its three feet end in tips between two walls.
 inline Vessel corner() {
     constexpr double d = kSpacing;
     return {[](const Vec3d& x) {

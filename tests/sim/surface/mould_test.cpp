@@ -36,7 +36,7 @@ double off_face(const SurfaceState& s, double height, int& count) {
     return most;
 }
 
-// What the others pull is a ten-thousandth of it: a hundredth of a surfel's own tolerance.
+// The pull of the others is a ten-thousandth of it: a hundredth of a surfel's own tolerance.
 TEST(Mould, DominantIsTakenOnExactly) {
     const double height = 5.1 * d;
     int count = 0;
@@ -44,8 +44,8 @@ TEST(Mould, DominantIsTakenOnExactly) {
     EXPECT_GT(count, 10);
 }
 
-// Where weights add up to more than one each has its share: the rest is at most what guiding and the others, 0.9
-// together, pull over half a spacing.
+// Where weights add up to more than one, each potential has its share. The remaining distance is at most the pull of
+// the other potentials, 0.9 together, over half a spacing.
 TEST(Mould, HasItsShareBesideTheOtherPotentials) {
     const double height = 5.1 * d;
     int count = 0;

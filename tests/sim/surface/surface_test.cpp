@@ -31,7 +31,7 @@ struct Height {
     double mean = 0, deviation = 0, tilt = 0;  // [m, m, rad]
     int count = 0;
 };
-/// Of the surfels that face up within [from, to] in x and y.
+/// Height of the surfels that face up within [from, to] in x and y.
 Height upper_face(const SurfaceState& s, double from, double to) {
     Height h;
     double square_sum = 0, tilt = 0;
@@ -93,7 +93,7 @@ TEST(Surface, OfALiquidAtRestComesToRest) {
     SurfaceState s = settled_surface(p, 8);
     const SurfaceState before = s;
     const SurfaceReport report = update(s, p);
-    // What changes yet is where surfels lie within the surface: a few of a thousand fill last gaps.
+    // Surfels still move within the surface: a few of a thousand fill the last gaps.
     EXPECT_LT(report.inserted + report.deleted, before.size() / 100);
     std::size_t moved = 0;
     for (std::size_t i = 0, k = 0; i < before.size(); ++i) {

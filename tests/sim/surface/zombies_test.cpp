@@ -1,4 +1,4 @@
-// What is painted on a body stays on its matter while the surface is resampled. Dissertation 6.6.4.
+// Paint on a body stays on its matter while the surface is resampled. Source: dissertation 6.6.4.
 #include "sim/surface/zombies.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@ namespace {
 using namespace fixture;
 constexpr double d = kSpacing, kRadius = 6 * d;
 
-/// A flow that keeps volumes, and is known: at time t from 0 to 1 what was at m is turned about the z axis by 12 m_z/m,
-/// up to 0.7 to either side, and squashed along it to two thirds.
+/// A known flow that keeps volumes. By time t = 1 matter from m is turned about the z axis by 12 rad per metre of
+/// height, so by up to 0.7 rad. It is also squashed along the axis to two thirds.
 Vec3 carried(const Vec3& m, double t) {
     const double angle = 12 * t * static_cast<double>(m.z()), flat = std::pow(1.5, t), wide = std::sqrt(flat);
     const double c = wide * std::cos(angle), s = wide * std::sin(angle);

@@ -79,8 +79,8 @@ inline Fit fit(std::span<const FitLanes> surfels, const Vec3f& d, float tau, flo
     return sums.fit(d, tau, radius);
 }
 
-/// Notes in the hit which surfels placed it, with their weights at tau, which then sum to one. source(i) gives the
-/// surfels' indices in the cloud for the lanes of surfels[i]. False: none weighs anything there.
+/// Notes in the hit which surfels placed it, with their weights at tau. The weights then sum to one. source(i) gives
+/// the surfels' indices in the cloud for the lanes of surfels[i]. False: none weighs anything there.
 template <class Source>
 bool note_sources(std::span<const FitLanes> surfels, float tau, Source&& source, SurfelHit& hit) {
     hit.count = 0;

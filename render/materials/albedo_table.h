@@ -48,8 +48,8 @@ AlbedoTable tabulate_reflection(float alpha, Reflectance&& reflectance) {
     return table;
 }
 
-/// The diffuse-like lobe that takes up what a reflecting lobe of albedo E leaves, times cos(wi) (Kelemen &
-/// Szirmay-Kalos 2001):
+/// The diffuse-like lobe that takes up what a reflecting lobe of albedo E leaves (Kelemen & Szirmay-Kalos 2001). Times
+/// cos(wi) it is
 ///   (1 - E(wo)) (1 - E(wi)) / (pi (1 - E mean)) cos(wi)   [1/sr]
 /// Its own albedo is 1 - E(wo).
 inline float remaining_lobe(const AlbedoTable& albedo, const Vec3f& wo, const Vec3f& wi) {

@@ -12,9 +12,9 @@
 
 namespace thixo::render {
 
-/// Directional albedo of single scattering, reflected and refracted together, for one roughness:
-///   E(mu, eta),   eta = n behind / n before from 1/4 to 4,
-/// its mean 2 int E mu dmu, and the mean Fresnel reflectance 2 int F mu dmu.
+/// Directional albedo of single scattering for one roughness, reflected and refracted together:
+///   E(mu, eta),   eta = n behind / n before from 1/4 to 4.
+/// Beside it stand its mean, 2 int E mu dmu, and the mean Fresnel reflectance, 2 int F mu dmu.
 struct InterfaceAlbedo {
     static constexpr int kIndices = 33;
     std::array<AlbedoTable, kIndices> at{};

@@ -68,8 +68,8 @@ TEST(Path, ARectangleGivesTheFormFactorOfItsPlace) {
 
 class WaysToSampleLight : public testing::TestWithParam<double> {};
 TEST_P(WaysToSampleLight, Agree) {
-    // A plastic floor, bright or dark, with a lamp so near that neither way alone is good: the three means within five
-    // of their joint standard errors.
+    // A plastic floor, bright or dark, with a lamp so near that neither way alone is good. The three means lie within
+    // five of their joint standard errors.
     World world;
     scene::Appearance plastic;
     plastic.type = AppearanceType::plastic;

@@ -45,11 +45,22 @@ CacheReader open_cache(const RenderArgs& args) {
 }
 
 /// Everything but the cached frame that a picture's bytes depend on.
-std::string look_identity(const scene::Scene& scene, std::uint64_t seed) {
+std::string look_identity(const scene::Scene& scene, std::uint64_t seed, const std::string& crop) {
     std::string text = scene::look_hash(scene.look) + fmt::format(" {}", seed);
     for (const scene::Material& m : scene.materials) text += fmt::format(" {}={}", m.name, m.look);
     for (const scene::Boundary& b : scene.world.boundaries) text += fmt::format(" {}={}", b.name, b.look);
+    if (!crop.empty()) text += " crop " + crop;
     return hash_hex(text);
+}
+
+/// The part asked for, or all of the picture. Throws InputError where it reaches beyond the picture.
+Crop crop_of(const RenderArgs& args, const scene::Output& output) {
+    if (args.crop.empty()) return {0, 0, output.width, output.height};
+    const Crop crop = parse_crop(args.crop);
+    if (crop.width > output.width - crop.x || crop.height > output.height - crop.y)
+        throw InputError("--crop {} reaches beyond the picture of {} x {} pixels", args.crop, output.width,
+                         output.height);
+    return crop;
 }
 
 class Stage {
@@ -59,14 +70,15 @@ class Stage {
           reader_(open_cache(args)),
           scene_(resolve_scene(args, reader_.scene_text())),
           seed_(args.seed.value_or(scene_.solver.seed)),
-          look_(look_identity(scene_, seed_)),
-          folder_(fs::path(args.out) /
-                  (args.look.empty() ? "frames" : "frames." + fs::path(args.look).stem().string())),
+          crop_(crop_of(args, scene_.look.output)),
+          look_(look_identity(scene_, seed_, args.crop)),
+          root_(args.pictures.empty() ? args.out : args.pictures),
+          folder_(root_ / (args.look.empty() ? "frames" : "frames." + fs::path(args.look).stem().string())),
           locks_(folder_) {}
 
     int run() {
         const std::vector<int> frames = frames_asked();
-        make_subfolder(args_.out, folder_.filename());
+        make_subfolder(root_, folder_.filename());
         for (const int number : frames) require_own_picture(folder_, number);
         if (!args_.restart) refuse_other_looks(frames);
         remove_stale_temporaries(folder_);
@@ -187,7 +199,14 @@ class Stage {
         film.noise = float(scene_.look.output.noise);
         film.seed =
             random_bits(seed_, std::uint64_t(number), 0, 0x66696c6dull);  // another pattern of noise in every frame
+        film.x0 = crop_.x;
+        film.y0 = crop_.y;
+        film.x1 = crop_.x + crop_.width;
+        film.y1 = crop_.y + crop_.height;
         Image image = render(world, film, [](int, int) { return interrupted() == 0; });
+        if (!args_.crop.empty())
+            image.attributes["thixo.crop"] =
+                fmt::format("{} of {} x {}", args_.crop, scene_.look.output.width, scene_.look.output.height);
         const Image8 display = to_display(image, scene_.look.output.view, scene_.look.output.exposure);
         write_picture(folder_, id, std::move(image), display);
     }
@@ -196,8 +215,9 @@ class Stage {
     CacheReader reader_;
     scene::Scene scene_;
     std::uint64_t seed_;
+    Crop crop_;
     std::string look_;
-    fs::path folder_;
+    fs::path root_, folder_;
     NumberLocks locks_;  // of frames
     AssetMeshes meshes_;
     std::optional<Pictures> pictures_;

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <string_view>
 
@@ -113,9 +114,25 @@ SimArgs SimArgs::parse(const std::vector<std::string>& args) {
     return a;
 }
 
+Crop parse_crop(const std::string& text) {
+    std::array<int, 4> numbers{};
+    std::string_view rest = text;
+    for (std::size_t k = 0; k < numbers.size(); ++k) {
+        const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), numbers[k]);
+        const bool last = k + 1 == numbers.size(), ends = end == rest.data() + rest.size();
+        if (failure != std::errc() || numbers[k] < (k < 2 ? 0 : 1) || ends != last || (!last && *end != ','))
+            throw InputError("--crop '{}' is no part of a picture; write x,y,width,height, for example 0,0,320,180",
+                             text);
+        if (!last) rest.remove_prefix(std::size_t(end - rest.data()) + 1);
+    }
+    return {numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
 std::vector<std::string> RenderArgs::print() const {
     std::vector<std::string> words = print_common(*this);
     put_text(words, "look", look);
+    put_text(words, "pictures", pictures);
+    put_text(words, "crop", crop);
     put_if(words, "follow", follow);
     put_if(words, "restart", restart);
     put_if(words, "preview", preview);
@@ -130,6 +147,8 @@ RenderArgs RenderArgs::parse(const std::vector<std::string>& args) {
     CLI::App app("Renders the frames of a cache.", "thixo-render");
     add_common(app, a);
     app.add_option("--look", a.look, "look file, laid over the scene's look");
+    app.add_option("--pictures", a.pictures, "folder for the frames; the output folder when left out");
+    app.add_option("--crop", a.crop, "x,y,width,height: this part of the picture alone, in pixels");
     app.add_flag("--follow", a.follow, "wait for frames that a running simulation still makes");
     app.add_flag("--restart", a.restart, "replace frames made with another look");
     app.add_flag("--preview", a.preview, "quick pictures instead of ray tracing");
@@ -139,6 +158,7 @@ RenderArgs RenderArgs::parse(const std::vector<std::string>& args) {
     app.add_option("scene", a.scene,
                    "scene whose look replaces the cache's; the look stored in the cache when left out");
     a.help = parse_words(app, args);
+    if (!a.crop.empty()) parse_crop(a.crop);
     return a;
 }
 

@@ -35,10 +35,19 @@ struct SimArgs : CommonArgs {
     static SimArgs parse(const std::vector<std::string>& args);
 };
 
+/// A part of a picture, in pixels from the top left.
+struct Crop {
+    int x = 0, y = 0, width = 0, height = 0;
+};
+/// "x,y,width,height". Throws InputError where it is not that, or is empty.
+Crop parse_crop(const std::string& text);
+
 /// thixo-render: out/cache -> out/frames*.
 struct RenderArgs : CommonArgs {
     std::string scene;          // its look replaces the cache's; empty: the look stored in the manifest
     std::string look;           // look file laid over that
+    std::string pictures;       // folder for frames*; empty: `out`
+    std::string crop;           // as parse_crop takes it; empty: the whole picture
     bool follow = false;        // wait for frames that a running simulation still makes
     bool restart = false;       // replace frames made with another look
     bool preview = false;       // OSMesa pictures instead of ray tracing

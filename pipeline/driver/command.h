@@ -19,6 +19,7 @@ struct Command {
     bool draft = false, quiet = false, json = false, dry_run = false, restart = false;
     // of some verbs
     std::string look;             // run, render
+    std::string crop;             // render
     std::string what, attribute;  // preview, export
     std::string to;               // export
     std::string against, diff;    // check

@@ -90,6 +90,14 @@ class Verb {
         sub_->add_option(name, value, what)->check(CLI::IsMember(std::move(choices)))->required(required);
         return *this;
     }
+    /// A whole number from 1 that stands for a key of the scene.
+    Verb& count_key(const char* name, const char* key, const char* what) {
+        sub_->add_option_function<int>(
+                name, [this, key](int n) { command.set.push_back(fmt::format("{}={}", key, n)); }, what)
+            ->check(CLI::PositiveNumber)
+            ->type_name("N");
+        return *this;
+    }
     Verb& flag(const char* name, bool& value, const char* what) {
         sub_->add_flag(name, value, what);
         return *this;
@@ -125,9 +133,17 @@ Verbs all_verbs(CLI::App& app) {
     Verb& render =
         add(verbs, app, "render", "Renders the frames of a cache that are not there yet.", "SCENE-or-CACHE", kEither);
     render.text("--look", render.command.look, kLook).restart("replace frames made with another look");
+    render.text("--crop", render.command.crop,
+                "x,y,width,height: this part of the picture alone, in pixels from the top left");
+    render.count_key("--width", "look.output.width", "sets look.output.width")
+        .count_key("--height", "look.output.height", "sets look.output.height")
+        .count_key("--samples", "look.output.samples", "sets look.output.samples");
     render.frames()
         .scene()
-        .out("the scene's output folder; ./out/<scene> when left out")
+        .seed()
+        .out(
+            "the scene's output folder; of a cache the folder for frames/. ./out/<scene> or beside the cache when left "
+            "out")
         .threads()
         .quiet()
         .json()

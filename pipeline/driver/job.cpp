@@ -60,9 +60,23 @@ Job cache_job(const Command& command) {
     return job;
 }
 
+namespace {
+
+bool names_scene(const Command& command) {
+    return fs::is_regular_file(command.path) && fs::path(command.path).filename() != "manifest.json";
+}
+
+}  // namespace
+
+Job render_job(const Command& command) {
+    if (names_scene(command)) return scene_job(command);
+    Job job = cache_job(command);
+    if (!command.out.empty()) job.pictures = fs::absolute(command.out).lexically_normal();
+    return job;
+}
+
 Job scene_or_cache_job(const Command& command) {
-    if (fs::is_regular_file(command.path) && fs::path(command.path).filename() != "manifest.json")
-        return scene_job(command);
+    if (names_scene(command)) return scene_job(command);
     if (!command.out.empty())
         throw InputError(
             "--out goes with a scene; what belongs to the cache {} is written beside it: copy it to have it elsewhere",
@@ -100,6 +114,8 @@ RenderArgs render_args(const Command& command, const Job& job) {
     fill_common(command, job, args);
     if (job.scene) args.scene = command.path;
     args.look = command.look;
+    args.pictures = job.pictures.string();
+    args.crop = command.crop;
     args.restart = command.restart;
     return args;
 }

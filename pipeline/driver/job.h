@@ -16,6 +16,7 @@ namespace thixo {
 struct Job {
     std::optional<scene::Scene> scene;  // empty: a cache was named
     std::filesystem::path out;          // output folder
+    std::filesystem::path pictures;     // where frames/ goes; empty: to `out`
 };
 
 /// Reads the scene the command names. Throws InputError (all its problems).
@@ -24,7 +25,9 @@ Job scene_job(const Command& command);
 Job cache_job(const Command& command);
 /// Whichever it is.
 Job scene_or_cache_job(const Command& command);
-/// The same, but the cache may be damaged: a folder is enough. Throws InputError where there is none.
+/// Whichever it is; the frames of a cache may go to a folder of their own (--out).
+Job render_job(const Command& command);
+/// Whichever it is, but the cache may be damaged: a folder is enough. Throws InputError where there is none.
 Job output_job(const Command& command);
 
 /// ./out/<name>, a draft's ./out/<name>.draft.

@@ -247,6 +247,28 @@ TEST_F(RenderStage, ACacheWithImagesThatWasMovedGivesTheSameBytesWithoutTheFiles
     EXPECT_THROW(run_stage(args(out("c"))), CacheError);
 }
 
+TEST_F(RenderStage, ACropIsThatPartOfTheWholePictureAndFramesMayGoElsewhere) {
+    make_cache(out("a"), 1);
+    EXPECT_EQ(run_stage(args(out("a"))), kDone);
+    RenderArgs part = args(out("a"));
+    part.pictures = out("elsewhere");
+    part.crop = "5,3,20,10";
+    EXPECT_EQ(run_stage(part), kDone);
+    const Image whole = decode_exr(bytes(out("a"), 1), "whole"), crop = decode_exr(bytes(out("elsewhere"), 1), "crop");
+    ASSERT_EQ(crop.width, 20);
+    ASSERT_EQ(crop.height, 10);
+    EXPECT_EQ(crop.attributes.at("thixo.crop"), "5,3,20,10 of 32 x 18");
+    for (const ImageChannel& c : crop.channels)
+        for (std::size_t y = 0; y < 10; ++y)
+            for (std::size_t x = 0; x < 20; ++x)
+                ASSERT_EQ(c.values[y * 20 + x], whole.get(c.name)[(y + 3) * 32 + x + 5]) << c.name;
+    part.pictures = "";
+    EXPECT_THROW(run_stage(part), InputError) << "another look than that of the frames there";
+    part.pictures = out("elsewhere");
+    part.crop = "13,0,20,10";
+    EXPECT_THROW(run_stage(part), InputError) << "beyond the picture";
+}
+
 TEST_F(RenderStage, TextureCoordinatesThatAMeshDoesNotHaveAreAnError) {
     make_cache(out("a"), 1);
     write_png(folder_ / "wood.png", {1, 1, 3, {200, 0, 0}});

@@ -65,6 +65,8 @@ TEST(StageArgs, RenderArgumentsSurvivePrintAndParse) {
         a.look = kTexts[(k + 3) % kTexts.size()];
         a.attribute = k % 2 ? kTexts[k] : "";
         a.what = k % 3 == 0 ? "particles" : k % 3 == 1 ? "surfels" : "auto";
+        a.pictures = kTexts[(k + 5) % kTexts.size()];
+        a.crop = k % 2 ? "3,0,20,10" : "";
         a.follow = k & 1;
         a.restart = k & 2;
         a.preview = k & 4;
@@ -73,6 +75,8 @@ TEST(StageArgs, RenderArgumentsSurvivePrintAndParse) {
         expect_same(a, b);
         EXPECT_EQ(a.scene, b.scene);
         EXPECT_EQ(a.look, b.look);
+        EXPECT_EQ(a.pictures, b.pictures);
+        EXPECT_EQ(a.crop, b.crop);
         EXPECT_EQ(a.attribute, b.attribute);
         EXPECT_EQ(a.what, b.what);
         EXPECT_EQ(a.follow, b.follow);
@@ -111,6 +115,18 @@ TEST(StageArgs, AComparisonTakesNoNumberThatIsNone) {
     for (const char* word : {"nan", "inf", "-1", "1e7", "x"})
         EXPECT_THROW(CheckArgs::parse({"a", "--against=b", std::string("--max-rel-mse=") + word}), InputError) << word;
     EXPECT_EQ(CheckArgs::parse({"a", "--against=b", "--max-rel-mse=0.25"}).max_rel_mse, 0.25);
+}
+
+TEST(StageArgs, ACropIsFourNumbersOfPixels) {
+    const Crop crop = parse_crop("3,0,20,10");
+    EXPECT_EQ(crop.x, 3);
+    EXPECT_EQ(crop.y, 0);
+    EXPECT_EQ(crop.width, 20);
+    EXPECT_EQ(crop.height, 10);
+    for (const char* text :
+         {"", "1", "1,2,3", "1,2,3,4,5", "1,2,3,4,", "1,2,0,4", "-1,2,3,4", "1,2,3,x", "1, 2,3,4", "1,2,3,99999999999"})
+        EXPECT_THROW(parse_crop(text), InputError) << text;
+    EXPECT_THROW(RenderArgs::parse({"--out=x", "--crop=1,2"}), InputError);
 }
 
 TEST(FrameRange, GivesAscendingFramesWithoutDuplicates) {

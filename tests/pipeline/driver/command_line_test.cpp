@@ -54,6 +54,11 @@ TEST(CommandLine, TakesTheOwnOptionsOfTheOtherVerbs) {
     const Command e = parse({"export", "c", "--to", "vtp", "--what", "surfels"});
     EXPECT_EQ("vtp", e.to);
     EXPECT_EQ("surfels", e.what);
+    const Command r = parse({"render", "c", "--crop", "0,0,8,8", "--width", "320", "--samples=9", "--seed", "4"});
+    EXPECT_EQ("0,0,8,8", r.crop);
+    EXPECT_EQ((std::vector<std::string>{"look.output.width=320", "look.output.samples=9"}), r.set);
+    EXPECT_EQ(4u, r.seed);
+    EXPECT_NE("", refusal({"render", "c", "--height", "0"}));
     const Command p = parse({"preview", "c", "--attribute", "density", "--what", "particles"});
     EXPECT_EQ("density", p.attribute);
 }

@@ -9,6 +9,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/volume_sampling.h"
+#include "sim/boundary_mesh.h"
 #include "sim/sampling.h"
 #include "sim/scene_shapes.h"
 #include "sim/solid/solid_setup.h"
@@ -292,6 +293,8 @@ Simulation make_simulation(const scene::Scene& scene) {
 }
 
 Size estimate_size(const scene::Scene& scene) {
+    for (const scene::Boundary& b : scene.world.boundaries)
+        if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
     const Simulation s = make_simulation(scene);
     double count = static_cast<double>(s.particles.size());
     const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;

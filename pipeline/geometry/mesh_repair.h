@@ -15,16 +15,21 @@ struct MeshReport {
     Box3 bounds;                           // of the vertices; zero where there are none
     double volume = 0;                     // signed, of the triangles: sum of a.(b x c)/6
     bool closed = false;                   // triangles, and no open or bad edge
-    bool inside_out = false;               // volume < 0
     std::size_t void_normals = 0;          // vertices whose normal in the file has no length
 };
 MeshReport inspect_mesh(const TriangleMesh& mesh);
+
+/// For every vertex the number of its position: equal positions have equal numbers, below `count`, in the order of
+/// their first vertex.
+std::vector<Index> position_numbers(const std::vector<Vec3f>& vertices, Index& count);
 
 /// Merges vertices of equal position (bit for bit), drops all but the triangles, keeps the order of first use.
 TriangleMesh welded(const TriangleMesh& mesh);
 
 /// x -> rotation (factor x) + translation for vertices, rotation for normals. Requires factor > 0.
 void transform_mesh(TriangleMesh& mesh, double factor, const Quatd& rotation, const Vec3d& translation);
+/// Turns one triangle round, with its texture coordinates.
+void turn_triangle(TriangleMesh& mesh, std::size_t k);
 /// Turns every triangle and normal round.
 void flip_mesh(TriangleMesh& mesh);
 

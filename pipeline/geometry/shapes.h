@@ -40,11 +40,13 @@ Shape swept(const std::vector<SweepPoint>& points, bool closed = false);
 
 /// A closed surface of points with outward normals (vertices and normals of `points`; triangles are not looked at):
 /// distance to the plane of the nearest points where it is small, to the nearest disc elsewhere, sign by the winding
-/// number of the discs (Barill et al. 2018). Throws InputError where points or normals are missing or not finite.
+/// number of the discs (Barill et al. 2018). A set whose normals point inward is turned round (`orient_outward`).
+/// Throws InputError where points or normals are missing or not finite.
 Shape point_shape(TriangleMesh points);
 
 /// A triangle mesh: distance to the closest triangle, sign by the winding number, so that holes and self-intersections
-/// do no harm. A mesh turned inside out is taken the right way round, with a warning.
+/// do no harm. Shells that are inside out and triangles wound against their neighbours are turned round
+/// (`orient_outward`).
 Shape mesh_shape(TriangleMesh mesh);
 /// The same, sharing a query structure; its mesh must be oriented outwards.
 Shape mesh_shape(std::shared_ptr<const MeshQuery> query);

@@ -283,7 +283,7 @@ void evaluate(Simulation& s) {
 
 Real shown_pressure(const Simulation& s, std::size_t i) {
     const auto& pressure = s.particles.pressure;
-    return implicit(s)
+    return implicit(s) && s.particles.kind[i] != Kind::solid
                ? virial_pressure(i, pressure, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system)
                : pressure[i];
 }

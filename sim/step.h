@@ -11,7 +11,8 @@ namespace thixo {
 /// pressure (and what the walls add) at the present time. This is also the state a frame shows.
 void evaluate(Simulation& s);
 
-/// Pressure of particle i as frames and probes show it [Pa]. Requires evaluate.
+/// Pressure of particle i as frames and probes show it [Pa]; 0 in a solid that `dfsph` has no part in. Requires
+/// evaluate.
 Real shown_pressure(const Simulation& s, std::size_t i);
 
 /// One step of the animation loop towards clock.next_frame; the last one ends on it exactly. Throws DivergedError.

@@ -61,7 +61,7 @@ struct InterruptedError : Error {
 };
 
 /// Runs a program's body, prints any failure to stderr as "program: message" and returns the exit code. What the file
-/// system refuses in passing is told by its path, as a ResourceError.
+/// system refuses in passing is told by its path, as a ResourceError. So is an answer on stdout that cannot be written.
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv);
 
 [[noreturn]] void assertion_failed(const char* file, int line, const char* expression, const std::string& message);

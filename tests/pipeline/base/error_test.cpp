@@ -63,6 +63,34 @@ TEST(Error, AnUnexpectedExceptionIsReportedNotLost) {
     EXPECT_NE(std::string::npos, outcome.message.find("internal error: vector"));
 }
 
+TEST(Error, WhatTheSystemRefusesIsAResourceError) {
+    for (const auto body : {+[](int, char**) -> int { throw std::system_error(EAGAIN, std::generic_category()); },
+                            +[](int, char**) -> int {
+                                throw std::runtime_error("pthread_create has failed: Resource temporarily unavailable");
+                            }}) {
+        const Outcome outcome = run(body);
+        EXPECT_EQ(kNoResource, outcome.code);
+        EXPECT_NE(std::string::npos, outcome.message.find("Resource temporarily unavailable")) << outcome.message;
+        EXPECT_EQ(1, std::count(outcome.message.begin(), outcome.message.end(), '\n')) << outcome.message;
+    }
+}
+
+TEST(Error, AnAnswerThatCannotBeWrittenIsAResourceError) {
+    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    EXPECT_EXIT(
+        {
+            if (!std::freopen("/dev/full", "w", stdout)) std::exit(1);
+            std::exit(run_guarded(
+                "program",
+                [](int, char**) {
+                    std::fputs("{}\n", stdout);
+                    return 0;
+                },
+                0, nullptr));
+        },
+        testing::ExitedWithCode(kNoResource), "program: the answer cannot be written: No space left");
+}
+
 TEST(Error, ABrokenPromiseAborts) {
     testing::FLAGS_gtest_death_test_style = "threadsafe";
     EXPECT_DEATH(THIXO_ASSERT(1 > 2, "particle {}", 7), "error_test.cpp:.*assertion failed: 1 > 2: particle 7");

@@ -287,7 +287,7 @@ Simulation make_simulation(const scene::Scene& scene) {
         layout.material = material;
         layout.body = static_cast<int>(scene.bodies.size() + e);
         s.problem.emitters.push_back(std::move(layout));
-        s.emitters.push_back({.layer = 0, .next = scene.emitters[e].start, .blocked = 0});
+        s.emitters.push_back({.next = scene.emitters[e].start});
     }
     return s;
 }

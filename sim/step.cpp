@@ -146,6 +146,16 @@ void solve_pressure(Simulation& s, double dt) {
                 s.stats.density);
 }
 
+/// What emitters drive moves as they say, whatever presses against it.
+void drive_openings(Simulation& s) {
+    const auto driven = drive_openings(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls,
+                                       s.problem.periodic, s.clock.time, s.emitters, s.particles);
+    for (const Index i : driven) {
+        s.particles.acceleration[i].setZero();
+        if (implicit(s)) s.solve_scratch.shift[i].setZero();
+    }
+}
+
 void emit(Simulation& s) {
     emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity,
                    s.problem.periodic, s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters,
@@ -298,6 +308,7 @@ void step(Simulation& s) {
     const double dt = choose_step(s, wall_speed);  // time_step, health
     find_viscosity(s, dt);                         // viscosity_solver  4.3.1
     if (implicit(s) && liquid_acts(s)) solve_pressure(s, dt);
+    drive_openings(s);           // emitter
     conduct(s, dt);              // heat       6.5
     move_on(s, dt, wall_speed);  // leapfrog   7.2, solids  5.3, 6.3, walls
     update_surface_when_due(s);  // surface    6.6

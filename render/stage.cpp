@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -12,13 +13,16 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
+#include "pipeline/contract/folder_lock.h"
 #include "pipeline/contract/hash.h"
+#include "pipeline/contract/machine_memory.h"
+#include "pipeline/contract/picture_cost.h"
+#include "pipeline/contract/picture_files.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "pipeline/geometry/vertex_normals.h"
 #include "render/film.h"
-#include "render/frame_files.h"
 #include "render/frame_world.h"
 #include "render/preview/preview.h"
 #include "render/view_transform.h"
@@ -55,24 +59,35 @@ class Stage {
           reader_(open_cache(args)),
           scene_(resolve_scene(args, reader_.scene_text())),
           seed_(args.seed.value_or(scene_.solver.seed)),
-          look_(look_identity(scene_, seed_)) {
-        folder_ = fs::path(args.out) / (args.look.empty() ? "frames" : "frames." + fs::path(args.look).stem().string());
-    }
+          look_(look_identity(scene_, seed_)),
+          folder_(fs::path(args.out) /
+                  (args.look.empty() ? "frames" : "frames." + fs::path(args.look).stem().string())),
+          locks_(folder_) {}
 
     int run() {
         const std::vector<int> frames = frames_asked();
+        make_subfolder(args_.out, folder_.filename());
+        for (const int number : frames) require_own_picture(folder_, number);
         if (!args_.restart) refuse_other_looks(frames);
-        make_folder(folder_);
         remove_stale_temporaries(folder_);
         Progress progress("render", int(frames.size()), args_.machine_progress);
         std::vector<int> missing;
+        std::deque<int> waiting(frames.begin(), frames.end());
+        std::size_t held = 0;  // of those at the end of `waiting`: by other processes
         int done = 0;
         progress.update(0, "");
-        for (const int number : frames) {
-            if (wait_for(number))
-                progress.update(++done, make_picture(number));
-            else
+        while (!waiting.empty()) {
+            const int number = waiting.front();
+            waiting.pop_front();
+            held = std::min(held, waiting.size());
+            if (!wait_for(number)) {
                 missing.push_back(number);
+            } else if (const std::optional<std::string> note = make_picture(number)) {
+                progress.update(++done, *note);
+            } else {  // another renderer is at it, and may be killed: come back
+                waiting.push_back(number);
+                if (++held == waiting.size()) rest_or_stop();
+            }
         }
         progress.finish();
         if (!missing.empty())
@@ -90,7 +105,7 @@ class Stage {
                 throw CacheError("{}: the cache holds no frame yet; simulate first", reader_.folder().string());
             return reader_.frames();
         }
-        const scene::Scene cached = scene::parse_scene(reader_.scene_text(), "manifest.json", {}, scene::Files::ignore);
+        const scene::Scene cached = scene::parse_cached_scene(reader_.scene_text(), "manifest.json");
         std::vector<int> frames;
         for (int n = cached.frames.first; n <= cached.frames.last; ++n) frames.push_back(n);
         return frames;
@@ -142,14 +157,29 @@ class Stage {
                 frame.number);
     }
 
-    /// Renders and writes the picture unless it is there; returns what happened, for the progress line.
-    std::string make_picture(int number) {
+    /// Renders and writes the picture unless it is there; returns what happened, for the progress line. Nothing where
+    /// another process is rendering it.
+    std::optional<std::string> make_picture(int number) {
         const PictureIdentity id = identity(number);
-        if (picture_state(folder_, id) == PictureState::done) return fmt::format("frame {} was there", number);
+        const auto there = [&] { return picture_state(folder_, id) == PictureState::done; };
+        if (there()) return fmt::format("frame {} was there", number);
+        if (!locks_.take(number)) return std::nullopt;
+        const bool made_meanwhile = there();
+        if (!made_meanwhile) render_picture(id);
+        locks_.release(number);
+        return fmt::format("frame {}{}", number, made_meanwhile ? " was there" : "");
+    }
+
+    void render_picture(const PictureIdentity& id) {
+        const int number = id.frame;
         const Frame frame = reader_.load_frame(number);
         load_meshes(frame);
         std::vector<std::string> missing;
-        if (!pictures_) pictures_ = load_pictures(scene_.look, &reader_);  // not before: the cache may just have begun
+        if (!pictures_) {  // not before: the cache may just have begun
+            require_memory(scene::picture_cost(scene_.look, &reader_).memory, "a picture of this look with its images",
+                           "choose a smaller look.output or smaller images");
+            pictures_ = load_pictures(scene_.look, &reader_);
+        }
         const World world = make_world(frame, meshes_, *pictures_, scene_, scene_.look, missing);
         warn(missing, world, frame);
         FilmSettings film;
@@ -157,10 +187,9 @@ class Stage {
         film.noise = float(scene_.look.output.noise);
         film.seed =
             random_bits(seed_, std::uint64_t(number), 0, 0x66696c6dull);  // another pattern of noise in every frame
-        Image image = render(world, film);
+        Image image = render(world, film, [](int, int) { return interrupted() == 0; });
         const Image8 display = to_display(image, scene_.look.output.view, scene_.look.output.exposure);
         write_picture(folder_, id, std::move(image), display);
-        return fmt::format("frame {}", number);
     }
 
     RenderArgs args_;
@@ -169,6 +198,7 @@ class Stage {
     std::uint64_t seed_;
     std::string look_;
     fs::path folder_;
+    NumberLocks locks_;  // of frames
     AssetMeshes meshes_;
     std::optional<Pictures> pictures_;
     std::set<std::string> warned_;
@@ -177,9 +207,8 @@ class Stage {
 }  // namespace
 
 scene::Scene resolve_scene(const RenderArgs& args, const std::string& cache_scene_text) {
-    scene::Scene scene = args.scene.empty()
-                             ? scene::parse_scene(cache_scene_text, "manifest.json", args.set, scene::Files::ignore)
-                             : scene::load_scene(args.scene, args.set);
+    scene::Scene scene = args.scene.empty() ? scene::parse_cached_scene(cache_scene_text, "manifest.json", args.set)
+                                            : scene::load_scene(args.scene, args.set);
     if (!args.look.empty()) scene.look = scene::overlay_look(scene.look, args.look, args.set);
     if (args.draft) scene::apply_draft(scene.look);
     return scene;

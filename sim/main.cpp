@@ -2,7 +2,7 @@
 #include <fmt/core.h>
 
 #include "pipeline/base/error.h"
-#include "sim/run.h"
+#include "sim/stage/run.h"
 
 namespace {
 

@@ -1,5 +1,8 @@
 #include "pipeline/base/error.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -10,6 +13,8 @@
 #include <new>
 #include <string_view>
 #include <system_error>
+
+#include "pipeline/base/printable.h"
 
 namespace thixo {
 namespace {
@@ -34,6 +39,12 @@ void end_at_startup() {
 [[gnu::section(".preinit_array"), gnu::used]] void (*const set_end_at_startup)() = [] {
     std::set_terminate(end_at_startup);
 };
+/// A closed standard stream would give its number to the first file that is opened, and messages would land in it.
+void open_standard_streams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY);
+}
+
 }  // namespace
 
 InterruptedError::InterruptedError(int signal_number)
@@ -41,6 +52,7 @@ InterruptedError::InterruptedError(int signal_number)
             "interrupted; the state is saved, the same command continues") {}
 
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv) {
+    open_standard_streams();
     try {
         const int code = body(argc, argv);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
@@ -48,7 +60,7 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
         return code;
     } catch (const Error& e) {
         std::fflush(stdout);
-        fmt::print(stderr, "{}: {}\n", program, e.what());
+        fmt::print(stderr, "{}: {}\n", program, printable(e.what()));
         return e.code();
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "{}: out of memory; use fewer particles, a smaller picture, or a machine with more\n",
@@ -56,7 +68,7 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
         return kNoResource;
     } catch (const std::filesystem::filesystem_error& e) {
         std::fflush(stdout);
-        fmt::print(stderr, "{}: {}: {}\n", program, e.path1().string(), e.code().message());
+        fmt::print(stderr, "{}: {}: {}\n", program, printable(e.path1().string()), e.code().message());
         return kNoResource;
     } catch (const std::system_error& e) {  // of the standard library, or of fmt: streams, threads
         fmt::print(stderr, kRefused, program, e.what());

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdio>
 
+#include "pipeline/base/printable.h"
 #include "pipeline/base/timer.h"
 
 namespace thixo {
@@ -22,7 +23,7 @@ void set_quiet(bool quiet) { quiet_mode = quiet; }
 
 void log_line(const char* level, const std::string& text) {
     if (quiet_mode && *level == '\0') return;
-    const std::string line = fmt::format("{}{}\n", level, text);
+    const std::string line = fmt::format("{}{}\n", level, printable(text));
     std::fwrite(line.data(), 1, line.size(), stderr);  // one write, so that lines of two processes do not mix
 }
 

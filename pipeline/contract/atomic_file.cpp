@@ -37,6 +37,11 @@ class Descriptor {
     }
     Descriptor(const Descriptor&) = delete;
     Descriptor& operator=(const Descriptor&) = delete;
+    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+        std::swap(fd_, other.fd_);
+        return *this;
+    }
     int get() const { return fd_; }
     int close() { return ::close(std::exchange(fd_, -1)); }
 
@@ -104,8 +109,21 @@ std::string host_name() {
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
-std::string temporary_name(const fs::path& path) {
-    return fmt::format("{}{}-{}-{}{}", kPrefix, ::getpid(), host_name(), path.filename().string(), kSuffix);
+void refuse_link(const fs::path& path) {
+    std::error_code missing;
+    if (fs::is_symlink(path, missing))
+        throw InputError("'{}' is a link, and output goes through none; remove it or choose another folder with --out",
+                         path.string());
+}
+
+/// Of a folder: of the newest of what it holds.
+fs::file_time_type last_change(const fs::directory_entry& entry) {
+    std::error_code error;
+    fs::file_time_type newest = entry.last_write_time(error);
+    if (entry.is_symlink(error) || !entry.is_directory(error)) return newest;
+    for (fs::directory_iterator it(entry.path(), error), end; !error && it != end; it.increment(error))
+        newest = std::max(newest, it->last_write_time(error));
+    return newest;
 }
 
 /// Whether the process that made this temporary is gone: its number is free (or was given to us), or the file has not
@@ -120,9 +138,34 @@ bool abandoned(const fs::directory_entry& entry) {
     const bool here =
         std::string_view(end, static_cast<std::size_t>(name.data() + name.size() - end)).starts_with(host);
     if (here && (pid == ::getpid() || (::kill(pid, 0) != 0 && errno == ESRCH))) return true;
-    std::error_code error;
-    const auto changed = entry.last_write_time(error);
-    return !error && fs::file_time_type::clock::now() - changed > kAbandoned;
+    return fs::file_time_type::clock::now() - last_change(entry) > kAbandoned;
+}
+
+[[noreturn]] void cannot_read(const fs::path& path, int error) {
+    if (error == ENOENT || error == ENOTDIR) throw CacheError("'{}' is missing", path.string());
+    if (error == ELOOP) throw CacheError("'{}' is a link; copy the file itself to its place", path.string());
+    throw CacheError("cannot read '{}': {}", path.string(), std::strerror(error));
+}
+
+/// All bytes of an open file. `path` is named in messages.
+std::string read_open(const Descriptor& file, const fs::path& path, std::uint64_t most = UINT64_MAX) {
+    struct stat status {};
+    if (::fstat(file.get(), &status) != 0) cannot_read(path, errno);
+    if (!S_ISREG(status.st_mode)) throw CacheError("'{}' is not a regular file", path.string());
+    const auto there = static_cast<std::uint64_t>(status.st_size);
+    if (there > most)
+        throw CacheError("'{}' is damaged: it has {} bytes where at most {} can be", path.string(), there, most);
+    std::string bytes(static_cast<std::size_t>(there), '\0');
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) cannot_read(path, errno);
+        if (n == 0) break;
+        done += static_cast<std::size_t>(n);
+    }
+    bytes.resize(done);
+    return bytes;
 }
 
 }  // namespace
@@ -130,8 +173,9 @@ bool abandoned(const fs::directory_entry& entry) {
 void write_whole(const fs::path& path, std::string_view bytes) {
     const std::optional<Fault> fault = injected_fault();
     const fs::path folder = folder_of(path);
-    Temporary temporary{folder / temporary_name(path)};
-    Descriptor file(::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+    refuse_link(path);
+    Temporary temporary{temporary_path(folder, path.filename().string())};
+    Descriptor file(::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666));
     if (file.get() < 0) fail(path, errno);
     if (const int error = write_with_fault(file.get(), bytes, fault)) fail(path, error);
     if (::fsync(file.get()) != 0) fail(path, errno);
@@ -143,27 +187,40 @@ void write_whole(const fs::path& path, std::string_view bytes) {
     if (directory.get() < 0 || ::fsync(directory.get()) != 0) fail(path, errno);
 }
 
+bool append_line(const fs::path& path, std::string_view line) {
+    const Descriptor file(
+        ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666));
+    struct stat status {};
+    if (file.get() < 0 || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return false;
+    return write_all(file.get(), fmt::format("{}\n", line)) == 0;
+}
+
 std::string read_whole(const fs::path& path) {
     const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe must not block
-    if (file.get() < 0) {
-        if (errno == ENOENT || errno == ENOTDIR) throw CacheError("'{}' is missing", path.string());
-        throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
+    if (file.get() < 0) cannot_read(path, errno);
+    return read_open(file, path);
+}
+
+std::string read_inside(const fs::path& folder, const std::string& name, std::uint64_t most) {
+    const fs::path path = folder / name;
+    Descriptor at(::open(folder.empty() ? "." : folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+    const fs::path relative(name);
+    for (auto part = relative.begin(); at.get() >= 0 && part != relative.end(); ++part) {
+        THIXO_ASSERT(*part != ".." && *part != "/", "the name '{}' leads out of its folder", name);
+        const bool last = std::next(part) == relative.end();
+        const int kind = last ? O_RDONLY | O_NONBLOCK : O_PATH | O_DIRECTORY;
+        Descriptor next(::openat(at.get(), part->c_str(), kind | O_NOFOLLOW | O_CLOEXEC));
+        std::swap(at, next);
     }
-    struct stat status {};
-    if (::fstat(file.get(), &status) != 0)
-        throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
-    if (!S_ISREG(status.st_mode)) throw CacheError("'{}' is not a regular file", path.string());
-    std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-        const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) throw CacheError("cannot read '{}': {}", path.string(), std::strerror(errno));
-        if (n == 0) break;
-        done += static_cast<std::size_t>(n);
-    }
-    bytes.resize(done);
-    return bytes;
+    if (at.get() < 0) cannot_read(path, errno);
+    return read_open(at, path, most);
+}
+
+bool starts_with(const fs::path& path, std::string_view start) {
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW));
+    std::string found(start.size(), '\0');
+    return file.get() >= 0 && ::read(file.get(), found.data(), found.size()) == static_cast<ssize_t>(start.size()) &&
+           found == start;
 }
 
 void make_folder(const fs::path& folder) {
@@ -173,6 +230,27 @@ void make_folder(const fs::path& folder) {
         throw ResourceError("cannot make folder '{}': {}; choose another with --out", folder.string(), error.message());
 }
 
+fs::path make_subfolder(const fs::path& folder, const fs::path& name) {
+    make_folder(folder);
+    fs::path path = folder;
+    for (const fs::path& part : name) {
+        path /= part;
+        refuse_link(path);
+        std::error_code error;
+        fs::create_directory(path, error);
+        if (error == std::errc::file_exists || error == std::errc::not_a_directory)
+            throw InputError("'{}' is no folder; remove it or choose another folder with --out", path.string());
+        if (error)
+            throw ResourceError("cannot make folder '{}': {}; choose another with --out", path.string(),
+                                error.message());
+    }
+    return path;
+}
+
+fs::path temporary_path(const fs::path& folder, std::string_view name) {
+    return folder / fmt::format("{}{}-{}-{}{}", kPrefix, ::getpid(), host_name(), name, kSuffix);
+}
+
 int remove_stale_temporaries(const fs::path& folder) {
     std::error_code error;
     int removed = 0;
@@ -180,7 +258,7 @@ int remove_stale_temporaries(const fs::path& folder) {
         const std::string name = it->path().filename().string();
         if (!name.starts_with(kPrefix) || !name.ends_with(kSuffix) || !abandoned(*it)) continue;
         std::error_code ignored;
-        if (fs::remove(it->path(), ignored)) ++removed;
+        if (fs::remove_all(it->path(), ignored) > 0) ++removed;
     }
     return removed;
 }

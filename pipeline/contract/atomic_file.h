@@ -1,6 +1,8 @@
-// The one place that writes files: a file is there whole, or what was there before still is.
+// The one place that opens, writes and removes files of an output folder: a file is there whole, or what was there
+// before still is, and no link leads out of the folder.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -8,22 +10,41 @@
 namespace thixo {
 
 /// Writes `bytes` to `path`: temporary name in the same folder, every return checked, flushed to disk, renamed, folder
-/// flushed. Throws ResourceError (path and the system's reason) on any failure, and then neither `path` nor a temporary
-/// has changed.
+/// flushed. Throws InputError where `path` is a link, ResourceError (path and the system's reason) on any failure; then
+/// neither `path` nor a temporary has changed.
 ///
 /// For tests of full disks and of kills the environment variable THIXO_WRITE_FAULT=<nth>:<bytes>:<how> makes the nth
 /// call of this process since it was set (from 1) fail after so many bytes: how = enospc (that call and all later ones
 /// report a full disk) or kill (SIGKILL to itself).
 void write_whole(const std::filesystem::path& path, std::string_view bytes);
 
-/// The bytes of a regular file. Throws CacheError naming the file where it is missing or cannot be read.
+/// Appends one line to a regular file, which it makes where there is none. False where that fails, or where `path` is a
+/// link: what such files hold is not needed by any run.
+bool append_line(const std::filesystem::path& path, std::string_view line);
+
+/// The bytes of a regular file that the user names. Throws CacheError naming the file where it is missing or cannot be
+/// read.
 std::string read_whole(const std::filesystem::path& path);
+
+/// The bytes of a regular file below a folder, for names that come from a file: no component of `name` may be a link or
+/// "..". A file of more than `most` bytes is refused unread. Throws CacheError.
+std::string read_inside(const std::filesystem::path& folder, const std::string& name, std::uint64_t most);
+
+/// Whether `path` is a regular file, no link, that starts so.
+bool starts_with(const std::filesystem::path& path, std::string_view start);
 
 /// Makes the folder and its parents. Throws ResourceError.
 void make_folder(const std::filesystem::path& folder);
 
-/// Removes temporaries that a killed process left in `folder`; those of living processes stay. Call before the first
-/// write to a folder. Returns how many it removed; a folder that is not there has none.
+/// Makes `name`, one or more components, below a folder, and the folder itself. Throws InputError where a component is
+/// a link or no folder, ResourceError where the system refuses. Returns the path.
+std::filesystem::path make_subfolder(const std::filesystem::path& folder, const std::filesystem::path& name);
+
+/// A name in `folder` that belongs to this process alone, and that remove_stale_temporaries knows once it has ended.
+std::filesystem::path temporary_path(const std::filesystem::path& folder, std::string_view name);
+
+/// Removes files and folders of temporary names that a killed process left in `folder`; those of living processes stay.
+/// Call before the first write to a folder. Returns how many it removed; a folder that is not there has none.
 int remove_stale_temporaries(const std::filesystem::path& folder);
 
 }  // namespace thixo

@@ -26,7 +26,14 @@ struct CacheIdentity {
     std::string simulation_hash;  // of the blocks the simulation reads
 };
 
+/// The bytes of a file that the manifest of this cache folder lists. Throws CacheError where they are not those listed.
+std::string read_listed(const std::filesystem::path& folder, const CacheFile& file);
+/// Whether they are; where not, a warning says why.
+bool is_sound(const std::filesystem::path& folder, const CacheFile& file);
+
 /// Writes out/cache. Every file is written whole (atomic_file.h), a frame's files before the manifest that lists them.
+/// Changed or removed is only what the manifest lists, and what its content shows to be left over from a killed run
+/// (ownership.h); a file of another program under a name that a cache needs is refused with InputError.
 /// All members throw ResourceError when the disk is full or read-only; what the manifest listed before is then still
 /// there and still listed.
 class CacheWriter {
@@ -35,16 +42,19 @@ class CacheWriter {
     static CacheWriter create(const std::filesystem::path& out, CacheIdentity identity);
     /// An empty cache in place of the one that may be there.
     static CacheWriter restart(const std::filesystem::path& out, CacheIdentity identity);
-    /// Goes on with the cache that is there: keeps frames up to and with `last_kept`, drops later ones (they will be
-    /// written again). A complete cache of the same resolved scene, all kept, stays complete and is not written to.
-    /// Throws CacheError (missing, damaged) and InputError where its simulation hash is another.
+    /// Goes on with the cache that is there: keeps frames up to and with `last_kept` (CacheReader::last_sound), drops
+    /// later ones (they will be written again). A complete cache of the same resolved scene, all kept, stays complete
+    /// and is not written to. Throws CacheError (missing, damaged) and InputError where its simulation hash is another.
     static CacheWriter resume(const std::filesystem::path& out, CacheIdentity identity, int last_kept);
 
     /// Adds the frame, or replaces the one of that number. `frame.particles` and `frame.surfels` need "P" where they
     /// have points. Throws DivergedError where a value is not finite, naming attribute and point.
     void write_frame(const Frame& frame);
-    /// Stores the bytes once as assets/<hash><extension>, listed from the next frame on. Returns the hash.
+    /// Stores the bytes once as assets/<hash><extension>, listed from the next frame on; where the file that is listed
+    /// is missing or damaged, again. Returns the hash.
     std::string add_asset(std::string_view bytes, std::string_view extension = kAssetExtensions[0]);
+    /// Throws CacheError where a listed asset is missing or damaged: nothing that this run stored has mended it.
+    void require_assets() const;
     /// Marks the cache complete.
     void finish();
 
@@ -52,7 +62,8 @@ class CacheWriter {
 
   private:
     CacheWriter(const std::filesystem::path& out, Manifest manifest);
-    static CacheWriter open(const std::filesystem::path& out, Manifest manifest, bool unchanged);
+    static CacheWriter open(const std::filesystem::path& out, const Manifest& before, Manifest manifest,
+                            bool unchanged);
     void publish();
     CacheFile store(const std::string& name, std::string_view bytes);
 
@@ -75,6 +86,11 @@ class CacheReader {
     const Manifest& manifest() const { return manifest_; }
     const std::filesystem::path& folder() const { return folder_; }
     std::vector<int> frames() const;
+    /// Reads frames first, first + 1, ... as long as they are there undamaged: the last of them, or first - 1. A
+    /// damaged file is told as a warning.
+    int last_sound(int first) const;
+    /// Reads every asset; a damaged one is told as a warning.
+    bool assets_are_sound() const;
     bool has_frame(int number) const { return manifest_.find(number) != nullptr; }
     bool complete() const { return manifest_.complete; }
     const std::string& scene_text() const { return manifest_.scene_text; }

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/log.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/hash.h"
@@ -12,21 +13,18 @@ namespace thixo {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kManifestName = "manifest.json";
-
 /// The cache folder `path` means: itself, its cache/, or where the manifest lies; empty where there is none.
 fs::path cache_folder(const fs::path& path) {
     std::error_code ignored;
-    if (path.filename() == kManifestName && fs::is_regular_file(path, ignored))
+    if (path.filename() == kManifestName && fs::exists(fs::symlink_status(path, ignored)))
         return path.has_parent_path() ? path.parent_path() : fs::path(".");
     for (const fs::path& folder : {path, path / "cache"})
-        if (fs::is_regular_file(folder / kManifestName, ignored)) return folder;
+        if (fs::exists(fs::symlink_status(folder / kManifestName, ignored))) return folder;
     return {};
 }
 
 Manifest read_manifest(const fs::path& folder) {
-    const fs::path file = folder / kManifestName;
-    return parse_manifest(read_whole(file), file.string());
+    return parse_manifest(read_inside(folder, kManifestName, kLargestManifest), (folder / kManifestName).string());
 }
 
 void require_count(std::size_t found, std::uint64_t listed, const fs::path& file) {
@@ -35,6 +33,24 @@ void require_count(std::size_t found, std::uint64_t listed, const fs::path& file
 }
 
 }  // namespace
+
+std::string read_listed(const fs::path& folder, const CacheFile& file) {
+    std::string bytes = read_inside(folder, file.name, file.size);
+    if (bytes.size() != file.size || hash_hex(bytes) != file.hash)
+        throw CacheError("'{}' is damaged: its checksum does not match the manifest; simulate again",
+                         (folder / file.name).string());
+    return bytes;
+}
+
+bool is_sound(const fs::path& folder, const CacheFile& file) {
+    try {
+        read_listed(folder, file);
+        return true;
+    } catch (const CacheError& e) {
+        log_warning("{}", e.what());
+        return false;
+    }
+}
 
 CacheReader::CacheReader(const fs::path& path) : folder_(cache_folder(path)) {
     if (folder_.empty())
@@ -63,19 +79,19 @@ const ManifestFrame& CacheReader::entry(int number) const {
     return *f;
 }
 
-std::string CacheReader::verified(const CacheFile& file) const {
-    const fs::path path = folder_ / file.name;
-    std::error_code error;
-    const std::uintmax_t size = fs::file_size(path, error);
-    // The size first: a file grown by damage is not even read.
-    if (!error && size != file.size)
-        throw CacheError("'{}' is damaged: it has {} bytes, the manifest says {}; simulate again with --restart",
-                         path.string(), size, file.size);
-    std::string bytes = read_whole(path);
-    if (bytes.size() != file.size || hash_hex(bytes) != file.hash)
-        throw CacheError("'{}' is damaged: its checksum does not match the manifest; simulate again with --restart",
-                         path.string());
-    return bytes;
+std::string CacheReader::verified(const CacheFile& file) const { return read_listed(folder_, file); }
+
+int CacheReader::last_sound(int first) const {
+    const auto sound = [&](const CacheFile* file) { return is_sound(folder_, *file); };
+    int number = first;
+    for (const ManifestFrame* f = manifest_.find(number); f && std::ranges::all_of(f->files(), sound);
+         f = manifest_.find(number))
+        ++number;
+    return number - 1;
+}
+
+bool CacheReader::assets_are_sound() const {
+    return std::ranges::all_of(manifest_.assets, [&](const CacheFile& a) { return is_sound(folder_, a); });
 }
 
 Frame CacheReader::load_facts(int number) const {

@@ -1,18 +1,20 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <system_error>
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/log.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/hash.h"
+#include "pipeline/contract/ownership.h"
 #include "pipeline/contract/vdb_points.h"
 
 namespace thixo {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr const char* kManifestName = "manifest.json";
 
 Manifest empty_manifest(CacheIdentity identity) {
     Manifest m;
@@ -22,39 +24,31 @@ Manifest empty_manifest(CacheIdentity identity) {
     return m;
 }
 
-bool is_frame_file(const std::string& name) {
-    return (name.starts_with("particles.") && name.ends_with(".vdb")) ||
-           (name.starts_with("surfels.") && name.ends_with(".vdb")) ||
-           (name.starts_with("frame.") && name.ends_with(".json"));
-}
+/// Names in the cache folder that a cache can have and `now` does not list: what to remove, and what is another's.
+struct Leftovers {
+    std::vector<fs::path> own, foreign;
+};
 
-bool is_asset_file(const std::string& name) {
-    return std::any_of(kAssetExtensions.begin(), kAssetExtensions.end(),
-                       [&](std::string_view extension) { return name.ends_with(extension); });
-}
-
-bool lists(const Manifest& m, const std::string& name) {
-    const auto named = [&](const CacheFile& f) { return f.name == name; };
-    return std::any_of(m.assets.begin(), m.assets.end(), named) ||
-           std::any_of(m.frames.begin(), m.frames.end(), [&](const ManifestFrame& f) {
-               return named(f.particle_file) || named(f.surfel_file) || named(f.facts_file);
-           });
-}
-
-/// Removes cache files that the manifest does not list: of dropped frames, and of a frame that was being written when a
-/// run was killed. Nothing that a cache would not write itself is touched.
-void remove_unlisted(const fs::path& folder, const Manifest& m) {
-    std::vector<fs::path> unlisted;
+/// A file is the cache's where `before`, the manifest that was there, lists it, or where its content proves it: a run
+/// that was killed within a frame leaves files that no manifest lists yet. Other names are of no concern.
+Leftovers find_leftovers(const fs::path& folder, const Manifest& before, const Manifest& now) {
+    Leftovers found;
+    const auto look_at = [&](const fs::path& path, const std::string& name) {
+        const IsOwn is_own = own_cache_file(name);
+        if (!is_own || now.lists(name)) return;
+        (before.lists(name) || !is_foreign(path, is_own) ? found.own : found.foreign).push_back(path);
+    };
     std::error_code error;
-    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-        const std::string name = it->path().filename().string();
-        if (is_frame_file(name) && !lists(m, name)) unlisted.push_back(it->path());
-    }
-    for (fs::directory_iterator it(folder / "assets", error), end; !error && it != end; it.increment(error)) {
-        const std::string name = it->path().filename().string();
-        if (is_asset_file(name) && !lists(m, "assets/" + name)) unlisted.push_back(it->path());
-    }
-    for (const fs::path& path : unlisted) {
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+        look_at(it->path(), it->path().filename().string());
+    for (fs::directory_iterator it(folder / kAssetFolder, error), end; !error && it != end; it.increment(error))
+        look_at(it->path(), fmt::format("{}/{}", kAssetFolder, it->path().filename().string()));
+    return found;
+}
+
+void remove_all_of(const std::vector<fs::path>& paths) {
+    for (const fs::path& path : paths) {
+        std::error_code error;
         fs::remove(path, error);
         if (error) throw ResourceError("cannot remove '{}': {}", path.string(), error.message());
     }
@@ -62,17 +56,12 @@ void remove_unlisted(const fs::path& folder, const Manifest& m) {
 
 /// Frames that are kept must still be there: a run that continues must not end in a cache with holes.
 void require_files(const fs::path& folder, const Manifest& m) {
-    const auto require = [&](const CacheFile& f) {
-        std::error_code error;
-        const std::uintmax_t size = fs::file_size(folder / f.name, error);
-        if (error) throw CacheError("'{}' is missing; simulate again with --restart", (folder / f.name).string());
-        if (size != f.size)
-            throw CacheError("'{}' is damaged: it has {} bytes, the manifest says {}; simulate again with --restart",
-                             (folder / f.name).string(), size, f.size);
-    };
-    for (const CacheFile& a : m.assets) require(a);
     for (const ManifestFrame& f : m.frames)
-        for (const CacheFile* file : {&f.particle_file, &f.surfel_file, &f.facts_file}) require(*file);
+        for (const CacheFile* file : f.files()) {
+            std::error_code missing;
+            if (fs::file_size(folder / file->name, missing) != file->size)
+                throw CacheError("'{}' is missing or damaged; simulate again", (folder / file->name).string());
+        }
 }
 
 }  // namespace
@@ -80,13 +69,15 @@ void require_files(const fs::path& folder, const Manifest& m) {
 CacheWriter::CacheWriter(const fs::path& out, Manifest manifest)
     : folder_(out / "cache"), manifest_(std::move(manifest)) {}
 
-CacheWriter CacheWriter::open(const fs::path& out, Manifest manifest, bool unchanged) {
+CacheWriter CacheWriter::open(const fs::path& out, const Manifest& before, Manifest manifest, bool unchanged) {
     CacheWriter writer(out, std::move(manifest));
-    make_folder(writer.folder_ / "assets");
+    make_subfolder(out, fs::path("cache") / kAssetFolder);
+    const Leftovers leftovers = find_leftovers(writer.folder_, before, writer.manifest_);
+    require_none_foreign(leftovers.foreign);
     remove_stale_temporaries(writer.folder_);
-    remove_stale_temporaries(writer.folder_ / "assets");
+    remove_stale_temporaries(writer.folder_ / kAssetFolder);
     if (!unchanged) writer.publish();
-    remove_unlisted(writer.folder_, writer.manifest_);
+    remove_all_of(leftovers.own);
     return writer;
 }
 
@@ -94,11 +85,17 @@ CacheWriter CacheWriter::create(const fs::path& out, CacheIdentity identity) {
     if (CacheReader::exists(out / "cache"))
         throw InputError("'{}' holds a cache already; choose another folder with --out, or replace it with --restart",
                          out.string());
-    return open(out, empty_manifest(std::move(identity)), false);
+    return open(out, {}, empty_manifest(std::move(identity)), false);
 }
 
 CacheWriter CacheWriter::restart(const fs::path& out, CacheIdentity identity) {
-    return open(out, empty_manifest(std::move(identity)), false);
+    Manifest before;
+    try {
+        if (CacheReader::exists(out / "cache")) before = CacheReader(out / "cache").manifest();
+    } catch (const CacheError& e) {
+        log_warning("{}; it is replaced", e.what());  // then only their content tells which files were the cache's
+    }
+    return open(out, before, empty_manifest(std::move(identity)), false);
 }
 
 CacheWriter CacheWriter::resume(const fs::path& out, CacheIdentity identity, int last_kept) {
@@ -117,7 +114,7 @@ CacheWriter CacheWriter::resume(const fs::path& out, CacheIdentity identity, int
     // A cache that needs nothing more stays complete, and is not written to.
     m.complete = old.complete && m.scene_text == old.scene_text && m.frames.size() == old.frames.size();
     const bool unchanged = m == old;
-    return open(out, std::move(m), unchanged);
+    return open(out, old, std::move(m), unchanged);
 }
 
 void CacheWriter::publish() { write_whole(folder_ / kManifestName, print_manifest(manifest_)); }
@@ -162,12 +159,18 @@ std::string CacheWriter::add_asset(std::string_view bytes, std::string_view exte
     auto& assets = manifest_.assets;
     const auto at = std::lower_bound(assets.begin(), assets.end(), file.name,
                                      [](const CacheFile& f, const std::string& n) { return f.name < n; });
-    if (at != assets.end() && at->name == file.name) return file.hash;
+    const bool listed = at != assets.end() && at->name == file.name;
+    if (listed && is_sound(folder_, file)) return file.hash;
     std::string hash = file.hash;
     write_whole(folder_ / file.name, bytes);
+    if (listed) return hash;
     assets.insert(at, std::move(file));
     if (extension != kAssetExtensions[0]) manifest_.format = 2;
     return hash;
+}
+
+void CacheWriter::require_assets() const {
+    for (const CacheFile& asset : manifest_.assets) read_listed(folder_, asset);
 }
 
 void CacheWriter::finish() {

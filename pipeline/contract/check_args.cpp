@@ -29,12 +29,11 @@ CheckArgs CheckArgs::parse(const std::vector<std::string>& args) {
     app.add_option("path", a.path, "frame folder, cache (output folder or its cache/) or EXR picture")->required();
     app.add_option("--against", a.against, "the reference, of the same sort")->required();
     app.add_option("--frames", a.frames, "frames, for example 1-100x2; all when left out");
-    app.add_option("--max-rel-mse", a.max_rel_mse,
-                   "pictures: passes where no channel's mean of (a - b)^2/(b^2 + 0.01) is larger; 0 (default): equal "
-                   "bit for bit")
-        ->check(CLI::Range(0.0, 1e6));
+    add_number(app, "--max-rel-mse", a.max_rel_mse, kRelMse,
+               "pictures: passes where no channel's mean of (a - b)^2/(b^2 + 0.01) is larger; 0 (default): equal "
+               "bit for bit");
     app.add_option("--diff", a.diff, "folder for a picture of every difference");
-    app.add_option("--threads", a.threads, "threads; 0 uses every core")->check(CLI::Range(0, 1024));
+    add_threads(app, a.threads);
     app.add_flag("--update", a.update, "make A the reference");
     app.add_flag("--json", a.json, "report as one JSON document");
     app.add_flag("--quiet", a.quiet, "no report, only the exit code");

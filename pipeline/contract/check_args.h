@@ -4,7 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/contract/argument_words.h"
+
 namespace thixo {
+
+/// What --max-rel-mse may be [1].
+inline constexpr NumberRange kRelMse{0, 1e6};
 
 /// thixo-check: compares A with a reference.
 struct CheckArgs {

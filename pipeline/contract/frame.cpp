@@ -144,4 +144,13 @@ Frame parse_frame_facts(std::string_view text, const std::string& file) {
     return frame;
 }
 
+bool is_own_facts(std::string_view text) {
+    try {
+        parse_frame_facts(text, "");
+        return print_json(parse_json(text, ""), "") == text;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
 }  // namespace thixo

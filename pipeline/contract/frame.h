@@ -64,4 +64,7 @@ std::string print_frame_facts(const Frame& frame);
 /// Parses and checks; `file` is named in messages. The point sets stay empty. Throws CacheError.
 Frame parse_frame_facts(std::string_view text, const std::string& file);
 
+/// Whether the text is as print_frame_facts lays it out.
+bool is_own_facts(std::string_view text);
+
 }  // namespace thixo

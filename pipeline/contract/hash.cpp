@@ -37,4 +37,10 @@ std::string hash_hex_without(std::string_view bytes, std::size_t offset, std::si
     return digits(XXH3_128bits_digest(state.get()));
 }
 
+bool ends_with_checksum(std::string_view bytes) {
+    constexpr std::size_t kDigits = 32;
+    return bytes.size() >= kDigits &&
+           hash_hex(bytes.substr(0, bytes.size() - kDigits)) == bytes.substr(bytes.size() - kDigits);
+}
+
 }  // namespace thixo

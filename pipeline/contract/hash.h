@@ -13,4 +13,7 @@ std::string hash_hex(std::string_view bytes);
 /// checksum there. Requires offset + length <= bytes.size().
 std::string hash_hex_without(std::string_view bytes, std::size_t offset, std::size_t length);
 
+/// Whether the last 32 bytes are hash_hex of those before them.
+bool ends_with_checksum(std::string_view bytes);
+
 }  // namespace thixo

@@ -84,6 +84,22 @@ Image8 decode_png(std::string_view bytes, const std::string& file) {
     return image;
 }
 
+double png_pixels(std::string_view bytes, const std::string& file) {
+    png_image png = start(0, 0, 0);
+    if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
+        throw CacheError("'{}' is damaged or not a PNG: {}", file, png.message);
+    png_image_free(&png);
+    return double(png.width) * double(png.height);
+}
+
 Image8 read_png(const std::filesystem::path& path) { return decode_png(read_whole(path), path.string()); }
+
+bool is_own_png(std::string_view bytes) {
+    try {
+        return encode_png(decode_png(bytes, "")) == bytes;
+    } catch (const CacheError&) {
+        return false;
+    }
+}
 
 }  // namespace thixo

@@ -46,6 +46,13 @@ enum class Checksum { required, if_present };
 Image decode_exr(std::string_view bytes, const std::string& file, Checksum checksum = Checksum::if_present);
 Image read_exr(const std::filesystem::path& path, Checksum checksum = Checksum::if_present);
 
+/// Whether the header has attributes of Thixo's, be the file damaged or not.
+bool is_own_exr(std::string_view bytes);
+
+/// Pixels as the header states them. Throws CacheError where it cannot be read.
+double exr_pixels(std::string_view bytes, const std::string& file);
+double png_pixels(std::string_view bytes, const std::string& file);
+
 /// 8 bits a channel, sRGB, alpha (if any) not premultiplied; row-major from the top left.
 struct Image8 {
     int width = 0, height = 0, channels = 3;  // 3: RGB, 4: RGBA
@@ -60,5 +67,8 @@ void write_png(const std::filesystem::path& path, const Image8& image);
 Image8 decode_png(std::string_view bytes, const std::string& file);
 /// Throws CacheError: missing, damaged, not a PNG.
 Image8 read_png(const std::filesystem::path& path);
+
+/// Whether the bytes are what encode_png makes of the picture that they hold.
+bool is_own_png(std::string_view bytes);
 
 }  // namespace thixo

@@ -184,6 +184,21 @@ std::string encode_exr(const Image& image) {
 
 void write_exr(const std::filesystem::path& path, const Image& image) { write_whole(path, encode_exr(image)); }
 
+double exr_pixels(std::string_view bytes, const std::string& file) {
+    try {
+        MemoryIn in(bytes, file.c_str());
+        const Imath::Box2i window = Imf::InputFile(in).header().dataWindow();
+        return (double(window.max.x) - window.min.x + 1) * (double(window.max.y) - window.min.y + 1);
+    } catch (const std::exception& e) {
+        throw CacheError("'{}' is damaged or not an EXR", file);
+    }
+}
+
+bool is_own_exr(std::string_view bytes) {
+    constexpr std::size_t kHeader = 1 << 16;
+    return bytes.substr(0, kHeader).find("thixo") != std::string_view::npos;
+}
+
 Image decode_exr(std::string_view bytes, const std::string& file, Checksum checksum) {
     const std::size_t at = checksum_at(bytes);
     if (at == std::string_view::npos && checksum == Checksum::required)

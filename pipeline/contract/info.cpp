@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -88,37 +87,19 @@ Json cache_json(const CacheReader& reader) {
     return json;
 }
 
-/// A file of a frame by its name: particles.0001.vdb, surfels.0001.vdb, frame.0001.json.
-struct FrameFile {
-    enum Kind { particles, surfels, facts } kind;
-    int number;
-};
-
-std::optional<FrameFile> frame_file(const std::string& name) {
-    const std::size_t dot = name.find('.');
-    int number = -1;
-    if (dot == std::string::npos) return std::nullopt;
-    std::from_chars(name.data() + dot + 1, name.data() + name.size(), number);
-    if (number < 0) return std::nullopt;
-    if (name == particle_file_name(number)) return FrameFile{FrameFile::particles, number};
-    if (name == surfel_file_name(number)) return FrameFile{FrameFile::surfels, number};
-    if (name == facts_file_name(number)) return FrameFile{FrameFile::facts, number};
-    return std::nullopt;
-}
-
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
-Json frame_file_json(const fs::path& path, const FrameFile& file) {
+Json frame_file_json(const fs::path& path, const FrameFileName& file) {
     const CacheReader reader(folder_of(path));
-    const ManifestFrame* entry = reader.manifest().find(file.number);
+    const ManifestFrame* entry = reader.manifest().find(file.frame);
     if (!entry) throw CacheError("'{}' is not listed in the manifest of its cache", path.string());
-    Json json = frame_json(*entry, reader.load_facts(file.number));
-    if (file.kind == FrameFile::surfels) {
-        json["attributes"] = attributes_json(reader.load_surfels(file.number));
+    Json json = frame_json(*entry, reader.load_facts(file.frame));
+    if (file.kind == FrameFileName::surfels) {
+        json["attributes"] = attributes_json(reader.load_surfels(file.frame));
     } else {
-        json["attributes"] = attributes_json(reader.load_particles(file.number));
-        if (file.kind == FrameFile::facts)
-            json["surfel_attributes"] = attributes_json(reader.load_surfels(file.number));
+        json["attributes"] = attributes_json(reader.load_particles(file.frame));
+        if (file.kind == FrameFileName::facts)
+            json["surfel_attributes"] = attributes_json(reader.load_surfels(file.frame));
     }
     return json;
 }
@@ -144,8 +125,8 @@ Json document(const fs::path& path) {
     std::error_code ignored;
     if (fs::is_directory(path, ignored) || path.filename() == "manifest.json") return cache_json(CacheReader(path));
     if (path.extension() == ".exr") return picture_json(path);
-    const std::optional<FrameFile> file = frame_file(path.filename().string());
-    if (file && (file->kind == FrameFile::facts || CacheReader::exists(folder_of(path))))
+    const std::optional<FrameFileName> file = parse_frame_file_name(path.filename().string());
+    if (file && (file->kind == FrameFileName::facts || CacheReader::exists(folder_of(path))))
         return frame_file_json(path, *file);
     if (path.extension() == ".vdb") return stray_points_json(path);
     throw CacheError("'{}' is not a cache, a frame or a picture of Thixo", path.string());
@@ -205,7 +186,7 @@ std::string facts_text(const Json& json) {
 bool describes(const fs::path& path) {
     std::error_code ignored;
     return fs::is_directory(path, ignored) || path.filename() == "manifest.json" || path.extension() == ".exr" ||
-           path.extension() == ".vdb" || frame_file(path.filename().string()).has_value();
+           path.extension() == ".vdb" || parse_frame_file_name(path.filename().string()).has_value();
 }
 
 std::string describe(const fs::path& path, bool json) {

@@ -25,9 +25,28 @@ double finite(const Json& value, const JsonPlace& place) {
     return number;
 }
 
+/// Each level of nesting costs the parser far more memory than the byte that opens it.
+void require_shallow(std::string_view text, const std::string& file) {
+    constexpr int kDeepest = 256;
+    int depth = 0;
+    bool quoted = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (quoted && c == '\\')
+            ++i;
+        else if (c == '"')
+            quoted = !quoted;
+        else if (!quoted && (c == '[' || c == '{') && ++depth > kDeepest)
+            throw CacheError("'{}' is damaged: it is nested more than {} deep", file, kDeepest);
+        else if (!quoted && (c == ']' || c == '}'))
+            --depth;
+    }
+}
+
 }  // namespace
 
 Json parse_json(std::string_view text, const std::string& file) {
+    require_shallow(text, file);
     try {
         return Json::parse(text.begin(), text.end());
     } catch (const nlohmann::json::exception& e) {

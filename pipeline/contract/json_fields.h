@@ -17,7 +17,8 @@ struct JsonPlace {
     JsonPlace in(const std::string& key) const { return {file, path.empty() ? key : path + "." + key}; }
 };
 
-/// All throw CacheError naming the place: not JSON, no such key, another type, out of range, not finite.
+/// All throw CacheError naming the place: not JSON, nested too deep, no such key, another type, out of range, not
+/// finite.
 Json parse_json(std::string_view text, const std::string& file);
 const Json& object_or_fail(const Json& value, const JsonPlace& place);
 const Json& array_at(const Json& object, const char* key, const JsonPlace& place);

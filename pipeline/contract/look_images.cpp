@@ -108,11 +108,18 @@ void read_image_hashes(Look& look, ReadContext& context) {
 
 std::string image_bytes(const std::string& file, const std::string& content, const CacheReader* cache) {
     if (cache && cache->has_asset(content)) return cache->load_asset(content);
+    if (file == content)  // of a cache's scene: it can be nowhere else
+        throw CacheError("'{}' lacks the image {} that its look names; simulate again with --restart",
+                         cache ? cache->folder().string() : "the cache", content);
     std::string bytes = read_image(file);
     if (hash_hex(bytes) != content)
         throw InputError("the image file {} is no longer the one the look was read with; start again",
                          shown(file, kPathShown));
     return bytes;
+}
+
+double pixels_of(std::string_view image, const std::string& file) {
+    return image_extension(image) == ".png" ? png_pixels(image, file) : exr_pixels(image, file);
 }
 
 void store_images(const Look& look, CacheWriter& cache) {

@@ -29,9 +29,13 @@ std::string_view image_extension(std::string_view bytes);
 /// beyond 0 to 1.
 void require_usable_image(std::string_view bytes, const std::string& file, ImageUse use);
 
-/// The bytes of an image: from the cache where it has them, else from the file, which must have this content. Throws
-/// InputError where neither has, CacheError where the cache is damaged.
+/// The bytes of an image: from the cache where it has them, else from the file, which must have this content. An image
+/// of a cache's scene (print_cached_scene) is in the cache or nowhere. Throws InputError where the file has changed,
+/// CacheError where the cache is damaged or lacks the image.
 std::string image_bytes(const std::string& file, const std::string& content, const CacheReader* cache);
+
+/// Pixels of a PNG or EXR as its header states them, without decoding any. Throws CacheError.
+double pixels_of(std::string_view image, const std::string& file);
 
 /// Stores the look's images in the cache, so that it can be rendered without them. Throws as image_bytes.
 void store_images(const Look& look, CacheWriter& cache);

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <charconv>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
@@ -88,13 +89,21 @@ void parse_lists(const Json& json, const JsonPlace& place, Manifest& m) {
     }
 }
 
-/// A newer format is told by its number, even where its checksum is kept in another way.
-void refuse_newer_format(const Json& json, const std::string& file) {
-    const auto it = json.is_object() ? json.find("format") : json.end();
-    if (!json.is_object() || it == json.end() || !it->is_number_integer()) return;
-    if (it->is_number_unsigned() && it->get<std::uint64_t>() > static_cast<std::uint64_t>(kCacheFormat))
-        throw CacheError("'{}' has cache format {}, this program reads 1 to {}; use a newer thixo", file,
-                         it->get<std::uint64_t>(), kCacheFormat);
+/// A newer format is told by its number, even where its checksum is kept in another way: the number stands near the
+/// start of every manifest, and a text whose checksum does not match is not parsed.
+void refuse_newer_format(std::string_view text, const std::string& file) {
+    constexpr std::size_t kStart = 1024;
+    constexpr std::string_view key = "\"format\":";
+    std::string_view rest = text.substr(0, kStart);
+    const std::size_t at = rest.find(key);
+    if (at == rest.npos) return;
+    rest.remove_prefix(at + key.size());
+    rest.remove_prefix(std::min(rest.find_first_not_of(" \n"), rest.size()));
+    std::uint64_t format = 0;
+    const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), format);
+    if (failure == std::errc() && format > static_cast<std::uint64_t>(kCacheFormat))
+        throw CacheError("'{}' has cache format {}, this program reads 1 to {}; use a newer thixo", file, format,
+                         kCacheFormat);
 }
 
 bool checksum_matches(std::string_view text) {
@@ -119,11 +128,38 @@ std::uint64_t Manifest::bytes() const {
     return sum;
 }
 
+bool Manifest::lists(std::string_view name) const {
+    const auto named = [&](const CacheFile& f) { return f.name == name; };
+    if (std::any_of(assets.begin(), assets.end(), named)) return true;
+    const std::optional<FrameFileName> parsed = parse_frame_file_name(name);
+    return parsed && find(parsed->frame) != nullptr;
+}
+
 std::string particle_file_name(int frame) { return fmt::format("particles.{:04}.vdb", frame); }
 std::string surfel_file_name(int frame) { return fmt::format("surfels.{:04}.vdb", frame); }
 std::string facts_file_name(int frame) { return fmt::format("frame.{:04}.json", frame); }
 std::string asset_file_name(std::string_view hash, std::string_view extension) {
-    return fmt::format("assets/{}{}", hash, extension);
+    return fmt::format("{}/{}{}", kAssetFolder, hash, extension);
+}
+
+std::optional<FrameFileName> parse_frame_file_name(std::string_view name) {
+    const std::size_t dot = name.find('.');
+    int number = -1;
+    if (dot == std::string_view::npos) return std::nullopt;
+    std::from_chars(name.data() + dot + 1, name.data() + name.size(), number);
+    if (number < 0 || number > kLargestFrameNumber) return std::nullopt;
+    if (name == particle_file_name(number)) return FrameFileName{FrameFileName::particles, number};
+    if (name == surfel_file_name(number)) return FrameFileName{FrameFileName::surfels, number};
+    if (name == facts_file_name(number)) return FrameFileName{FrameFileName::facts, number};
+    return std::nullopt;
+}
+
+bool is_asset_file_name(std::string_view name) {
+    const std::size_t slash = name.rfind('/'), dot = name.rfind('.');
+    if (slash == std::string_view::npos || dot == std::string_view::npos || dot < slash) return false;
+    const std::string_view hash = name.substr(slash + 1, dot - slash - 1);
+    return is_hash(hash) && std::any_of(kAssetExtensions.begin(), kAssetExtensions.end(),
+                                        [&](std::string_view e) { return name == asset_file_name(hash, e); });
 }
 
 std::string print_manifest(const Manifest& m) {
@@ -144,10 +180,10 @@ std::string print_manifest(const Manifest& m) {
 }
 
 Manifest parse_manifest(std::string_view text, const std::string& file) {
-    const Json json = parse_json(text, file);
-    refuse_newer_format(json, file);
+    refuse_newer_format(text, file);
     if (!checksum_matches(text))
         throw CacheError("'{}' is damaged: its checksum does not match; simulate again with --restart", file);
+    const Json json = parse_json(text, file);
     const JsonPlace place{file, ""};
     object_or_fail(json, place);
     Manifest m;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +13,9 @@ namespace thixo {
 /// The newest format this program writes; it reads 1 to this. Apart from the program's version.
 inline constexpr int kCacheFormat = 2;
 inline constexpr int kLargestFrameNumber = 999'999;
+inline constexpr const char* kManifestName = "manifest.json";
+inline constexpr std::uint64_t kLargestManifest = std::uint64_t(1)
+                                                  << 29;  // bytes: all frames there can be, and a scene
 
 struct CacheFile {
     std::string name;        // relative to the cache folder
@@ -28,6 +32,7 @@ struct ManifestFrame {
     CacheFile particle_file, surfel_file, facts_file;
 
     bool operator==(const ManifestFrame&) const = default;
+    std::array<const CacheFile*, 3> files() const { return {&particle_file, &surfel_file, &facts_file}; }
     /// One checksum for the frame: of its files' checksums.
     std::string hash() const;
 };
@@ -43,7 +48,8 @@ struct Manifest {
 
     bool operator==(const Manifest&) const = default;
     const ManifestFrame* find(int number) const;
-    std::uint64_t bytes() const;  // of all frame files and assets
+    bool lists(std::string_view name) const;  // relative to the cache folder
+    std::uint64_t bytes() const;              // of all frame files and assets
 };
 
 /// Names within the cache folder.
@@ -51,10 +57,21 @@ std::string particle_file_name(int frame);  // particles.0001.vdb
 std::string surfel_file_name(int frame);    // surfels.0001.vdb
 std::string facts_file_name(int frame);     // frame.0001.json
 
+/// A file of a frame by its name; nothing where no frame has a file of this name.
+struct FrameFileName {
+    enum Kind { particles, surfels, facts } kind;
+    int frame;
+};
+std::optional<FrameFileName> parse_frame_file_name(std::string_view name);
+
+inline constexpr const char* kAssetFolder = "assets";
 /// What an asset is: a mesh, or an image of the look.
 inline constexpr std::array<std::string_view, 3> kAssetExtensions{".ply", ".exr", ".png"};
 /// assets/<hash><extension>
 std::string asset_file_name(std::string_view hash, std::string_view extension = kAssetExtensions[0]);
+
+/// Whether `name` is assets/<32 hexadecimal digits><one of kAssetExtensions>.
+bool is_asset_file_name(std::string_view name);
 
 /// JSON with a fixed layout and key order; its first key is a checksum of the rest.
 std::string print_manifest(const Manifest& manifest);

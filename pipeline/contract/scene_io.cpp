@@ -6,11 +6,13 @@
 #include <filesystem>
 #include <set>
 
+#include "pipeline/contract/look_images.h"
 #include "pipeline/contract/scene_build.h"
 #include "pipeline/contract/scene_check.h"
 #include "pipeline/contract/scene_problems.h"
 #include "pipeline/contract/scene_reader.h"
 #include "pipeline/contract/scene_tree.h"
+#include "pipeline/contract/scene_walk.h"
 
 namespace thixo::scene {
 namespace {
@@ -115,6 +117,21 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::v
 }
 
 std::string print_scene(const Scene& scene) { return print_value(to_block(scene)); }
+
+std::string print_cached_scene(const Scene& scene) {
+    Scene cached = scene;
+    walk_shapes(cached, [](Shape& shape, const std::string&) {
+        if (MeshFile* mesh = std::get_if<MeshFile>(&shape.kind)) mesh->file = mesh->content;
+    });
+    for_each_image(cached.look,
+                   [](const std::string&, ImageUse, std::string& file, const std::string& content) { file = content; });
+    return print_scene(cached);
+}
+
+Scene parse_cached_scene(const std::string& text, const std::string& name, const std::vector<std::string>& overrides) {
+    const Scene stored = parse_scene(text, name, {}, Files::ignore);
+    return parse_scene(print_cached_scene(stored), name, overrides, Files::ignore);
+}
 
 std::string print_look(const Look& look) { return print_value(to_block(look)); }
 

@@ -26,6 +26,14 @@ Scene parse_scene(const std::string& text, const std::string& name, const std::v
 std::string print_scene(const Scene& scene);
 std::string print_look(const Look& look);
 
+/// The scene as a cache carries it: print_scene with every file it names called by its content's checksum alone. So the
+/// text is the same wherever the scene lies, tells nothing of the user's folders, and leads to no file.
+std::string print_cached_scene(const Scene& scene);
+/// The scene of such a text, and of one by an earlier version, whose paths are no longer followed. Overrides may name
+/// files of today. `name` stands for the cache in messages. Throws InputError.
+Scene parse_cached_scene(const std::string& text, const std::string& name,
+                         const std::vector<std::string>& overrides = {});
+
 /// A look file laid over a look by name: what the file does not mention stays. The file holds a block `look`, or a
 /// look's keys directly. Of the overrides those of look.* apply, after the file. An empty path: the overrides alone.
 /// Throws InputError as load_scene does.

@@ -59,14 +59,6 @@ std::vector<std::string> print_common(const CommonArgs& a) {
     return words;
 }
 
-std::uint64_t seed_number(const std::string& text) {
-    std::uint64_t number = 0;
-    const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (failure != std::errc() || end != text.data() + text.size())
-        throw InputError("--seed '{}' is no whole number from 0 to 18446744073709551615", text);
-    return number;
-}
-
 void add_common(CLI::App& app, CommonArgs& a) {
     app.add_option("--out", a.out, "output folder: holds cache/, frames/ and checkpoint/")->required();
     app.add_option("--frames", a.frames, "frames, for example 1-100x2; all of the scene when left out");
@@ -76,10 +68,8 @@ void add_common(CLI::App& app, CommonArgs& a) {
            "key.path=value, changes a key of the scene; may be repeated")
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
         ->trigger_on_parse();
-    app.add_option("--threads", a.threads, "threads; 0 uses every core")->check(CLI::Range(0, 1024));
-    // Not by CLI11's conversion, which turns -1 into the largest number.
-    app.add_option_function<std::string>(
-        "--seed", [&a](const std::string& s) { a.seed = seed_number(s); }, "replaces the scene's solver.seed");
+    add_threads(app, a.threads);
+    add_seed(app, a.seed);
     app.add_flag("--draft", a.draft, "half the particles per axis, half the resolution, few samples");
     app.add_flag("--quiet", a.quiet, "warnings and errors only");
     app.add_flag("--machine-progress", a.machine_progress, "progress lines for the driver");

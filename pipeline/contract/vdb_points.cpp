@@ -306,11 +306,14 @@ PointSet read_grid(const vp::PointDataGrid& grid) {
     return points;
 }
 
-void verify(std::string_view bytes, const std::string& file) {
+bool is_vdb(std::string_view bytes) {
     const vdb::Int64 magic = vdb::OPENVDB_MAGIC;
-    if (bytes.size() < kUuidAt + kUuidLength || std::memcmp(bytes.data(), &magic, 4) != 0)
-        throw CacheError("'{}' is damaged: it is not a .vdb file", file);
-    if (bytes.substr(kUuidAt, kUuidLength) != as_uuid(hash_hex_without(bytes, kUuidAt, kUuidLength)))
+    return bytes.size() >= kUuidAt + kUuidLength && std::memcmp(bytes.data(), &magic, 4) == 0;
+}
+
+void verify(std::string_view bytes, const std::string& file) {
+    if (!is_vdb(bytes)) throw CacheError("'{}' is damaged: it is not a .vdb file", file);
+    if (!is_own_points(bytes))
         throw CacheError("'{}' is damaged or was not written by Thixo: its own checksum does not match", file);
 }
 
@@ -338,6 +341,11 @@ std::string encode_points(const PointSet& points, const std::string& name, doubl
     const std::string uuid = as_uuid(hash_hex_without(bytes, kUuidAt, kUuidLength));
     bytes.replace(kUuidAt, kUuidLength, uuid);
     return bytes;
+}
+
+bool is_own_points(std::string_view bytes) {
+    return is_vdb(bytes) &&
+           bytes.substr(kUuidAt, kUuidLength) == as_uuid(hash_hex_without(bytes, kUuidAt, kUuidLength));
 }
 
 PointSet decode_points(std::string_view bytes, const std::string& file) {

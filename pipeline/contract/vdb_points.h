@@ -24,4 +24,7 @@ std::string encode_points(const PointSet& points, const std::string& name, doubl
 /// messages. Throws CacheError.
 PointSet decode_points(std::string_view bytes, const std::string& file);
 
+/// Whether the bytes are a .vdb file that carries its own checksum, as encode_points writes it.
+bool is_own_points(std::string_view bytes);
+
 }  // namespace thixo

@@ -25,6 +25,8 @@ struct Command {
     double max_rel_mse = 0;       // check
     bool update = false;          // check
     bool print = false;           // validate
+    bool repair = false;          // verify
+    bool verify = false;          // run
     std::string text;             // not empty: help or version; print this and exit with 0
 };
 
@@ -40,5 +42,6 @@ int check_verb(const Command& command);
 int validate_verb(const Command& command);
 int info_verb(const Command& command);
 int export_verb(const Command& command);
+int verify_verb(const Command& command);
 
 }  // namespace thixo

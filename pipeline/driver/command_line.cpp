@@ -2,9 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/check_args.h"
 #include "pipeline/contract/stage_args.h"
 #include "pipeline/driver/command.h"
 
@@ -20,6 +20,7 @@ constexpr const char* kHelp = R"(Usage: thixo VERB ... [OPTION...]      thixo VE
   validate SCENE               all problems of a scene at once; particles, memory and disk it will need
   info PATH                    what a scene, a cache or a frame holds
   export CACHE                 frames for other tools: ply, vtp, csv
+  verify SCENE-or-CACHE        every file of an output folder against its checksum; --repair makes what is damaged again
 The launcher ./thixo adds: setup (install packages), test [--all] (build and run the tests), --no-build.
 SCENE is a YAML file. CACHE is an output folder or its cache/. Output goes to ./out/<scene>, a draft's to ./out/<scene>.draft.
 Exit codes: 0 done; 1 a check found a difference; 2 bad usage or input; 3 the simulation diverged; 4 a cache is missing or damaged;
@@ -53,15 +54,11 @@ class Verb {
         return *this;
     }
     Verb& seed() {
-        sub_->add_option_function<std::string>(
-                "--seed", [this](const std::string& s) { read_seed(s); }, "replaces the scene's solver.seed")
-            ->type_name("N");
+        add_seed(*sub_, command.seed);
         return *this;
     }
     Verb& threads() {
-        sub_->add_option("--threads", command.threads, "threads; every core when left out")
-            ->check(CLI::Range(0, 1024))
-            ->type_name("N");
+        add_threads(*sub_, command.threads);
         return *this;
     }
     Verb& quiet() {
@@ -84,8 +81,8 @@ class Verb {
         sub_->add_option(name, value, what)->required(required);
         return *this;
     }
-    Verb& number(const char* name, double& value, const char* what) {
-        sub_->add_option(name, value, what)->check(CLI::NonNegativeNumber)->type_name("X");
+    Verb& number(const char* name, double& value, NumberRange range, const char* what) {
+        add_number(*sub_, name, value, range, what);
         return *this;
     }
     Verb& choice(const char* name, std::string& value, const char* what, std::vector<std::string> choices,
@@ -102,13 +99,6 @@ class Verb {
     Command command;
 
   private:
-    void read_seed(const std::string& text) {
-        std::uint64_t number = 0;
-        const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
-        if (failure != std::errc() || end != text.data() + text.size())
-            throw InputError("--seed '{}' is no whole number from 0 to 18446744073709551615", text);
-        command.seed = number;
-    }
     CLI::App* sub_;
 };
 
@@ -126,6 +116,7 @@ Verbs all_verbs(CLI::App& app) {
     Verbs verbs;
     Verb& run = add(verbs, app, "run", "Simulates, renders and encodes what is not there yet.", "SCENE", kScene);
     run.text("--look", run.command.look, kLook).restart("start the simulation and the frames over");
+    run.flag("--verify", run.command.verify, "at the end check every file of the output folder");
     run.frames().scene().seed().out().threads().quiet().json().dry_run();
 
     Verb& sim = add(verbs, app, "sim", "Simulates a scene into a cache; goes on where it stopped.", "SCENE", kScene);
@@ -160,7 +151,7 @@ Verbs all_verbs(CLI::App& app) {
     check.text("--against", check.command.against, "the reference: a frame folder or cache", true);
     check.flag("--update", check.command.update, "make A the reference");
     check.text("--diff", check.command.diff, "folder for a picture of every difference");
-    check.number("--max-rel-mse", check.command.max_rel_mse,
+    check.number("--max-rel-mse", check.command.max_rel_mse, kRelMse,
                  "largest relative mean square error of a picture's channel; 0: equal bit for bit");
     check.frames().threads().quiet().json().dry_run();
 
@@ -179,7 +170,22 @@ Verbs all_verbs(CLI::App& app) {
     exporting.choice("--what", exporting.command.what, "particles (when left out) or surfels",
                      {"particles", "surfels"});
     exporting.frames().out("folder for the files; <CACHE>/export when left out").quiet().json();
+
+    Verb& verify = add(verbs, app, "verify", "Checks every file of an output folder: cache, checkpoints, frames, film.",
+                       "SCENE-or-CACHE", kEither);
+    verify.flag("--repair", verify.command.repair, "make again what is damaged, to the same bytes");
+    verify.scene().seed().out("the scene's output folder; ./out/<scene> when left out").threads().quiet().json();
     return verbs;
+}
+
+/// What no option and no path can be.
+void require_words(const CLI::Option& option, const Command& command) {
+    for (const std::string& word : option.results()) {
+        if (word.empty()) throw InputError("{}: {} is empty", command.verb, option.get_name());
+        if (command.json && !is_utf8(word))
+            throw InputError("{}: {} is not UTF-8, which --json needs; leave out --json or use another name",
+                             command.verb, option.get_name());
+    }
 }
 
 }  // namespace
@@ -211,6 +217,7 @@ Command parse_command(int argc, char** argv) {
     } catch (const CLI::ParseError& e) {
         throw InputError("{}: {}; thixo {} --help lists the options", verb.command.verb, e.what(), verb.command.verb);
     }
+    for (const CLI::Option* option : verb.app().get_options()) require_words(*option, verb.command);
     if (!verb.command.frames.empty())
         parse_frame_range(verb.command.frames);  // for its message, before anything starts
     return verb.command;

@@ -9,6 +9,7 @@
 #include "pipeline/contract/stage_args.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/job.h"
+#include "pipeline/driver/json_output.h"
 
 namespace thixo {
 
@@ -23,7 +24,7 @@ int export_verb(const Command& command) {
     if (command.json) {
         nlohmann::ordered_json names = nlohmann::ordered_json::array();
         for (const std::filesystem::path& file : files) names.push_back(file.string());
-        fmt::print("{}\n", nlohmann::ordered_json{{"files", names}}.dump());
+        print_json(nlohmann::ordered_json{{"files", names}});
     } else if (!command.quiet) {
         log_info("{} files written", files.size());
         fmt::print("{}\n", folder.string());

@@ -3,15 +3,18 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <cstdlib>
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "pipeline/base/error.h"
 #include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/hash.h"
+#include "pipeline/contract/ownership.h"
+#include "pipeline/contract/picture_files.h"
 #include "pipeline/driver/process.h"
 #include "pipeline/driver/scratch_folder.h"
 
@@ -19,21 +22,44 @@ namespace thixo {
 namespace fs = std::filesystem;
 namespace {
 
+// The film's comment: this, its checksum (of the film with zeros in its place), a blank, the checksum of what it shows.
+constexpr std::string_view kMark = "thixo film ";
+constexpr std::size_t kDigits = 32;
+
 /// Pictures by frame number.
-std::map<int, fs::path> pictures(const fs::path& frames) {
-    constexpr std::string_view head = "beauty.", tail = ".png";
+std::map<int, fs::path> pictures(const FilmPlan& plan) {
     std::map<int, fs::path> found;
-    std::error_code failure;
-    for (const fs::directory_entry& entry : fs::directory_iterator(frames, failure)) {
-        const std::string name = entry.path().filename().string();
-        if (!name.starts_with(head) || !name.ends_with(tail) || name.size() <= head.size() + tail.size()) continue;
-        const char* const last = name.data() + name.size() - tail.size();
-        int number = 0;
-        if (const auto [end, bad] = std::from_chars(name.data() + head.size(), last, number);
-            bad == std::errc() && end == last)
-            found[number] = entry.path();
+    for (const int number : plan.numbers) {
+        const fs::path path = png_path(plan.frames, number);
+        std::error_code missing;
+        if (fs::is_regular_file(path, missing)) found[number] = path;
     }
     return found;
+}
+
+/// Checksum of what a film shows.
+std::string checksum_of(const std::map<int, fs::path>& pictures, double fps) {
+    std::string text = fmt::format("{} fps", fps);
+    for (const auto& [number, picture] : pictures) text += fmt::format(" {}:{}", number, hash_hex(read_whole(picture)));
+    return hash_hex(text);
+}
+
+/// Where the digits of a film's own checksum stand, or npos where it is not Thixo's.
+std::size_t checksum_at(std::string_view film) {
+    const std::size_t at = film.find(kMark);
+    return at == film.npos || at + kMark.size() + 2 * kDigits + 1 > film.size() ? film.npos : at + kMark.size();
+}
+
+bool is_own_film(std::string_view film) { return checksum_at(film) != film.npos; }
+
+/// The checksum of what an undamaged film shows; nothing where there is none.
+std::optional<std::string> shown_by(const fs::path& film) {
+    std::error_code missing;
+    if (!fs::is_regular_file(film, missing)) return std::nullopt;
+    const std::string bytes = read_whole(film);
+    const std::size_t at = checksum_at(bytes);
+    if (at == bytes.npos || bytes.substr(at, kDigits) != hash_hex_without(bytes, at, kDigits)) return std::nullopt;
+    return bytes.substr(at + kDigits + 1, kDigits);
 }
 
 /// Links 000000.png, 000001.png, ... to the pictures, a gap filled by the picture before it.
@@ -51,7 +77,7 @@ void link_in_order(const std::map<int, fs::path>& pictures, const ScratchFolder&
 }
 
 /// Works within the folder of the links: in names of files ffmpeg takes % for a pattern, a colon for a protocol.
-ProgramCall ffmpeg_call(const ScratchFolder& scratch, double fps) {
+ProgramCall ffmpeg_call(const ScratchFolder& scratch, double fps, const std::string& comment) {
     const std::string rate = fmt::format("{:.9g}", fps);
     return {"ffmpeg",
             "ffmpeg",
@@ -61,8 +87,8 @@ ProgramCall ffmpeg_call(const ScratchFolder& scratch, double fps) {
              "-pix_fmt", "yuv420p", "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
              "bt709",
              // one thread and no dates or versions: equal pictures give equal bytes
-             "-threads", "1", "-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-movflags",
-             "+faststart", "-f", "mp4", "film.mp4"},
+             "-threads", "1", "-map_metadata", "-1", "-metadata", "comment=" + comment, "-fflags", "+bitexact",
+             "-flags:v", "+bitexact", "-movflags", "+faststart", "-f", "mp4", "film.mp4"},
             scratch.path()};
 }
 
@@ -81,22 +107,28 @@ void require_ffmpeg() {
         "look.output.film=false");
 }
 
-bool film_is_stale(const fs::path& frames, const fs::path& film) {
-    std::error_code missing;
-    const fs::file_time_type made = fs::last_write_time(film, missing);
-    if (missing) return true;
-    for (const auto& [number, picture] : pictures(frames))
-        if (fs::last_write_time(picture) > made) return true;
-    return false;
+bool film_is_whole(const fs::path& film) { return shown_by(film).has_value(); }
+
+bool film_is_current(const FilmPlan& plan, const fs::path& film) {
+    const std::optional<std::string> shown = shown_by(film);
+    if (!shown) return false;
+    const std::map<int, fs::path> there = pictures(plan);
+    const fs::file_time_type made = fs::last_write_time(film);
+    for (const auto& [number, picture] : there)
+        if (fs::last_write_time(picture) > made) return false;
+    return *shown == checksum_of(there, plan.fps);
 }
 
-void make_film(const fs::path& frames, const fs::path& film, double fps) {
-    const std::map<int, fs::path> shown = pictures(frames);
-    if (shown.empty()) throw CacheError("{} holds no beauty.NNNN.png to make a film of; render first", frames.string());
-    const ScratchFolder scratch(film.parent_path() / ".film");
+void make_film(const FilmPlan& plan, const fs::path& film) {
+    const std::map<int, fs::path> shown = pictures(plan);
+    if (shown.empty())
+        throw CacheError("{} holds no beauty.NNNN.png to make a film of; render first", plan.frames.string());
+    require_own(film, is_own_film);
+    const ScratchFolder scratch(film.parent_path(), "film");
     link_in_order(shown, scratch);
+    const std::string comment = fmt::format("{}{} {}", kMark, std::string(kDigits, '0'), checksum_of(shown, plan.fps));
 
-    Process ffmpeg = start(ffmpeg_call(scratch, fps), {.out = false, .err = true});
+    Process ffmpeg = start(ffmpeg_call(scratch, plan.fps, comment), {.out = false, .err = true});
     std::deque<std::string> last_words;
     Process* const all[] = {&ffmpeg};
     while (!ffmpeg.status)
@@ -114,7 +146,11 @@ void make_film(const fs::path& frames, const fs::path& film, double fps) {
                                 film.string(), text);
         throw InputError("ffmpeg could not encode {}; the frames are complete{}", film.string(), text);
     }
-    write_whole(film, read_whole(scratch.path() / "film.mp4"));
+    std::string bytes = read_whole(scratch.path() / "film.mp4");
+    const std::size_t at = checksum_at(bytes);
+    if (at == bytes.npos) throw InputError("ffmpeg made {} without its comment; install another ffmpeg", film.string());
+    bytes.replace(at, kDigits, hash_hex(bytes));
+    write_whole(film, bytes);
 }
 
 }  // namespace thixo

@@ -2,19 +2,31 @@
 #pragma once
 
 #include <filesystem>
+#include <vector>
 
 namespace thixo {
+
+/// What a film shows: frames/beauty.NNNN.png of these numbers, as far as they are there.
+struct FilmPlan {
+    std::filesystem::path frames;
+    std::vector<int> numbers;  // ascending; the cache's
+    double fps = 24;
+};
 
 /// Throws InputError where ffmpeg is not installed: asked before hours of work, not after.
 void require_ffmpeg();
 
-/// True where `film` is missing or older than a picture it should show.
-bool film_is_stale(const std::filesystem::path& frames, const std::filesystem::path& film);
+/// True where `film` is undamaged, not older than a picture, and was made from these very pictures at this rate: it
+/// carries its own checksum and that of what it shows.
+bool film_is_current(const FilmPlan& plan, const std::filesystem::path& film);
 
-/// Encodes frames/beauty.NNNN.png as H.264 (yuv420p, Rec.709, even size, index in front) at `fps`, whole or not at all.
-/// Where numbers are missing between the first and the last picture the one before stands still, so that time stays
-/// right. Equal pictures give equal bytes with the same ffmpeg. Throws CacheError (no picture), ResourceError (disk),
-/// InputError (ffmpeg refuses, with its last words).
-void make_film(const std::filesystem::path& frames, const std::filesystem::path& film, double fps);
+/// True where `film` is there, is Thixo's, and has the bytes that its checksum states.
+bool film_is_whole(const std::filesystem::path& film);
+
+/// Encodes the pictures as H.264 (yuv420p, Rec.709, even size, index in front), whole or not at all. Where numbers are
+/// missing between the first and the last picture the one before stands still, so that time stays right. Equal pictures
+/// give equal bytes with the same ffmpeg. Throws CacheError (no picture), ResourceError (disk), InputError (another
+/// program's file is in the film's place; ffmpeg refuses, with its last words).
+void make_film(const FilmPlan& plan, const std::filesystem::path& film);
 
 }  // namespace thixo

@@ -7,8 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/printable.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/driver/command.h"
+#include "pipeline/driver/json_output.h"
 
 namespace thixo {
 namespace {
@@ -49,13 +51,16 @@ std::string text_of(const nlohmann::ordered_json& facts) {
 int info_verb(const Command& command) {
     if (!std::filesystem::exists(command.path)) throw InputError("{}: there is no such file or folder", command.path);
     if (describes(command.path)) {
-        std::fputs(describe(command.path, command.json).c_str(), stdout);
+        std::fputs(printable(describe(command.path, command.json)).c_str(), stdout);
         return kDone;
     }
     if (std::filesystem::is_directory(command.path))
         throw CacheError("{}: holds no cache; ./thixo sim SCENE makes one", command.path);
     const nlohmann::ordered_json facts = describe_scene(scene::load_scene(command.path));
-    std::fputs(command.json ? (facts.dump() + "\n").c_str() : text_of(facts).c_str(), stdout);
+    if (command.json)
+        print_json(facts);
+    else
+        std::fputs(printable(text_of(facts)).c_str(), stdout);
     return kDone;
 }
 

@@ -70,6 +70,23 @@ Job scene_or_cache_job(const Command& command) {
     return cache_job(command);
 }
 
+Job output_job(const Command& command) {
+    fs::path path = fs::absolute(command.path).lexically_normal();
+    if (fs::is_regular_file(path) && path.filename() != kManifestName) {
+        Job job = scene_job(command);
+        if (!fs::is_directory(job.out)) throw InputError("{}: there is no such folder", job.out.string());
+        return job;
+    }
+    if (!fs::exists(path)) throw InputError("{}: there is no such file or folder", command.path);
+    if (path.filename() == kManifestName) path = path.parent_path();
+    if (!path.has_filename()) path = path.parent_path();
+    Job job;
+    job.out = path.filename() == "cache" ? path.parent_path() : path;
+    if (!fs::exists(fs::symlink_status(job.out / "cache")))
+        throw CacheError("{}: holds no cache; ./thixo sim SCENE makes one", command.path);
+    return job;
+}
+
 SimArgs sim_args(const Command& command, const Job& job) {
     SimArgs args;
     fill_common(command, job, args);

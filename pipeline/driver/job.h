@@ -24,6 +24,8 @@ Job scene_job(const Command& command);
 Job cache_job(const Command& command);
 /// Whichever it is.
 Job scene_or_cache_job(const Command& command);
+/// The same, but the cache may be damaged: a folder is enough. Throws InputError where there is none.
+Job output_job(const Command& command);
 
 /// ./out/<name>, a draft's ./out/<name>.draft.
 std::filesystem::path default_out(const std::string& scene_name, bool draft);

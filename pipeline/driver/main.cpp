@@ -24,6 +24,7 @@ int body(int argc, char** argv) {
     if (command.verb == "validate") return validate_verb(command);
     if (command.verb == "info") return info_verb(command);
     if (command.verb == "export") return export_verb(command);
+    if (command.verb == "verify") return verify_verb(command);
     THIXO_ASSERT(false, "verb '{}' is parsed but not done", command.verb);
 }
 

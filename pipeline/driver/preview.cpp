@@ -5,13 +5,18 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/image.h"
+#include "pipeline/contract/ownership.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/job.h"
+#include "pipeline/driver/json_output.h"
 #include "pipeline/driver/scratch_folder.h"
 
 namespace thixo {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr const char* kScratch = "preview";
 
 RenderArgs preview_args(const Command& command, const Job& job) {
     RenderArgs args = render_args(command, job);
@@ -22,7 +27,7 @@ RenderArgs preview_args(const Command& command, const Job& job) {
 }
 
 int print_files(const Command& command, const std::vector<std::string>& files) {
-    if (command.json) fmt::print("{}\n", nlohmann::ordered_json{{"files", files}}.dump());
+    if (command.json) print_json(nlohmann::ordered_json{{"files", files}});
     if (!command.json && !command.quiet)
         for (const std::string& file : files) fmt::print("{}\n", file);
     return kDone;
@@ -42,9 +47,8 @@ int preview_scene(const Command& command, const Job& job) {
     if (!command.frames.empty())
         throw InputError(
             "--frames goes with a cache; the preview of a scene shows its first instant, nothing is simulated");
-    const fs::path kept = job.out / "preview";
     Job aside = job;
-    aside.out = job.out / ".preview";
+    aside.out = temporary_path(job.out, kScratch);
     SimArgs sim = sim_args(command, aside);
     sim.initial = true;
     sim.quiet = true;
@@ -53,12 +57,13 @@ int preview_scene(const Command& command, const Job& job) {
     const ProgramCall calls[] = {stage_call("thixo-sim", sim.print()), stage_call("thixo-render", render.print())};
     if (command.dry_run) return print_calls({calls[0], calls[1]});
 
-    const ScratchFolder scratch(aside.out);
+    const ScratchFolder scratch(job.out, kScratch);
     for (const ProgramCall& call : calls)
         if (const int code = run_to_end(call); code != kDone) return code;
-    make_folder(kept);
+    const fs::path kept = make_subfolder(job.out, "preview");
     std::vector<std::string> files;
     for (const fs::path& picture : pictures(aside.out / "preview")) {
+        require_own(kept / picture.filename(), is_own_png);
         fs::rename(picture, kept / picture.filename());
         files.push_back((kept / picture.filename()).string());
     }

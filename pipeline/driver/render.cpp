@@ -5,6 +5,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/job.h"
+#include "pipeline/driver/json_output.h"
 
 namespace thixo {
 
@@ -14,7 +15,7 @@ int render_verb(const Command& command) {
     if (command.dry_run) return print_calls({call});
     const int code = run_to_end(call);
     const std::string frames = frames_folder(job.out, command.look).string();
-    if (code == kDone && command.json) fmt::print("{}\n", nlohmann::ordered_json{{"frames", frames}}.dump());
+    if (code == kDone && command.json) print_json(nlohmann::ordered_json{{"frames", frames}});
     if (code == kDone && !command.json && !command.quiet) fmt::print("{}\n", frames);
     return code;
 }

@@ -6,11 +6,14 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/log.h"
+#include "pipeline/contract/cache.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/conduct.h"
 #include "pipeline/driver/film.h"
 #include "pipeline/driver/job.h"
+#include "pipeline/driver/json_output.h"
+#include "pipeline/driver/verify.h"
 
 namespace thixo {
 namespace fs = std::filesystem;
@@ -21,7 +24,7 @@ void print_result(const Command& command, const Job& job, const fs::path& frames
         nlohmann::ordered_json result{
             {"out", job.out.string()}, {"cache", (job.out / "cache").string()}, {"frames", frames.string()}};
         if (!film.empty()) result["film"] = film.string();
-        fmt::print("{}\n", result.dump());
+        print_json(result);
     } else if (!command.quiet) {
         fmt::print("{}\n", film.empty() ? frames.string() : film.string());
     }
@@ -42,12 +45,15 @@ int run_verb(const Command& command) {
     if (const int code = conduct(stages, {.terminal = isatty(STDERR_FILENO) != 0, .quiet = command.quiet});
         code != kDone)
         return code;
-    if (!film.empty() && film_is_stale(frames, film)) {
-        log_info("encoding {}", film.string());
-        make_film(frames, film, job.scene->frames.fps);
+    if (!film.empty()) {
+        const FilmPlan plan{frames, CacheReader(job.out).frames(), job.scene->frames.fps};
+        if (!film_is_current(plan, film)) {
+            log_info("encoding {}", film.string());
+            make_film(plan, film);
+        }
     }
     print_result(command, job, frames, film);
-    return kDone;
+    return command.verify ? report_damages(job.out, verify_output(job.out), command) : int(kDone);
 }
 
 }  // namespace thixo

@@ -2,14 +2,15 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
+#include <string_view>
 
 namespace thixo {
 
-/// Makes the folder; removes what a killed process left there, and the folder itself at the end. Throws ResourceError.
+/// Makes a folder in `parent` that belongs to this process alone; removes it at the end, and first what killed
+/// processes left there. Throws ResourceError.
 class ScratchFolder {
   public:
-    explicit ScratchFolder(std::filesystem::path path);
+    ScratchFolder(const std::filesystem::path& parent, std::string_view name);
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;
     ScratchFolder& operator=(const ScratchFolder&) = delete;

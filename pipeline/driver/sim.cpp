@@ -5,6 +5,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/job.h"
+#include "pipeline/driver/json_output.h"
 
 namespace thixo {
 
@@ -14,7 +15,7 @@ int sim_verb(const Command& command) {
     if (command.dry_run) return print_calls({call});
     const int code = run_to_end(call);
     const std::string cache = (job.out / "cache").string();
-    if (code == kDone && command.json) fmt::print("{}\n", nlohmann::ordered_json{{"cache", cache}}.dump());
+    if (code == kDone && command.json) print_json(nlohmann::ordered_json{{"cache", cache}});
     if (code == kDone && !command.json && !command.quiet) fmt::print("{}\n", cache);
     return code;
 }

@@ -1,21 +1,19 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/log.h"
+#include "pipeline/contract/machine_memory.h"
+#include "pipeline/contract/picture_cost.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/job.h"
+#include "pipeline/driver/json_output.h"
 
 namespace thixo {
 namespace {
-
-std::string bytes_text(double bytes) {
-    return bytes < 1e6   ? fmt::format("{:.0f} kB", bytes / 1e3)
-           : bytes < 1e9 ? fmt::format("{:.0f} MB", bytes / 1e6)
-                         : fmt::format("{:.1f} GB", bytes / 1e9);
-}
 
 /// What thixo-sim --estimate says: {"particles": n, "memory": bytes, "disk": bytes}.
 nlohmann::ordered_json estimate(const Command& command, const Job& job, int& code) {
@@ -45,15 +43,25 @@ int validate_verb(const Command& command) {
     const std::vector<std::string> warnings = scene::scene_warnings(*job.scene);
     for (const std::string& warning : warnings) log_warning("{}", warning);
     int code = kDone;
-    const nlohmann::ordered_json needs = estimate(command, job, code);
+    nlohmann::ordered_json needs = estimate(command, job, code);
     if (code != kDone) return code;
+    // A run simulates and renders at once.
+    const scene::PictureCost pictures = scene::picture_cost(job.scene->look, nullptr);
+    const double frames = job.scene->frames.last - job.scene->frames.first + 1;
+    const double memory = needs["memory"].get<double>() + pictures.memory;
+    needs["memory"] = std::llround(memory);
+    needs["picture_disk"] = std::llround(pictures.disk_per_frame * frames);
+    if (memory > machine_memory())
+        log_warning("this needs about {} of memory, and this machine has {}", bytes_text(memory),
+                    bytes_text(machine_memory()));
     if (command.json) {
         nlohmann::ordered_json result{{"scene", job.scene->name}, {"warnings", warnings}};
         result.update(needs);
-        fmt::print("{}\n", result.dump());
+        print_json(result);
     } else {
-        fmt::print("{}: no problems; about {} particles, {} of memory, {} on disk\n", command.path,
-                   needs["particles"].get<std::int64_t>(), bytes_text(needs["memory"]), bytes_text(needs["disk"]));
+        fmt::print("{}: no problems; about {} particles, {} of memory, {} on disk and {} of pictures\n", command.path,
+                   needs["particles"].get<std::int64_t>(), bytes_text(memory), bytes_text(needs["disk"]),
+                   bytes_text(needs["picture_disk"]));
     }
     return kDone;
 }

@@ -4,6 +4,7 @@
 #include "pipeline/base/log.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
+#include "pipeline/contract/ownership.h"
 #include "pipeline/contract/stage_args.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "render/preview/preview.h"
@@ -93,8 +94,7 @@ int run_preview(const RenderArgs& args, const scene::Look& look) {
     }
     options.range = common_range(reader, job, args.attribute);
 
-    const std::filesystem::path folder = std::filesystem::path(args.out) / "preview";
-    make_folder(folder);
+    const std::filesystem::path folder = make_subfolder(args.out, "preview");
     remove_stale_temporaries(folder);
     Previewer previewer;
     Progress progress("preview", static_cast<int>(job.frames.size()), args.machine_progress);
@@ -106,7 +106,9 @@ int run_preview(const RenderArgs& args, const scene::Look& look) {
         load_meshes(reader, frame, meshes);
         previewer.draw(frame, look, meshes, options, picture);
         const std::string colours = args.attribute.empty() ? "material" : args.attribute;
-        write_png(folder / fmt::format("{}.{}.{:04d}.png", job.what, colours, number), picture);
+        const std::filesystem::path file = folder / fmt::format("{}.{}.{:04d}.png", job.what, colours, number);
+        require_own(file, is_own_png);
+        write_png(file, picture);
         progress.update(++done, fmt::format("frame {}", number));
     }
     progress.finish();

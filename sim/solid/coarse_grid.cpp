@@ -37,17 +37,17 @@ struct Lattice {
 Lattice lattice_of(const SolidBody& body, const Elements& e, std::size_t first) {
     Lattice lattice;
     lattice.first = first;
-    if (static_cast<double>(body.end - body.begin) < kFewest) return lattice;
+    if (static_cast<double>(body.size()) < kFewest) return lattice;
     Vec3d lower = Vec3d::Constant(1e30), upper = -lower;
     double support = 0, volume = 0;
-    for (Index i = body.begin; i < body.end; ++i) {
+    for (const Index i : body.elements) {
         const Vec3d m = xyz(e.rest[i]).cast<double>();
         lower = lower.cwiseMin(m);
         upper = upper.cwiseMax(m);
         support = std::max(support, static_cast<double>(e.support[i]));
         volume += static_cast<double>(e.volume[i]);
     }
-    const double width = std::cbrt(volume / static_cast<double>(body.end - body.begin));
+    const double width = std::cbrt(volume / static_cast<double>(body.size()));
     lattice.cell = std::max({kCell * width, support, std::cbrt(volume / kMostNodes)});
     for (int a = 0; a < 3; ++a)
         lattice.count[static_cast<std::size_t>(a)] =
@@ -86,7 +86,7 @@ struct Blocks {
 
 struct CoarseGrid::State {
     // What it was made for.
-    std::vector<StressLaw> laws;
+    std::uint64_t version = 0;  // of the bonds
     std::vector<std::uint8_t> held;
     double dt = 0;
     bool bounded = false;
@@ -109,8 +109,8 @@ namespace {
 void place_corners(const Lattice& lattice, const SolidBody& body, const Elements& e,
                    const std::vector<std::uint8_t>& held, std::vector<Corner>& corner) {
     if (!(lattice.cell > 0)) return;
-    parallel_for(body.end - body.begin, [&](std::size_t k) {
-        const std::size_t i = body.begin + k;
+    parallel_for(body.size(), [&](std::size_t k) {
+        const std::size_t i = body.elements[k];
         const Vec3d at = (xyz(e.rest[i]).cast<double>() - lattice.origin) / lattice.cell;
         std::array<int, 3> cell{};
         Vec3d part;
@@ -162,19 +162,19 @@ void see(const Elements& e, const std::vector<Corner>& corner, std::size_t i, Se
     s.node.clear();
     const auto corners = [&](std::size_t j) { return corner.data() + kCorners * j; };
     const Corner* own = corners(i);
-    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k)
+    for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k)
         for (std::size_t c = 0; c < kCorners; ++c)
-            if (corners(e.neighbour[k])[c].weight > 0) s.find(corners(e.neighbour[k])[c].node);
+            if (corners(e.bonds.neighbour[k])[c].weight > 0) s.find(corners(e.bonds.neighbour[k])[c].node);
     for (std::size_t c = 0; c < kCorners; ++c)
         if (own[c].weight > 0) s.find(own[c].node);
     const std::size_t n = s.node.size();
     s.moment.assign(n, Vec3d::Zero());
     s.square.assign(n * n, 0);
     std::vector<double> difference(n);
-    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
-        const double w = static_cast<double>(e.weight[k]);
+    for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+        const double w = static_cast<double>(e.bonds.weight[k]);
         if (!(w > 0)) continue;
-        const Index j = e.neighbour[k];
+        const Index j = e.bonds.neighbour[k];
         std::fill(difference.begin(), difference.end(), 0.0);
         for (std::size_t c = 0; c < kCorners; ++c) {
             if (corners(j)[c].weight > 0)
@@ -188,7 +188,7 @@ void see(const Elements& e, const std::vector<Corner>& corner, std::size_t i, Se
             for (std::size_t b = 0; b < n; ++b) s.square[a * n + b] += w * difference[a] * difference[b];
         }
     }
-    const Mat3d inverse = matrix(e.moment[i].inverse).cast<double>();
+    const Mat3d inverse = matrix(e.bonds.moment[i].inverse).cast<double>();
     s.slope.resize(n);
     for (std::size_t a = 0; a < n; ++a) s.slope[a] = inverse * s.moment[a];
 }
@@ -240,7 +240,7 @@ template <class F>
 void add_elements(const Lattice& lattice, const SolidBody& body, const std::vector<Corner>& corner, F&& block,
                   Blocks& to) {
     if (!(lattice.cell > 0)) return;
-    for (std::size_t i = body.begin; i < body.end; ++i) {
+    for (const Index i : body.elements) {
         const Mat3d b = block(i);
         if (b.isZero(0)) continue;
         const Corner* own = corner.data() + kCorners * i;
@@ -255,10 +255,10 @@ void add_elements(const Lattice& lattice, const SolidBody& body, const std::vect
 
 void CoarseGrid::prepare(const std::vector<StressLaw>& laws, const std::vector<SolidBody>& bodies, const Elements& e,
                          const std::vector<std::uint8_t>& held) {
-    if (state_ && state_->laws == laws && state_->held == held) return;
+    if (state_ && state_->version == e.bonds.weights_version && state_->held == held) return;
     state_ = std::make_shared<State>();
     State& s = *state_;
-    s.laws = laws;
+    s.version = e.bonds.weights_version;
     s.held = held;
     for (const SolidBody& body : bodies) {
         s.lattice.push_back(lattice_of(body, e, s.nodes));
@@ -280,7 +280,7 @@ void CoarseGrid::prepare(const std::vector<StressLaw>& laws, const std::vector<S
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         const Lattice& lattice = s.lattice[b];
         if (!(lattice.cell > 0)) continue;
-        for (std::size_t i = bodies[b].begin; i < bodies[b].end; ++i) {
+        for (const Index i : bodies[b].elements) {
             see(e, s.corner, i, seen);
             add_stencil(laws[e.law_of(i)], e, i, true, lattice, seen, elastic);
             if (viscous) add_stencil(rates[e.law_of(i)], e, i, false, lattice, seen, viscosity);

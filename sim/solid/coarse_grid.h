@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/solid/elasticity.h"
+#include "sim/state/bodies.h"
 
 namespace thixo {
 
@@ -16,7 +17,7 @@ namespace thixo {
 /// factored by Cholesky's method. Copies share what they have: scratch of one simulation at a time.
 class CoarseGrid {
   public:
-    /// Makes N, M_c and K_c, if laws or what is held (`held[i]` not 0) have changed.
+    /// Makes N, M_c and K_c, if the bonds' version or what is held (`held[i]` not 0) has changed.
     void prepare(const std::vector<StressLaw>& laws, const std::vector<SolidBody>& bodies, const Elements& elements,
                  const std::vector<std::uint8_t>& held);
     /// Factors A_c for steps of dt [s]; `boundary`: B, by element; empty: none.

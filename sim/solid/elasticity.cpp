@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "pipeline/base/parallel.h"
-#include "sim/solid/stencil.h"
 
 namespace thixo {
 namespace {
@@ -18,7 +17,7 @@ Real squared_stretch(const Mat3& j) {
 
 /// Writes the stencil of element i; returns its squared stretch.
 Real write_stencil(const StressLaw& law, const Elements& e, const Mat3& projection, std::size_t i, StressScratch& out) {
-    const RestMoment& moment = e.moment[i];
+    const RestMoment& moment = e.bonds.moment[i];
     const Mat3 inverse = matrix(moment.inverse);
     const Differences u = differences(e, i, e.displacement.data());
     const Mat3 h = u.outer * inverse, j = projection + h;
@@ -34,20 +33,10 @@ Real write_stencil(const StressLaw& law, const Elements& e, const Mat3& projecti
 
 void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements) {
     parallel_for(elements.size(), [&](std::size_t i) {
-        const Real trace = elements.moment[i].trace;
+        const Real trace = elements.bonds.moment[i].trace;
         const Real modulus = laws[elements.law_of(i)].zero_energy;
         elements.rest[i].w = trace > 0 ? modulus * elements.volume[i] / trace : Real(0);
     });
-}
-
-Mat3 gradient_of(const Elements& elements, std::size_t i) {
-    return differences(elements, i, elements.displacement.data()).outer * matrix(elements.moment[i].inverse);
-}
-
-void find_gradients(const Elements& elements, std::vector<Mat3>& gradients) {
-    gradients.resize(elements.size());
-    parallel_for(
-        elements.size(), [&](std::size_t i) { gradients[i] = gradient_of(elements, i); }, kElements);
 }
 
 Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elements, StressScratch& scratch,
@@ -104,7 +93,7 @@ Symmetric whole_stress(const StressLaw& law, const Elements& e, std::size_t i, c
     Symmetric stress =
         stress_of(law, e, {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
     if (!(law.viscosity > 0)) return stress;
-    const Mat3 rate = differences(e, i, e.velocity.data()).outer * matrix(e.moment[i].inverse);
+    const Mat3 rate = differences(e, i, e.velocity.data()).outer * matrix(e.bonds.moment[i].inverse);
     const Mat3 turned = (projection_of(e, i) + h).transpose() * rate;
     return symmetric(Mat3(matrix(stress) + law.viscosity * (turned + turned.transpose())));
 }

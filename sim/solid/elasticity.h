@@ -3,47 +3,14 @@
 
 #include <vector>
 
-#include "sim/solid/elements.h"
+#include "sim/bonds/gradients.h"
+#include "sim/bonds/stencil.h"
+#include "sim/state/stress_law.h"
 
 namespace thixo {
 
-/// What the stress of a material needs at one instant.
-struct StressLaw {
-    Real lambda = 0, mu = 0;     // Lame [Pa]
-    Real volume_stiffness = 0;   // k_v [Pa]
-    Real viscosity = 0;          // [Pa s]
-    Real zero_energy = 0;        // modulus of the zero-energy modes [Pa]
-    Real yield = 0;              // k_yield [1]
-    Real creep = 0;              // k_creep [1/s]
-    Real most_plastic = 0;       // largest norm of eps^p [1]; 0: any
-    Real friction = 0;           // [1]
-    Real contact_damping = 0;    // of critical [1]
-    Real contact_stiffness = 0;  // [Pa/m]; 0: of a layer of the matter
-    Real rate_modulus = 0;       // that viscosity adds to mu in a tangent [Pa]
-    Index anisotropy = kNone;    // of Elements::anisotropic; kNone: lambda and mu tell all
-    bool operator==(const StressLaw&) const = default;
-    Real wave_modulus() const { return lambda + 2 * mu; }  // rho c^2 of pressure waves [Pa]
-};
-
-/// What the force sweep reads of a neighbour: one cache line in single precision.
-struct alignas(16 * sizeof(Real)) StencilForce {
-    Quad row[3];  // rows of T = F_e + c H [N/m], and u_x, u_y, u_z [m]
-    Quad place;   // m [m], c
-};
-
-/// Scratch of a force computation; nothing of it outlives a sub-step.
-struct StressScratch {
-    std::vector<StencilForce> stencil;
-    std::vector<Vec3> own;    // [N]
-    std::vector<Real> chunk;  // largest stretch of each chunk
-};
-
 /// The stiffness c = modulus V / tr A of every element's zero-energy modes, into rest[].w.
 void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements);
-
-/// H = sum_j w_ij (u_j - u_i) r_ij^T A+, the gradient of the displacement of every element.
-void find_gradients(const Elements& elements, std::vector<Mat3>& gradients);
-Mat3 gradient_of(const Elements& elements, std::size_t i);
 
 /// Forces [N] of all stencils, for laws by Elements::law_of, into `force`. With H as above, P = A A+ (one, but for flat
 /// neighbourhoods, where the rest of J would turn a rotation into strain), and the elastic strain eps - eps^p:

@@ -1,11 +1,11 @@
 #include "sim/solid/implicit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "pipeline/base/parallel.h"
-#include "sim/solid/contact_node.h"
-#include "sim/solid/grips.h"
+#include "sim/contact/answer.h"
 
 namespace thixo {
 namespace {
@@ -46,9 +46,9 @@ struct Moments {
 template <class F>
 RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
     const Moments sum = parallel_sum<Moments>(
-        body.end - body.begin,
+        body.size(),
         [&](std::size_t k) {
-            const std::size_t i = body.begin + k;
+            const std::size_t i = body.elements[k];
             const double m = static_cast<double>(e.mass[i]);
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>(), p = momentum(i);
             return Moments{m, m * y, p, y.cross(p), m * y * y.transpose()};
@@ -93,15 +93,15 @@ void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
     s.turning.assign(e.size(), Vec3::Zero());
     s.angular.assign(solids.bodies.size(), Vec3d::Zero());
     for (SolidBody& body : solids.bodies) {
-        if (body.begin == body.end) continue;
+        if (body.empty()) continue;
         const RigidRates r = rigid_rates(body, e, [&](std::size_t i) {
             return Vec3d(static_cast<double>(e.mass[i]) * xyz(e.velocity[i]).cast<double>());
         });
         const Turning on = turn_on(r, dt);
         const Mat3d back = on.turn.transpose(), change = back - Mat3d::Identity();
         s.angular[static_cast<std::size_t>(&body - solids.bodies.data())] = back * r.angular;
-        parallel_for(body.end - body.begin, [&](std::size_t k) {
-            const std::size_t i = body.begin + k;
+        parallel_for(body.size(), [&](std::size_t k) {
+            const std::size_t i = body.elements[k];
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - r.centre;
             const Vec3d u = xyz(e.displacement[i]).cast<double>(), v = xyz(e.velocity[i]).cast<double>();
             const Vec3d trembles = v - r.velocity - r.spin.cross(y);
@@ -175,7 +175,7 @@ class Step {
                 e_.velocity[i] = quad(per * (xyz(e_.displacement[i]) - xyz(s_.base[i])) + xyz(s_.rigid[i]));
             },
             2048);
-        solids_.stretch2 = static_cast<double>(find_stress_forces(solids_.laws, e_, solids_.stress, solids_.force));
+        solids_.stretch2 = static_cast<double>(find_stress_forces(solids_.laws, e_, s_.stress, solids_.force));
         add_boundary_forces(walls_, dt_, solids_, s_.boundaries, solids_.force);
         return parallel_sum<Norms>(
             e_.size(),
@@ -201,9 +201,9 @@ class Step {
     }
 
     void find_diagonal_of_elasticity() {
-        if (s_.laws == solids_.laws && s_.elastic.size() == e_.size()) return;
+        if (s_.version == e_.bonds.weights_version) return;
         find_diagonal(solids_.laws, e_, s_.elastic, s_.viscous);
-        s_.laws = solids_.laws;
+        s_.version = e_.bonds.weights_version;
     }
 
     void precondition() {
@@ -331,18 +331,16 @@ void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, Im
     Elements& e = solids.elements;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
-        if (std::any_of(solids.held.begin() + body.begin, solids.held.begin() + body.end,
-                        [](auto h) { return h != 0; }))
-            continue;
-        if (body.begin == body.end) continue;
+        if (std::ranges::any_of(body.elements, [&](Index i) { return solids.held[i] != 0; })) continue;
+        if (body.empty()) continue;
         RigidRates left = rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * s.residual[i].cast<double>()); });
         const RigidRates taken = rigid_rates(body, e, [&](std::size_t i) {
             return Vec3d(static_cast<double>(e.mass[i]) *
                          (xyz(before[i]).cast<double>() - dt * s.turning[i].cast<double>()));
         });
         left.spin += left.spin_of(s.angular[b] - taken.angular);
-        parallel_for(body.end - body.begin, [&](std::size_t k) {
-            const std::size_t i = body.begin + k;
+        parallel_for(body.size(), [&](std::size_t k) {
+            const std::size_t i = body.elements[k];
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - left.centre;
             const Vec3d v = left.velocity + left.spin.cross(y);
             e.velocity[i] = quad((xyz(e.velocity[i]).cast<double>() + v).cast<Real>());
@@ -394,14 +392,14 @@ void count_ways_from(const std::vector<Quad>& start, Solids& solids) {
 
 }  // namespace
 
-ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, Solids& solids) {
-    ImplicitScratch& s = solids.implicit;
+ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, const MoveHeld& move_held,
+                               Solids& solids, ImplicitScratch& s) {
     Elements& e = solids.elements;
     move_walls(walls, time + dt);
     go_ahead(dt, solids, s);
     count_ways_from(s.start, solids);
     const std::vector<Quad> before = e.velocity;
-    move_held(time + dt, dt, solids);
+    move_held(time + dt, dt);
     const ImplicitReport report = Step(dt, tolerance, walls, before, solids, s).solve();
     keep_momenta(dt, before, solids, s);
     take_boundary_state(dt, solids);

@@ -1,13 +1,13 @@
 // Steps of solids by Euler's method backwards in time, for stiff bodies. Dissertation 7.2; Mueller et al. 2004.
 #pragma once
 
-#include "sim/solid/boundary_terms.h"
+#include <functional>
+
+#include "sim/contact/boundary_terms.h"
 #include "sim/solid/coarse_grid.h"
 #include "sim/solid/stiffness.h"
 
 namespace thixo {
-
-struct Solids;
 
 struct ImplicitReport {
     int newton = 0, iterations = 0;  // of Newton's method, of conjugate gradients in all of them
@@ -29,10 +29,14 @@ struct ImplicitScratch {
     std::vector<Symmetric> bounds;             // of contact and walls [N/m]
     CoarseGrid coarse;
     bool two_levels = true;  // to measure what the coarse grid is good for
-    // Of the laws they were made for.
-    std::vector<StressLaw> laws;
+    StressScratch stress;
+    // Of the bonds' version that they were made for.
+    std::uint64_t version = 0;
     std::vector<Symmetric> elastic, viscous;
 };
+
+/// Brings what is held to where it is at a time [s], a step [s] after it was where it is.
+using MoveHeld = std::function<void(double time, double dt)>;
 
 /// From t to t + dt [s]: u' and v' = (u' - u)/dt with
 ///   M (v' - v)/dt = f(u', v')                       f of elasticity, contact, walls and what is held over the step
@@ -43,6 +47,7 @@ struct ImplicitScratch {
 /// no strain, and spin is not damped. The momenta of each body that nothing holds change by the forces to rounding,
 /// whatever the tolerance. Requires contacts found at t; walls are left at t + dt. Elements' velocities are those of t,
 /// not of half a step before.
-ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, Solids& solids);
+ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, const MoveHeld& move_held,
+                               Solids& solids, ImplicitScratch& scratch);
 
 }  // namespace thixo

@@ -1,7 +1,8 @@
+#include "sim/solid/laws.h"
+
 #include <algorithm>
 
 #include "pipeline/base/error.h"
-#include "sim/solid/solids.h"
 
 namespace thixo {
 namespace {
@@ -67,6 +68,12 @@ StressLaw law_of(const scene::Elastic& e, double viscosity) {
 StressLaw law_at(const scene::Scene& scene, std::size_t material, double time) {
     const Values now = values_at(scene, scene.materials[material], time);
     return law_of(now.elastic, now.viscosity);
+}
+
+StressLaw scaled(const StressLaw& law, Real share) {
+    StressLaw out = law;
+    for (Real* a : {&out.lambda, &out.mu, &out.volume_stiffness, &out.viscosity, &out.zero_energy}) *a *= share;
+    return out;
 }
 
 MeltingLaw::MeltingLaw(const scene::Scene& scene, std::size_t material, double time)

@@ -23,14 +23,14 @@ Mat3d fitting_rotation(const Mat3d& s) {
 
 void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements, const std::vector<Real>* share) {
     for (SolidBody& body : bodies) {
-        const Index first = body.begin;
-        const std::size_t n = body.end - first;
+        const std::vector<Index>& list = body.elements;
+        const std::size_t n = list.size();
         const Sums sum = parallel_sum<Sums>(
             n,
             [&](std::size_t k) {
-                const double mass = share ? elements.mass[first + k] * (*share)[first + k] : elements.mass[first + k];
-                const Vec3d m = xyz(elements.rest[first + k]).cast<double>(),
-                            u = xyz(elements.displacement[first + k]).cast<double>();
+                const Index i = list[k];
+                const double mass = share ? elements.mass[i] * (*share)[i] : elements.mass[i];
+                const Vec3d m = xyz(elements.rest[i]).cast<double>(), u = xyz(elements.displacement[i]).cast<double>();
                 return Sums{mass, mass * m, mass * u, mass * m * (m + u).transpose()};
             },
             Sums{});
@@ -43,11 +43,12 @@ void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements, const s
         parallel_for(
             n,
             [&](std::size_t k) {
-                Quad &u = elements.displacement[first + k], &v = elements.velocity[first + k];
-                const Vec3d m = xyz(elements.rest[first + k]).cast<double>();
+                const Index i = list[k];
+                Quad &u = elements.displacement[i], &v = elements.velocity[i];
+                const Vec3d m = xyz(elements.rest[i]).cast<double>();
                 u = quad((back * (xyz(u).cast<double>() - shift) + change * m).cast<Real>());
                 v = quad((back * xyz(v).cast<double>()).cast<Real>());
-                Vec3& a = elements.acceleration[first + k];
+                Vec3& a = elements.acceleration[i];
                 a = (back * a.cast<double>()).cast<Real>();
             },
             2048);

@@ -1,7 +1,7 @@
 // The rest shape follows the body as a whole. Dissertation 5.4.3.
 #pragma once
 
-#include "sim/solid/elements.h"
+#include "sim/state/bodies.h"
 
 namespace thixo {
 

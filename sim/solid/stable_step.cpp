@@ -5,6 +5,8 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
+#include "sim/contact/stiffness.h"
+#include "sim/solid/elasticity.h"
 
 namespace thixo {
 namespace {
@@ -17,9 +19,9 @@ constexpr std::uint64_t kStartUse = 0x736f6c69;
 /// Scales the field of one body so that its largest displacement is `small`; its mean square before that.
 void normalise(const SolidBody& body, Real small, std::vector<Quad>& field) {
     Real largest = 0;
-    for (Index i = body.begin; i < body.end; ++i) largest = std::max(largest, xyz(field[i]).cwiseAbs().maxCoeff());
+    for (const Index i : body.elements) largest = std::max(largest, xyz(field[i]).cwiseAbs().maxCoeff());
     const Real factor = largest > 0 ? small / largest : Real(0);
-    for (Index i = body.begin; i < body.end; ++i) field[i] = quad(factor * xyz(field[i]));
+    for (const Index i : body.elements) field[i] = quad(factor * xyz(field[i]));
 }
 
 }  // namespace
@@ -44,13 +46,13 @@ std::vector<double> find_stiffest(const std::vector<StressLaw>& laws, const std:
     std::vector<double> stiffest(bodies.size(), 0);
     for (int k = 0; k < kIterations; ++k) {
         for (const SolidBody& body : bodies)
-            if (body.begin < body.end) normalise(body, kSmall * elements.support[body.typical], field);
+            if (!body.empty()) normalise(body, kSmall * elements.support[body.typical], field);
         elements.displacement.swap(field);
         find_stress_forces(still, elements, scratch, force);
         elements.displacement.swap(field);
         for (std::size_t b = 0; b < bodies.size(); ++b) {
             double work = 0, square = 0;
-            for (Index i = bodies[b].begin; i < bodies[b].end; ++i) {
+            for (const Index i : bodies[b].elements) {
                 const Vec3d u = xyz(field[i]).cast<double>();
                 work -= u.dot(force[i].cast<double>());
                 square += static_cast<double>(elements.mass[i]) * u.squaredNorm();
@@ -81,13 +83,13 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 double stable_sub_step(const Solids& solids, bool walls) {
     const double growth = std::max(1.0, 1.5 * solids.stretch2 - 0.5);
     double shortest = 1e30;
-    const Phases& phases = solids.phases;
+    const Softening& softening = solids.softening;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
-        if (solids.bodies[b].begin == solids.bodies[b].end) continue;
+        if (solids.bodies[b].empty()) continue;
         const StressLaw& law = solids.laws[b];
         const Index lightest = solids.bodies[b].lightest;
-        const FastestRates rates{std::max(solids.rates[b].stiffest, phases.rates.stiffest),
-                                 std::max(solids.rates[b].damping, phases.rates.damping)};
+        const FastestRates rates{std::max(solids.rates[b].stiffest, softening.rates.stiffest),
+                                 std::max(solids.rates[b].damping, softening.rates.damping)};
         double omega2 = rates.stiffest * growth;
         double damping = rates.damping * std::max(1.0, solids.stretch2);
         if (b < solids.contacts.rates.size()) {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/solid/solids.h"
+#include "sim/state/solids.h"
 
 namespace thixo {
 
@@ -23,15 +23,5 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 /// under the largest stretch s, (3 s^2 - 1)/2, and that of the springs of walls and contacts; d that of viscosity times
 /// s^2, and the damping of both. Bounds of bodies and of contacts between them add up body by body. [s]
 double stable_sub_step(const Solids& solids, bool walls);
-
-/// Pressure per depth that a body's surface resists with [Pa/m]: the material's own, or (lambda + 2 mu)/V^(1/3), as
-/// stiff as the layer of matter that an element is.
-inline Real contact_pressure(const StressLaw& law, Real volume) {
-    return law.contact_stiffness > 0 ? law.contact_stiffness : law.wave_modulus() / std::cbrt(volume);
-}
-/// Stiffness of the contact spring of an element, of surface V^(2/3), over its mass [1/s^2].
-inline Real contact_stiffness(const StressLaw& law, Real volume, Real mass) {
-    return contact_pressure(law, volume) * square(std::cbrt(volume)) / mass;
-}
 
 }  // namespace thixo

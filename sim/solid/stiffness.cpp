@@ -1,7 +1,7 @@
 #include "sim/solid/stiffness.h"
 
 #include "pipeline/base/parallel.h"
-#include "sim/solid/stencil.h"
+#include "sim/bonds/stencil.h"
 
 namespace thixo {
 namespace {
@@ -21,7 +21,8 @@ Stiffness::At tangent_of(const StressLaw& law, const Elements& e, std::size_t i,
     Stiffness::At at;
     at.j = projection_of(e, i) + h;
     at.stress = whole_stress(law, e, i, h);
-    at.dilatation = law.volume_stiffness > 0 && e.moment[i].full && tangent == Tangent::exact ? dilatation(h) : Real(0);
+    at.dilatation =
+        law.volume_stiffness > 0 && e.bonds.moment[i].full && tangent == Tangent::exact ? dilatation(h) : Real(0);
     if (tangent == Tangent::definite) at.stress = pulling(at.stress);
     return at;
 }
@@ -31,7 +32,7 @@ Mat3 stress_change(const StressLaw& law, const Elements& e, const Stiffness::At&
     const Mat3 turned = at.j.transpose() * dh;
     const Symmetric strain = symmetric(Mat3(Real(0.5) * (turned + turned.transpose())));
     Mat3 change = dh * matrix(at.stress) + at.j * matrix(stress_of(law, e, strain));
-    if (law.volume_stiffness > 0 && e.moment[i].full) {
+    if (law.volume_stiffness > 0 && e.bonds.moment[i].full) {
         const Mat3 cof = cofactors(at.j);
         change += law.volume_stiffness * cof.cwiseProduct(dh).sum() * cof;
         if (at.dilatation != 0)  // cof is of second degree in J
@@ -49,20 +50,20 @@ void add_block(const StressLaw& law, const Elements& e, std::size_t stencil, con
 /// Sum over the stencils with element i: its own, in which du moves the middle, and those it is a neighbour in.
 Mat3 block_of(const std::vector<StressLaw>& laws, const Elements& e, std::size_t i, bool zero_energy) {
     Mat3 block = Mat3::Zero();
-    const Vec3 b = -(matrix(e.moment[i].inverse) * e.moment[i].first);
+    const Vec3 b = -(matrix(e.bonds.moment[i].inverse) * e.bonds.moment[i].first);
     add_block(laws[e.law_of(i)], e, i, b, block);
     Real weights = 0, elsewhere = 0;
-    for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
-        const Index j = e.neighbour[k];
-        weights += e.weight[k];
-        const Real w = e.weight_back[k];
+    for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+        const Index j = e.bonds.neighbour[k];
+        weights += e.bonds.weight[k];
+        const Real w = e.bonds.weight_back[k];
         if (!(w > 0)) continue;
         const Vec3 r = xyz(e.rest[i]) - xyz(e.rest[j]);
-        const Vec3 c = w * (matrix(e.moment[j].inverse) * r);
+        const Vec3 c = w * (matrix(e.bonds.moment[j].inverse) * r);
         add_block(laws[e.law_of(j)], e, j, c, block);
         elsewhere += e.rest[j].w * (w - w * r.dot(c));
     }
-    if (zero_energy) block.diagonal().array() += e.rest[i].w * (weights + e.moment[i].first.dot(b)) + elsewhere;
+    if (zero_energy) block.diagonal().array() += e.rest[i].w * (weights + e.bonds.moment[i].first.dot(b)) + elsewhere;
     return block;
 }
 
@@ -87,7 +88,7 @@ void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<
     parallel_for(
         n,
         [&](std::size_t i) {
-            const Mat3 inverse = matrix(elements.moment[i].inverse);
+            const Mat3 inverse = matrix(elements.bonds.moment[i].inverse);
             const Differences d = differences(elements, i, du.data());
             const Mat3 dh = d.outer * inverse;
             const StressLaw& law = stiffness.laws[elements.law_of(i)];

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "sim/particles.h"
+#include "sim/state/particles.h"
 #include "sim/surface/surface.h"
 
 namespace thixo {

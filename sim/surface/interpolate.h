@@ -4,7 +4,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/point_grid.h"
-#include "sim/particles.h"
+#include "sim/state/particles.h"
 
 namespace thixo {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "pipeline/geometry/point_grid.h"
-#include "sim/particles.h"
-#include "sim/walls.h"
+#include "sim/space/walls.h"
+#include "sim/state/particles.h"
 
 namespace thixo {
 

@@ -351,12 +351,6 @@ std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<
     return surface.size() - before;
 }
 
-template <class T>
-void keep(std::vector<T>& array, const std::vector<Index>& kept) {
-    for (std::size_t k = 0; k < kept.size(); ++k) array[k] = array[kept[k]];
-    array.resize(kept.size());
-}
-
 /// `now`: the new index of every surfel there was; kNone: it is deleted.
 std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, Real cell, std::vector<Index>& now) {
     const Cover cover(surface, notes, cell);
@@ -384,13 +378,13 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
     for (Index k = 0; k < kept.size(); ++k) now[kept[k]] = k;
     const std::size_t deleted = surface.size() - kept.size();
     if (deleted == 0) return 0;
-    for_each_array(surface, [&](const char*, auto& array) { keep(array, kept); });
-    keep(notes.component, kept);
-    keep(notes.curvature, kept);
-    keep(notes.radius, kept);
-    keep(notes.wall, kept);
-    keep(notes.colour, kept);
-    keep(notes.melt, kept);
+    keep_table_rows(surface, kept);
+    keep_rows(notes.component, kept);
+    keep_rows(notes.curvature, kept);
+    keep_rows(notes.radius, kept);
+    keep_rows(notes.wall, kept);
+    keep_rows(notes.colour, kept);
+    keep_rows(notes.melt, kept);
     notes.lost.assign(kept.size(), 0);
     return deleted;
 }

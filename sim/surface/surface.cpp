@@ -19,16 +19,10 @@ namespace {
 /// That a solid's disc may stretch to, in radii of a liquid's.
 constexpr Real kLongestDisc = Real(1.5);
 
-template <class T>
-void permute(std::vector<T>& array, const std::vector<Index>& order) {
-    std::vector<T> sorted(array.size());
-    for (std::size_t k = 0; k < order.size(); ++k) sorted[k] = array[order[k]];
-    array.swap(sorted);
-}
-
 void sort_by_cell_and_id(SurfaceState& surface, Real support) {
     const auto order = PointGrid::sort_order(surface.surfels.position, surface.id, support);
-    for_each_array(surface, [&](const char*, auto& array) { permute(array, order); });
+    ReorderScratch scratch;
+    reorder_table(surface, order, scratch);
 }
 
 /// b of every surfel: the normalised interpolation of the particles' (6.6.6).

@@ -1,14 +1,15 @@
 // The animated surface (spec: chapter 6.6 of the dissertation): surfels that follow the particles.
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <vector>
 
 #include "pipeline/contract/scene.h"
 #include "pipeline/geometry/surfel.h"
-#include "sim/particles.h"
+#include "sim/space/walls.h"
+#include "sim/state/particles.h"
 #include "sim/surface/mould.h"
-#include "sim/walls.h"
 
 namespace thixo {
 
@@ -28,30 +29,16 @@ struct SurfaceState {
 };
 
 template <class S, class F>
-void for_each_array(S& s, F&& f) requires requires {
-    s.surfels;
-}
-{
-    f("position", s.surfels.position);
-    f("axis1", s.surfels.axis1);
-    f("axis2", s.surfels.axis2);
-    f("normal", s.surfels.normal);
-    f("id", s.id);
-    f("body", s.body);
-    f("rest", s.rest);
-    f("velocity", s.velocity);
-    f("temperature", s.temperature);
-}
-
-/// f(array of a, array of b) for all arrays of two structures of the same type.
-template <class S, class F>
-void for_each_pair(S& a, const S& b, F&& f) {
-    std::vector<const void*> other;
-    for_each_array(b, [&](const char*, const auto& array) { other.push_back(&array); });
-    std::size_t k = 0;
-    for_each_array(a, [&]<class T>(const char*, std::vector<T>& array) {
-        f(array, *static_cast<const std::vector<T>*>(other[k++]));
-    });
+void for_each_field(S& s, F&& f) requires std::same_as<std::remove_const_t<S>, SurfaceState> {
+    f("position", Life::state, s.surfels.position);
+    f("axis1", Life::state, s.surfels.axis1);
+    f("axis2", Life::state, s.surfels.axis2);
+    f("normal", Life::state, s.surfels.normal);
+    f("id", Life::state, s.id);
+    f("body", Life::state, s.body);
+    f("rest", Life::state, s.rest);
+    f("velocity", Life::state, s.velocity);
+    f("temperature", Life::state, s.temperature);
 }
 
 /// Where the time of an update went [s].

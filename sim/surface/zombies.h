@@ -17,16 +17,12 @@ struct Zombies {
 };
 
 template <class Z, class F>
-void for_each_array(Z& z, F&& f) requires requires {
-    z.component;
-    z.rest;
-}
-{
-    f("zombie.position", z.position);
-    f("zombie.normal", z.normal);
-    f("zombie.rest", z.rest);
-    f("zombie.component", z.component);
-    f("zombie.body", z.body);
+void for_each_field(Z& z, F&& f) requires std::same_as<std::remove_const_t<Z>, Zombies> {
+    f("zombie.position", Life::state, z.position);
+    f("zombie.normal", Life::state, z.normal);
+    f("zombie.rest", Life::state, z.rest);
+    f("zombie.component", Life::state, z.component);
+    f("zombie.body", Life::state, z.body);
 }
 
 /// A copy of a surfel.

@@ -8,7 +8,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
-#include "sim/solid/contact_surface.h"
+#include "sim/surface/contact_surface.h"
 #include "tests/sim/fixture.h"
 
 namespace {

@@ -8,7 +8,7 @@
 #include <chrono>
 #include <cstdlib>
 
-#include "sim/density.h"
+#include "sim/liquid/density.h"
 #include "tests/bench/sim_fixture.h"
 
 namespace {

@@ -3,7 +3,7 @@
 // difference to a run without walls.
 #include <benchmark/benchmark.h>
 
-#include "sim/density.h"
+#include "sim/liquid/density.h"
 #include "tests/bench/sim_fixture.h"
 
 namespace {

@@ -20,9 +20,9 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
 #include "pipeline/contract/scene_io.h"
-#include "sim/setup.h"
-#include "sim/solid/contact_surface.h"
-#include "sim/step.h"
+#include "sim/loop/step.h"
+#include "sim/stage/setup.h"
+#include "sim/surface/contact_surface.h"
 
 namespace {
 
@@ -42,7 +42,7 @@ struct Cost {
 
 /// The two parts of the update that has just been made, once more.
 void update_by_parts(Simulation& s, Cost& cost) {
-    if (!s.solids.phases.any) {
+    if (!s.solids.softening.any) {
         ScopedTimer timer(cost.displacing);
         displace_embedded(s.embedded, s.solids, s.surface, s.embedded_source);
     }

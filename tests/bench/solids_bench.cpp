@@ -13,7 +13,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
-#include "sim/solid/solids.h"
+#include "sim/state/solids.h"
 #include "tests/sim/fixture.h"
 
 namespace {
@@ -59,7 +59,7 @@ void elastic_sub_step(benchmark::State& state) {
     state.counters["ns_per_particle"] =
         1e9 * seconds / static_cast<double>(sub_steps) / static_cast<double>(s.particles.size());
     state.counters["neighbours"] =
-        static_cast<double>(s.solids.elements.neighbour.size()) / static_cast<double>(s.particles.size());
+        static_cast<double>(s.solids.elements.bonds.neighbour.size()) / static_cast<double>(s.particles.size());
 }
 
 template <class T>
@@ -107,8 +107,8 @@ void bare_sweep(benchmark::State& state) {
     for (auto _ : state)
         for (std::size_t i = 0; i < e.size(); ++i) {
             Real sum = 0;
-            for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k)
-                sum += e.weight[k] * e.displacement[e.neighbour[k]].x;
+            for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k)
+                sum += e.bonds.weight[k] * e.displacement[e.bonds.neighbour[k]].x;
             total += sum;
         }
     benchmark::DoNotOptimize(total);

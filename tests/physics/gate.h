@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/setup.h"
-#include "sim/step.h"
+#include "sim/loop/step.h"
+#include "sim/stage/setup.h"
 
 namespace thixo::gate {
 

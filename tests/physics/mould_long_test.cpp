@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "pipeline/contract/scene_io.h"
-#include "sim/setup.h"
-#include "sim/step.h"
+#include "sim/loop/step.h"
+#include "sim/stage/setup.h"
 #include "sim/surface/volume.h"
 #include "tests/physics/gate.h"
 

@@ -5,7 +5,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
-#include "sim/step.h"
+#include "sim/loop/step.h"
 #include "sim/surface/volume.h"
 #include "tests/sim/surface/discs.h"
 

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "sim/state.h"
+#include "sim/loop/simulation.h"
 
 namespace thixo::gate {
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/contract/scene_io.h"
-#include "sim/setup.h"
+#include "sim/stage/setup.h"
 #include "tests/physics/gate.h"
 #include "tests/physics/pour_check.h"
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 
 #include "pipeline/contract/scene_io.h"
-#include "sim/setup.h"
-#include "sim/step.h"
+#include "sim/loop/step.h"
+#include "sim/space/walls.h"
+#include "sim/stage/setup.h"
 #include "sim/surface/volume.h"
-#include "sim/walls.h"
 #include "tests/physics/gate.h"
 #include "tests/physics/pour_check.h"
 

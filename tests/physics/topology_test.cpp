@@ -6,8 +6,8 @@
 
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/geometry/point_grid.h"
-#include "sim/setup.h"
-#include "sim/step.h"
+#include "sim/loop/step.h"
+#include "sim/stage/setup.h"
 
 namespace thixo {
 namespace {

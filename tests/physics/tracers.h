@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/state.h"
+#include "sim/loop/simulation.h"
 
 namespace thixo::gate {
 

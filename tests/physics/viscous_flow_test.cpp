@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/random.h"
-#include "sim/sampling.h"
+#include "sim/space/sampling.h"
 #include "tests/physics/gate.h"
 #include "tests/sim/fixture.h"
 

@@ -1,8 +1,8 @@
 // Small scenes that several tests share.
 #pragma once
 
-#include "sim/setup.h"
-#include "sim/step.h"
+#include "sim/loop/step.h"
+#include "sim/stage/setup.h"
 
 namespace thixo::fixture {
 

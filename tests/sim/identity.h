@@ -6,9 +6,9 @@
 #include <string>
 
 #include "pipeline/base/parallel.h"
-#include "sim/checkpoint.h"
-#include "sim/setup.h"
-#include "sim/step.h"
+#include "sim/loop/step.h"
+#include "sim/stage/checkpoint.h"
+#include "sim/stage/setup.h"
 
 namespace thixo::fixture {
 

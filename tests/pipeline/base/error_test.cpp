@@ -10,6 +10,8 @@
 #include <functional>
 #include <new>
 
+#include "pipeline/base/printable.h"
+
 namespace thixo {
 namespace {
 
@@ -89,6 +91,12 @@ TEST(Error, AnAnswerThatCannotBeWrittenIsAResourceError) {
                 0, nullptr));
         },
         testing::ExitedWithCode(kNoResource), "program: the answer cannot be written: No space left");
+}
+
+TEST(Error, NamesDoNotSteerTheTerminal) {
+    EXPECT_EQ("a\\x1b[2Jb\\x07\\x9b \n\tü€", printable("a\x1b[2Jb\x07\xc2\x9b \n\tü€"));
+    const Outcome outcome = run([](int, char**) -> int { throw CacheError("no \x1b]0;title\x07"); });
+    EXPECT_EQ("thixo-x: no \\x1b]0;title\\x07\n", outcome.message);
 }
 
 TEST(Error, ABrokenPromiseAborts) {

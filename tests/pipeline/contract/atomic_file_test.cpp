@@ -4,8 +4,12 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <chrono>
 #include <csignal>
+#include <memory>
+#include <thread>
 
+#include "pipeline/contract/folder_lock.h"
 #include "tests/pipeline/contract/cache_fixture.h"
 
 namespace thixo::test {
@@ -106,6 +110,50 @@ TEST(AtomicFile, TemporariesOfLivingProcessesAndOtherFilesStay) {
     fs::last_write_time(folder / other, fs::file_time_type::clock::now() - std::chrono::hours(2));
     EXPECT_EQ(remove_stale_temporaries(folder.path()), 1);
     EXPECT_EQ(remove_stale_temporaries(folder / "not there"), 0);
+}
+
+TEST(AtomicFile, NothingIsWrittenThroughALink) {
+    const TemporaryFolder folder, elsewhere;
+    fs::create_symlink(elsewhere / "made", folder / "dangling");
+    fs::create_symlink(elsewhere.path(), folder / "sub");
+    EXPECT_NE(message_of([&] { write_whole(folder / "dangling", "x"); }, kBadInput).find("is a link"),
+              std::string::npos);
+    EXPECT_FALSE(append_line(folder / "dangling", "x"));
+    EXPECT_NE(message_of([&] { make_subfolder(folder.path(), "sub/assets"); }, kBadInput).find("is a link"),
+              std::string::npos);
+    fs::create_symlink(elsewhere / "made", folder / ".lock");
+    EXPECT_NE(message_of([&] { FolderLock lock(folder.path()); }, kBadInput).find("is a link"), std::string::npos);
+    EXPECT_TRUE(fs::is_empty(elsewhere.path()));
+}
+
+TEST(AtomicFile, NothingIsReadThroughALinkInAFolderOfOthers) {
+    const TemporaryFolder folder, elsewhere;
+    write_whole(elsewhere / "secret", "secret");
+    fs::create_symlink(elsewhere / "secret", folder / "file");
+    fs::create_symlink(elsewhere.path(), folder / "sub");
+    for (const char* name : {"file", "sub/secret"})
+        EXPECT_NE(message_of([&] { read_inside(folder.path(), name, 100); }, kBadCache), "") << name;
+    write_whole(folder / "own", "12345");
+    EXPECT_EQ(read_inside(folder.path(), "own", 5), "12345");
+    EXPECT_NE(message_of([&] { read_inside(folder.path(), "own", 4); }, kBadCache).find("5 bytes where at most 4"),
+              std::string::npos);
+}
+
+TEST(FolderLock, AHolderThatIsEndingIsWaitedFor) {
+    const TemporaryFolder folder;
+    std::thread ending;
+    {
+        const FolderLock held(folder.path());
+        EXPECT_NE(message_of([&] { FolderLock second(folder.path()); }, kBadInput).find("is being written"),
+                  std::string::npos);
+    }
+    auto held = std::make_unique<FolderLock>(folder.path());
+    ending = std::thread([&] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(500));
+        held.reset();
+    });
+    EXPECT_NO_THROW(FolderLock second(folder.path()));
+    ending.join();
 }
 
 TEST(AtomicFile, AFolderThatIsMissingIsNamed) {

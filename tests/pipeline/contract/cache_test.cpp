@@ -149,7 +149,7 @@ TEST(Cache, NothingIsOverwrittenUnasked) {
     EXPECT_EQ(contents(out.path()), before);
     fs::remove(out / "cache/surfels.0001.vdb");
     EXPECT_NE(message_of([&] { CacheWriter::resume(out.path(), sample_identity(), 1); }, kBadCache)
-                  .find("surfels.0001.vdb' is missing"),
+                  .find("surfels.0001.vdb' is missing or damaged"),
               std::string::npos);
 }
 
@@ -162,6 +162,92 @@ TEST(Cache, RestartRemovesTheOldFramesAndNothingElse) {
     EXPECT_EQ(files.size(), 2u);
     EXPECT_TRUE(files.contains("cache/manifest.json"));
     EXPECT_TRUE(files.contains("cache/notes.txt"));
+}
+
+TEST(Cache, FilesOfOtherProgramsStayWhateverTheCacheDoes) {
+    const TemporaryFolder out;
+    write_sample_cache(out.path(), kLast);
+    const std::map<std::string, std::string> others = {{"cache/assets/logo.png", "a logo"},
+                                                       {"cache/particles.backup.vdb", "a backup"},
+                                                       {"cache/frame.notes.json", "{}"},
+                                                       {"cache/particles.1.vdb", "another tool's"},
+                                                       {"cache/.thixo-notes", "mine"}};
+    for (const auto& [name, bytes] : others) write_whole(out / name, bytes);
+    CacheWriter::resume(out.path(), sample_identity(), 1);
+    continue_sample_cache(out.path(), kLast);
+    CacheWriter::restart(out.path(), sample_identity());
+    for (const auto& [name, bytes] : others) EXPECT_EQ(read_whole(out / name), bytes) << name;
+}
+
+TEST(Cache, AFileOfAnotherProgramInTheWayIsRefusedByName) {
+    for (const char* name : {"cache/particles.0002.vdb", "cache/frame.0002.json"}) {
+        const TemporaryFolder out;
+        write_sample_cache(out.path(), 1);
+        write_whole(out / name, "not Thixo's");
+        const auto before = contents(out.path());
+        for (const bool restart : {false, true}) {
+            const std::string message = message_of(
+                [&] {
+                    restart ? CacheWriter::restart(out.path(), sample_identity())
+                            : CacheWriter::resume(out.path(), sample_identity(), 1);
+                },
+                kBadInput);
+            EXPECT_NE(message.find(name), std::string::npos) << message;
+            EXPECT_EQ(contents(out.path()), before);
+        }
+    }
+}
+
+TEST(Cache, NothingIsReadOrWrittenThroughALink) {
+    const TemporaryFolder out, elsewhere;
+    write_sample_cache(out.path(), 1);
+    fs::rename(out / "cache/assets", elsewhere / "assets");
+    write_whole(elsewhere / "assets/mine.png", "mine");
+    const auto kept = contents(elsewhere.path());
+    fs::create_symlink(elsewhere / "assets", out / "cache/assets");
+    const CacheReader reader(out.path());
+    EXPECT_NE(message_of([&] { reader.load_asset(reader.manifest().assets[0].hash); }, kBadCache), "");
+    EXPECT_NE(message_of([&] { CacheWriter::restart(out.path(), sample_identity()); }, kBadInput).find("is a link"),
+              std::string::npos);
+    EXPECT_EQ(contents(elsewhere.path()), kept);
+
+    const TemporaryFolder second;
+    write_sample_cache(second.path(), 1);
+    fs::rename(second / "cache/particles.0001.vdb", elsewhere / "points.vdb");
+    fs::create_symlink(elsewhere / "points.vdb", second / "cache/particles.0001.vdb");
+    EXPECT_NE(message_of([&] { CacheReader(second.path()).load_particles(1); }, kBadCache).find("is a link"),
+              std::string::npos);
+}
+
+TEST(Cache, DamagedFramesAndAssetsAreFoundBeforeTheyAreKept) {
+    const TemporaryFolder out;
+    write_sample_cache(out.path(), 3);
+    const std::string asset = "cache/" + CacheReader(out.path()).manifest().assets[0].name;
+    EXPECT_EQ(CacheReader(out.path()).last_sound(1), 3);
+    EXPECT_TRUE(CacheReader(out.path()).assets_are_sound());
+    for (const std::string& name : {std::string("cache/surfels.0002.vdb"), asset}) {
+        const std::string bytes = read_whole(out / name);
+        std::string flipped = bytes;
+        flipped[bytes.size() / 2] = static_cast<char>(flipped[bytes.size() / 2] ^ 1);
+        write_whole(out / name, flipped);
+        EXPECT_EQ(CacheReader(out.path()).last_sound(1), name == asset ? 3 : 1) << name;
+        EXPECT_EQ(CacheReader(out.path()).assets_are_sound(), name != asset) << name;
+        fs::remove(out / name);
+        EXPECT_EQ(CacheReader(out.path()).last_sound(1), name == asset ? 3 : 1) << name;
+        if (name != asset) write_whole(out / name, bytes);
+    }
+    CacheWriter writer = CacheWriter::resume(out.path(), sample_identity(), 3);
+    EXPECT_NE(message_of([&] { writer.require_assets(); }, kBadCache), "");
+    writer.add_asset("ply\nthe mesh of a glass\n");
+    writer.require_assets();
+    EXPECT_TRUE(CacheReader(out.path()).assets_are_sound());
+}
+
+TEST(Cache, AManifestThatIsAFolderIsADamagedCache) {
+    const TemporaryFolder out;
+    fs::create_directories(out / "cache/manifest.json");
+    for (const fs::path& path : {out.path(), out / "cache/manifest.json"})
+        EXPECT_NE(message_of([&] { CacheReader reader(path); }, kBadCache).find("manifest.json"), std::string::npos);
 }
 
 TEST(Cache, KilledAtAnyWriteItContinuesToTheSameBytes) {

@@ -149,7 +149,7 @@ TEST_F(LookImages, KeysThatDoNotFitTogetherAreTold) {
 
 TEST_F(LookImages, GoIntoTheCacheAndOutliveTheirFiles) {
     const Scene scene = load();
-    const std::string text = print_scene(scene);
+    const std::string text = print_cached_scene(scene);
     {
         CacheWriter cache = CacheWriter::create(folder_ / "out", {scene.name, text, simulation_hash(scene)});
         store_images(scene.look, cache);
@@ -161,12 +161,12 @@ TEST_F(LookImages, GoIntoTheCacheAndOutliveTheirFiles) {
     const CacheReader reader(folder_ / "moved");
     EXPECT_EQ(reader.manifest().assets.size(), 2u);
     EXPECT_EQ(reader.manifest().format, 2);
-    const Scene cached = parse_scene(reader.scene_text(), "manifest.json", {}, Files::ignore);
+    const Scene cached = parse_cached_scene(reader.scene_text(), "manifest.json");
     EXPECT_EQ(look_hash(cached.look), look_hash(scene.look));
     std::vector<std::string> bytes;
     for_each_image(cached.look, [&](const std::string&, ImageUse, const std::string& file, const std::string& content) {
         bytes.push_back(image_bytes(file, content, &reader));
-        EXPECT_THROW(image_bytes(file, content, nullptr), InputError);
+        EXPECT_THROW(image_bytes(file, content, nullptr), CacheError);
     });
     EXPECT_EQ(bytes, (std::vector<std::string>{sky_bytes(), wood_bytes()}));
 }
@@ -191,6 +191,35 @@ TEST_F(LookImages, OfACachesLookAreNotLookedAtButThoseOfALookFileAre) {
     const Scene set = parse_scene(text, "manifest.json",
                                   {"look.lights.room.file=" + (folder_ / "looks/stars.exr").string()}, Files::ignore);
     EXPECT_EQ(set.look.lights[0].content, hash_hex(sky_bytes(0.01f)));
+}
+
+TEST_F(LookImages, AndMeshesAreNamedByContentAloneInACache) {
+    write("ball.ply", "ply, or so it seems");
+    write("scene.yaml",
+          std::string(kScene) + "world: {boundaries: {ball: {shape: {mesh: {file: ball.ply, scale: 1}}}}}\n");
+    const std::string text = print_cached_scene(load());
+    EXPECT_EQ(text.find(folder_.path().string()), std::string::npos) << text;
+    EXPECT_EQ(text.find("room.exr"), std::string::npos) << text;
+    EXPECT_EQ(simulation_hash(parse_cached_scene(text, "manifest.json")), simulation_hash(load()));
+    // The same scene by another way to its file.
+    const std::filesystem::path here = std::filesystem::current_path();
+    std::filesystem::current_path(folder_.path());
+    const std::string relative = print_cached_scene(load_scene("scene.yaml"));
+    std::filesystem::current_path(here);
+    EXPECT_EQ(relative, text);
+}
+
+TEST_F(LookImages, OfACacheAreReadFromItAndNowhereElse) {
+    const Scene scene = load();
+    for (const std::string& text : {print_scene(scene), print_cached_scene(scene)}) {  // the former by older programs
+        CacheWriter cache = CacheWriter::restart(folder_ / "out", {scene.name, text, simulation_hash(scene)});
+        cache.finish();  // without the images, whose files are still there
+        const CacheReader reader(folder_ / "out");
+        const Scene cached = parse_cached_scene(reader.scene_text(), "manifest.json");
+        for_each_image(cached.look, [&](const std::string&, ImageUse, const std::string& file, const std::string& c) {
+            EXPECT_THROW(image_bytes(file, c, &reader), CacheError);
+        });
+    }
 }
 
 TEST_F(LookImages, AFileThatChangesBehindOurBackIsNoticed) {

@@ -116,6 +116,13 @@ TEST(Manifest, GarbageIsRefused) {
         EXPECT_NE(refusal(text).find("'manifest.json' is damaged"), std::string::npos) << text.substr(0, 40);
 }
 
+TEST(Manifest, IsNotParsedBeforeItsChecksumMatches) {
+    const std::string deep(20'000'000, '[');
+    EXPECT_NE(refusal(deep).find("checksum does not match"), std::string::npos);
+    EXPECT_NE(refusal(edited("\"frames\": [", "\"frames\": [" + std::string(100'000, '['))).find("nested"),
+              std::string::npos);
+}
+
 TEST(Manifest, ATextThatIsNotUtf8IsRefusedWhenWritten) {
     Manifest m = sample();
     m.scene_text = "scene: \xff";

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/check_args.h"
 
 namespace thixo {
 namespace {
@@ -104,6 +105,12 @@ TEST(StageArgs, BadWordsAreInputErrors) {
     EXPECT_THROW(SimArgs::parse({"scene", "second", "--out=x"}), InputError);
     EXPECT_THROW(SimArgs::parse({"scene", "--out=x", "--set"}), InputError);
     EXPECT_THROW(RenderArgs::parse({"--out=x", "--what=voxels"}), InputError);
+}
+
+TEST(StageArgs, AComparisonTakesNoNumberThatIsNone) {
+    for (const char* word : {"nan", "inf", "-1", "1e7", "x"})
+        EXPECT_THROW(CheckArgs::parse({"a", "--against=b", std::string("--max-rel-mse=") + word}), InputError) << word;
+    EXPECT_EQ(CheckArgs::parse({"a", "--against=b", "--max-rel-mse=0.25"}).max_rel_mse, 0.25);
 }
 
 TEST(FrameRange, GivesAscendingFramesWithoutDuplicates) {

@@ -85,6 +85,37 @@ TEST(CommandLine, BadUsageIsOneClearLine) {
     EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--nonsense"}).find("--nonsense"));
 }
 
+TEST(CommandLine, EveryNumberOfEveryOptionIsFiniteAndInRange) {
+    const std::vector<std::string> check{"check", "a", "--against", "b", "--max-rel-mse"};
+    for (const char* word : {"nan", "-nan", "inf", "-inf", "-0.1", "1e7", "1e999", "0x10", "1,5", "1 ", "", "one"}) {
+        std::vector<std::string> words = check;
+        words.push_back(word);
+        EXPECT_NE(std::string::npos, refusal(words).find("--max-rel-mse")) << word << ": " << refusal(words);
+    }
+    for (const char* word : {"nan", "1.5", "1025", "-1", "1e3", "99999999999999999999"}) {
+        EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--threads", word}).find("--threads")) << word;
+        if (std::string(word) != "1025") {
+            EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--seed", word}).find("--seed")) << word;
+        }
+    }
+    std::vector<std::string> words = check;
+    words.push_back("1e-3");
+    EXPECT_EQ(1e-3, parse(words).max_rel_mse);
+}
+
+TEST(CommandLine, AnEmptyWordIsRefusedByItsOption) {
+    EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--out", ""}).find("--out"));
+    EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--look", ""}).find("--look"));
+    EXPECT_FALSE(refusal({"info", ""}).empty());
+}
+
+TEST(CommandLine, BytesThatJsonCannotCarryAreRefusedBeforeTheWork) {
+    EXPECT_NE(std::string::npos, refusal({"run", "a.yaml", "--out", "\xff", "--json"}).find("UTF-8"));
+    EXPECT_NE(std::string::npos, refusal({"export", "b\xc3", "--to", "csv", "--json"}).find("UTF-8"));
+    EXPECT_EQ("", refusal({"run", "a.yaml", "--out", "\xff"}));
+    EXPECT_EQ("", refusal({"run", "a.yaml", "--out", "\xc3\xa4\xe2\x82\xac\xf0\x9f\x8c\x8a", "--json"}));
+}
+
 TEST(CommandLine, HelpOfAVerbNamesItsOptions) {
     EXPECT_NE(std::string::npos, parse({"--help"}).text.find("run SCENE"));
     EXPECT_NE(std::string::npos, parse({"run", "--help"}).text.find("--frames"));

@@ -25,6 +25,10 @@ void write_picture(const fs::path& frames, int number, int width, int height, in
     write_png(frames / name, image);
 }
 
+FilmPlan plan_of(const TemporaryFolder& folder, std::vector<int> numbers, double fps = 24) {
+    return {folder.path / "frames", std::move(numbers), fps};
+}
+
 /// What ffprobe says of one property of the film's picture stream.
 std::string probed(const fs::path& film, const std::string& property) {
     std::string out;
@@ -40,27 +44,27 @@ std::string probed(const fs::path& film, const std::string& property) {
 TEST(Film, HasEveryPictureAtTheScenesRateAndAnEvenSize) {
     const TemporaryFolder folder;
     for (int n = 3; n <= 8; ++n) write_picture(folder.path / "frames", n, 63, 35, 40 * (n - 2));
-    make_film(folder.path / "frames", folder.path / "a.mp4", 24);
+    make_film(plan_of(folder, {3, 4, 5, 6, 7, 8}), folder.path / "a.mp4");
     EXPECT_EQ("6", probed(folder.path / "a.mp4", "nb_read_frames"));
     EXPECT_EQ("24/1", probed(folder.path / "a.mp4", "r_frame_rate"));
     EXPECT_EQ("64,36", probed(folder.path / "a.mp4", "width,height"));
     EXPECT_EQ("yuv420p", probed(folder.path / "a.mp4", "pix_fmt"));
-    EXPECT_FALSE(fs::exists(folder.path / ".film"));
+    EXPECT_EQ(2, std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()));  // and no scratch
 }
 
 TEST(Film, AGapIsHeldByThePictureBefore) {
     const TemporaryFolder folder;
     for (const int n : {1, 3, 5}) write_picture(folder.path / "frames", n, 64, 36, 50 * n);
-    make_film(folder.path / "frames", folder.path / "a.mp4", 25);
+    make_film(plan_of(folder, {1, 2, 3, 4, 5}, 25), folder.path / "a.mp4");
     EXPECT_EQ("5", probed(folder.path / "a.mp4", "nb_read_frames"));
 }
 
 TEST(Film, EqualPicturesGiveEqualBytes) {
     const TemporaryFolder folder;
     for (int n = 1; n <= 5; ++n) write_picture(folder.path / "frames", n, 64, 36, 40 * n);
-    make_film(folder.path / "frames", folder.path / "a.mp4", 24);
+    make_film(plan_of(folder, {1, 2, 3, 4, 5}), folder.path / "a.mp4");
     fs::rename(folder.path / "frames", folder.path / "other frames");
-    make_film(folder.path / "other frames", folder.path / "b.mp4", 24);
+    make_film({folder.path / "other frames", {1, 2, 3, 4, 5}, 24}, folder.path / "b.mp4");
     EXPECT_EQ(text_of(folder.path / "a.mp4"), text_of(folder.path / "b.mp4"));
 }
 
@@ -79,38 +83,72 @@ TEST(Film, IsMadeInAFolderOfAnyName) {
 TEST(Film, TheIndexStandsInFront) {
     const TemporaryFolder folder;
     write_picture(folder.path / "frames", 1, 64, 36, 100);
-    make_film(folder.path / "frames", folder.path / "a.mp4", 24);
+    make_film(plan_of(folder, {1}), folder.path / "a.mp4");
     const std::string bytes = text_of(folder.path / "a.mp4");
     ASSERT_NE(std::string::npos, bytes.find("moov"));
     EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
 }
 
-TEST(Film, IsStaleWhenAPictureIsNewer) {
+TEST(Film, IsCurrentOnlyWhereUndamagedAndOfTheVeryPictures) {
     const TemporaryFolder folder;
     const fs::path film = folder.path / "a.mp4";
-    write_picture(folder.path / "frames", 1, 4, 4, 9);
-    EXPECT_TRUE(film_is_stale(folder.path / "frames", film));
-    std::ofstream(film) << "x";
-    const auto picture_time = fs::last_write_time(folder.path / "frames" / "beauty.0001.png");
-    fs::last_write_time(film, picture_time + std::chrono::seconds(1));
-    EXPECT_FALSE(film_is_stale(folder.path / "frames", film));
-    fs::last_write_time(film, picture_time - std::chrono::seconds(1));
-    EXPECT_TRUE(film_is_stale(folder.path / "frames", film));
+    for (const int n : {1, 2}) write_picture(folder.path / "frames", n, 16, 16, 9 * n);
+    const FilmPlan plan = plan_of(folder, {1, 2});
+    EXPECT_FALSE(film_is_current(plan, film));
+    make_film(plan, film);
+    EXPECT_TRUE(film_is_current(plan, film));
+    EXPECT_FALSE(film_is_current(plan_of(folder, {1, 2}, 25), film));
+    EXPECT_FALSE(film_is_current(plan_of(folder, {1}), film));
+
+    const std::string bytes = text_of(film);
+    for (std::size_t k = 0; k < 20; ++k) {
+        std::string damaged = bytes;
+        damaged[k * (bytes.size() - 1) / 19] ^= 4;
+        std::ofstream(film, std::ios::binary) << damaged;
+        EXPECT_FALSE(film_is_current(plan, film)) << k;
+        std::ofstream(film, std::ios::binary) << bytes.substr(0, k * bytes.size() / 20);
+        EXPECT_FALSE(film_is_current(plan, film)) << k;
+    }
+    std::ofstream(film, std::ios::trunc);  // an empty film is made again, to the same bytes
+    make_film(plan, film);
+    EXPECT_EQ(bytes, text_of(film));
+    write_picture(folder.path / "frames", 2, 16, 16, 200);
+    EXPECT_FALSE(film_is_current(plan, film));
+}
+
+TEST(Film, ShowsTheFramesOfTheCacheAndNoStrayPicture) {
+    const TemporaryFolder folder;
+    for (const int n : {1, 2, 200000}) write_picture(folder.path / "frames", n, 16, 16, n % 250);
+    make_film(plan_of(folder, {1, 2, 3}), folder.path / "a.mp4");
+    EXPECT_EQ("2", probed(folder.path / "a.mp4", "nb_read_frames"));
+}
+
+TEST(Film, AnotherProgramsFilmIsRefusedAndStays) {
+    const TemporaryFolder folder;
+    write_picture(folder.path / "frames", 1, 16, 16, 100);
+    std::ofstream(folder.path / "a.mp4") << "mine";
+    try {
+        make_film(plan_of(folder, {1}), folder.path / "a.mp4");
+        FAIL() << "no error";
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string::npos, std::string(e.what()).find("a.mp4")) << e.what();
+    }
+    EXPECT_EQ("mine", text_of(folder.path / "a.mp4"));
 }
 
 TEST(Film, WithoutPicturesIsAClearError) {
     const TemporaryFolder folder;
     fs::create_directories(folder.path / "frames");
-    EXPECT_THROW(make_film(folder.path / "frames", folder.path / "a.mp4", 24), CacheError);
+    EXPECT_THROW(make_film(plan_of(folder, {1}), folder.path / "a.mp4"), CacheError);
 }
 
 TEST(Film, ADamagedPictureLeavesTheFormerFilm) {
     const TemporaryFolder folder;
     write_picture(folder.path / "frames", 1, 64, 36, 100);
-    make_film(folder.path / "frames", folder.path / "a.mp4", 24);
+    make_film(plan_of(folder, {1}), folder.path / "a.mp4");
     const std::string before = text_of(folder.path / "a.mp4");
     std::ofstream(folder.path / "frames" / "beauty.0001.png") << "no picture";
-    EXPECT_THROW(make_film(folder.path / "frames", folder.path / "a.mp4", 24), InputError);
+    EXPECT_THROW(make_film(plan_of(folder, {1}), folder.path / "a.mp4"), InputError);
     EXPECT_EQ(before, text_of(folder.path / "a.mp4"));
 }
 

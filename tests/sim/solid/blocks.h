@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "pipeline/base/random.h"
+#include "sim/bonds/rest_shape.h"
 #include "sim/solid/elasticity.h"
-#include "sim/solid/rest_shape.h"
 
 namespace thixo::fixture {
 
@@ -36,7 +36,11 @@ inline Elements block(int nx, int ny, int nz, Real distance, Real jitter, Real d
     return e;
 }
 
-inline std::vector<SolidBody> one_body(const Elements& e) { return {SolidBody{.end = static_cast<Index>(e.size())}}; }
+inline std::vector<SolidBody> one_body(const Elements& e) {
+    std::vector<SolidBody> bodies(1);
+    for (Index i = 0; i < e.size(); ++i) bodies[0].elements.push_back(i);
+    return bodies;
+}
 
 /// Neighbours and moments, for a law.
 inline Elements prepared(Elements e, const StressLaw& law) {
@@ -72,9 +76,9 @@ inline Real energy(const std::vector<StressLaw>& laws, const Elements& e) {
     for (std::size_t i = 0; i < e.size(); ++i) {
         const StressLaw& law = laws[e.law_of(i)];
         const auto neighbours = [&](auto&& f) {
-            for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
-                const Index j = e.neighbour[k];
-                f(e.weight[k], Vec3(xyz(e.rest[j]) - xyz(e.rest[i])),
+            for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+                const Index j = e.bonds.neighbour[k];
+                f(e.bonds.weight[k], Vec3(xyz(e.rest[j]) - xyz(e.rest[i])),
                   Vec3(xyz(e.displacement[j]) - xyz(e.displacement[i])));
             }
         };
@@ -83,11 +87,11 @@ inline Real energy(const std::vector<StressLaw>& laws, const Elements& e) {
             a += w * r * r.transpose();
             b += w * (r + u) * r.transpose();
         });
-        const Mat3 inverse = matrix(e.moment[i].inverse), j = b * inverse;
+        const Mat3 inverse = matrix(e.bonds.moment[i].inverse), j = b * inverse;
         const Mat3 strain = Real(0.5) * (j.transpose() * j - a * inverse) - matrix(e.plastic[i]);
         const Mat3 stress = law.lambda * strain.trace() * Mat3::Identity() + 2 * law.mu * strain;
         total += e.volume[i] / 2 * strain.cwiseProduct(stress).sum();
-        if (e.moment[i].full) total += e.volume[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);
+        if (e.bonds.moment[i].full) total += e.volume[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);
         if (!(a.trace() > 0)) continue;
         const Real c = law.zero_energy * e.volume[i] / a.trace();
         neighbours([&](Real w, const Vec3& r, const Vec3& u) {

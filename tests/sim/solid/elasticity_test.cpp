@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/solid/rigid_fit.h"
-#include "sim/solid/solids.h"
 #include "sim/solid/stable_step.h"
+#include "sim/state/solids.h"
 #include "tests/sim/solid/blocks.h"
 
 namespace thixo {
@@ -128,7 +128,7 @@ TEST(Elasticity, SupportsOfTheirOwnKeepForcesTheGradientOfTheEnergy) {
 
 TEST(Elasticity, AFlatLayerResistsInItsPlaneAndTurnsFreely) {
     Elements e = prepared(block(7, 7, 1, kDistance, 0), rubber());
-    EXPECT_EQ(e.flat.size(), e.size());
+    EXPECT_EQ(e.bonds.flat.size(), e.size());
     fixture::move(e, [&](const Vec3& m) { return Vec3(turn() * m); });
     EXPECT_LT(largest(forces(rubber(), e)), 1e-10 * rubber().mu * square(kDistance));
     fixture::shake(e, kDistance, Real(0.2));

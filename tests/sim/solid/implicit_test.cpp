@@ -86,7 +86,7 @@ TEST(ImplicitSolids, TheCoarseGridFindsTheSameInFewerIterations) {
         wall.region = fixture::shape_at({-0.2, 0, 0}, scene::BoxShape{{0.03, 1, 1}, 0});
         scene.handles = {wall};
         Simulation s = make_simulation(scene);
-        s.solids.implicit.two_levels = two_levels;
+        s.solid_scratch.implicit.two_levels = two_levels;
         double before = 0;
         for (const Vec3& x : s.particles.position) before += static_cast<double>(x.z());
         fixture::steps(s, 10, 0.002);

@@ -1,5 +1,5 @@
 // Solids within a simulation: what is conserved, what holds, and that runs repeat.
-#include "sim/solid/solids.h"
+#include "sim/state/solids.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/shapes.h"
-#include "sim/solid/whole_gradients.h"
+#include "sim/bonds/gradients.h"
 #include "tests/sim/identity.h"
 #include "tests/sim/solid/blocks.h"
 #include "tests/sim/solid/rubber.h"
@@ -111,8 +111,8 @@ TEST(Solids, PartsOfABodyHangTogetherThroughMatterAlone) {
     const Elements& e = s.solids.elements;
     int across = 0, joined = 0, apart = 0;
     for (Index i = 0; i < e.size(); ++i)
-        for (std::size_t k = e.begin[i]; k < e.begin[i + 1]; ++k) {
-            const Index j = e.neighbour[k];
+        for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+            const Index j = e.bonds.neighbour[k];
             const Vec3 a = xyz(e.rest[i]) + s.solids.bodies[0].place.cast<Real>(),
                        b = xyz(e.rest[j]) + s.solids.bodies[0].place.cast<Real>();
             const bool other_side = a.x() * b.x() < 0;
@@ -224,7 +224,7 @@ TEST(Solids, TheLastElementsOfAThinLimbTurnWithIt) {
     StressLaw law;
     law.mu = 1e5;
     e = fixture::prepared(std::move(e), law);
-    ASSERT_FALSE(e.moment.back().full);
+    ASSERT_FALSE(e.bonds.moment.back().full);
     const Mat3 turn = Eigen::AngleAxis<Real>(Real(1.3), Vec3(0.3f, -0.8f, 0.52f).normalized()).toRotationMatrix();
     fixture::move(e, [&](const Vec3& m) { return Vec3(turn * m + Vec3(0.02f, 0, 0.01f)); });
     std::vector<Mat3> gradients;

@@ -42,7 +42,7 @@ Particles liquid(const std::vector<Vec3>& places) {
     p.temperature.assign(n, 20);
     p.material.assign(n, 0);
     p.body.assign(n, 0);
-    p.kind.assign(n, Kind::liquid);
+    p.phase.assign(n, Phase::liquid);
     return p;
 }
 

@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include "sim/space/walls.h"
 #include "sim/surface/surface.h"
-#include "sim/walls.h"
 
 namespace thixo::fixture {
 

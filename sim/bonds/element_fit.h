@@ -1,0 +1,91 @@
+// How a body's matter lies about a place: a linear least-squares fit of its elements there.
+#pragma once
+
+#include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/point_grid.h"
+#include "sim/state/bodies.h"
+
+namespace thixo {
+
+/// With weights w_j = w_poly6(x - x_j, h), means xbar and mbar, and A = sum_j w_j (x_j - xbar)(x_j - xbar)^T:
+///   m(x) = mbar + G (x - xbar),   G = (sum_j w_j (m_j - mbar)(x_j - xbar)^T + e R^T) (A + e)^-1,   e = 1e-3 tr A
+///   W_j = w_j (1/sum w + (x - xbar)^T (A + e)^-1 (x_j - xbar)),   sum_j W_j = 1,  sum_j W_j x_j = x, of flat and thin
+/// parts within their plane. Where the elements do not tell (across a thin part) matter is as turned as the body, R.
+struct ElementFit {
+    Vec3 material{0, 0, 0};  // m(x)
+    Mat3 slope;              // G
+    std::vector<Index> element;
+    std::vector<Real> weight;  // W
+    // Scratch.
+    std::vector<Real> slant;
+    std::vector<std::pair<Real, Index>> near;  // squared distance, element within the body
+};
+
+/// Elements at their rest places.
+struct RestPlaces {
+    const Elements& e;
+    Vec3 operator[](std::size_t j) const { return xyz(e.rest[j]); }
+};
+
+/// The fit about x for the elements of a body at `place` (by element; any frame that R turns the material frame into),
+/// found by `grid` of the body's alone, of cells at least `support`. Too few within `support` [m]: the nearest sixteen,
+/// however far. Those far from the nearest one in the rest shape are left out: another limb of the body that is near by
+/// chance.
+template <class Places>
+void fit_elements(const SolidBody& body, const Elements& e, const Places& place, const PointGrid& grid,
+                  const Mat3& turn, Real support, const Vec3& x, ElementFit& fit) {
+    constexpr std::size_t kEnough = 8;
+    constexpr Real kPrior = Real(1e-3), kMostSlant = 2;
+    fit.near.clear();
+    grid.for_each_neighbour(x, support, [&](Index near, Real r2) { fit.near.emplace_back(r2, near); });
+    Real reach = support;
+    if (fit.near.size() < kEnough) {
+        grid.nearest(x, 16, std::numeric_limits<Real>::max(), fit.near);
+        reach = std::max(support, Real(1.1) * std::sqrt(fit.near.back().first));
+    }
+    std::size_t nearest = 0;
+    for (std::size_t k = 1; k < fit.near.size(); ++k)
+        if (fit.near[k] < fit.near[nearest]) nearest = k;
+    const Vec3 middle = xyz(e.rest[body.elements[fit.near[nearest].second]]);
+    const Poly6 kernel(reach);
+    fit.element.clear();
+    fit.weight.clear();
+    fit.slant.clear();
+    Real sum = 0;
+    Vec3 to_mean(0, 0, 0), mean(0, 0, 0);
+    for (const auto& [r2, near] : fit.near) {
+        const Index j = body.elements[near];
+        const Vec3 m = xyz(e.rest[j]) - middle;
+        if (m.squaredNorm() > square(2 * support)) continue;
+        const Real w = kernel.value(r2) * cube(support);
+        fit.element.push_back(j);
+        fit.weight.push_back(w);
+        sum += w;
+        to_mean += w * (place[j] - x);
+        mean += w * m;
+    }
+    to_mean /= sum;
+    mean /= sum;
+    Mat3 spread = Mat3::Zero(), both = Mat3::Zero();
+    for (std::size_t k = 0; k < fit.element.size(); ++k) {
+        const Vec3 d = place[fit.element[k]] - x - to_mean, wd = fit.weight[k] * d;
+        spread += d * wd.transpose();
+        both += (xyz(e.rest[fit.element[k]]) - middle - mean) * wd.transpose();
+    }
+    const Real prior = kPrior * spread.trace() + std::numeric_limits<Real>::min();
+    const Mat3 inverse = (spread + prior * Mat3::Identity()).inverse();
+    fit.slope = (both + prior * turn.transpose()) * inverse;
+    fit.material = middle + mean - fit.slope * to_mean;
+    const Vec3 towards = -(inverse * to_mean);
+    // Far from its elements a place has weights of either sign that are large: those are drawn back to their mean.
+    Real positive = 0;
+    for (std::size_t k = 0; k < fit.element.size(); ++k) {
+        const Real linear = towards.dot(place[fit.element[k]] - x - to_mean);
+        positive += std::max(fit.weight[k] * linear, Real(0));
+        fit.slant.push_back(linear);
+    }
+    const Real part = std::min(Real(1), kMostSlant / std::max(positive, std::numeric_limits<Real>::min()));
+    for (std::size_t k = 0; k < fit.element.size(); ++k) fit.weight[k] *= 1 / sum + part * fit.slant[k];
+}
+
+}  // namespace thixo

@@ -1,0 +1,121 @@
+#include "sim/bonds/rest_shape.h"
+
+#include <algorithm>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/point_grid.h"
+
+namespace thixo {
+namespace {
+
+/// Neighbours of the elements of one body, appended to `lists` from its first element on.
+void list_body(const SolidBody& body, const Elements& elements, const std::function<bool(Index, Index)>& hang_together,
+               std::vector<std::vector<Index>>& lists) {
+    if (!body.shaped() || body.empty()) return;
+    const std::vector<Vec3> place = rest_places(body, elements);
+    Real widest = 0;
+    for (const Index i : body.elements) widest = std::max(widest, elements.support[i]);
+    PointGrid grid;
+    grid.build(place, widest);
+    parallel_for(body.size(), [&](std::size_t k) {
+        const Index i = body.elements[k];
+        grid.for_each_neighbour(place[k], widest, [&](Index near, Real r2) {
+            const Index j = body.elements[near];
+            if (j == i || !(r2 < square((elements.support[i] + elements.support[j]) / 2))) return;
+            if (!hang_together || hang_together(std::min(i, j), std::max(i, j))) lists[i].push_back(j);
+        });
+    });
+}
+
+Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
+    Mat3d a = Mat3d::Zero();
+    first.setZero();
+    const Vec3d m = xyz(elements.rest[i]).cast<double>();
+    for (std::size_t k = elements.bonds.begin[i]; k < elements.bonds.begin[i + 1]; ++k) {
+        const Vec3d r = xyz(elements.rest[elements.bonds.neighbour[k]]).cast<double>() - m;
+        const double w = static_cast<double>(elements.bonds.weight[k]);
+        a += w * r * r.transpose();
+        first += w * r;
+    }
+    return a;
+}
+
+}  // namespace
+
+Real rest_weight(Real hi, Real hj, Real r) { return cube(hj / hi) * Spiky((hi + hj) / 2).value(r); }
+
+void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements, const HangTogether& hang_together) {
+    const std::size_t n = elements.size();
+    std::vector<std::vector<Index>> lists(n);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        list_body(bodies[b], elements,
+                  hang_together ? [&](Index i, Index j) { return hang_together(b, i, j); }
+                                : std::function<bool(Index, Index)>(),
+                  lists);
+    Bonds& bonds = elements.bonds;
+    bonds.changed();
+    bonds.begin.assign(n + 1, 0);
+    for (std::size_t i = 0; i < n; ++i)
+        bonds.begin[i + 1] = bonds.begin[i] + (lists[i].size() + kLanes - 1) / kLanes * kLanes;
+    bonds.neighbour.resize(bonds.begin[n]);
+    bonds.weight.assign(bonds.begin[n], 0);
+    bonds.weight_back.assign(bonds.begin[n], 0);
+    parallel_for(n, [&](std::size_t i) {
+        std::size_t k = bonds.begin[i];
+        for (const Index j : lists[i]) {
+            const Real r = (xyz(elements.rest[j]) - xyz(elements.rest[i])).norm();
+            bonds.weight[k] = rest_weight(elements.support[i], elements.support[j], r);
+            bonds.weight_back[k] = rest_weight(elements.support[j], elements.support[i], r);
+            bonds.neighbour[k++] = j;
+        }
+        while (k < bonds.begin[i + 1]) bonds.neighbour[k++] = static_cast<Index>(i);
+    });
+}
+
+HangTogether hang_together_in_shapes(const Solids& solids) {
+    constexpr Real kOutside = Real(0.25);
+    return [&solids](std::size_t b, Index i, Index j) {
+        const Elements& e = solids.elements;
+        const SolidBody& body = solids.bodies[b];
+        if (!body.shape) return true;
+        const Vec3 from = xyz(e.rest[i]), way = xyz(e.rest[j]) - from;
+        const Real outside = kOutside * std::cbrt(e.volume[i]);
+        // Distance changes by no more than the way does: most lie too deep for that.
+        if (e.depth[i] + e.depth[j] + 2 * outside >= way.norm()) return true;
+        for (const Real part : {Real(0.5), Real(0.25), Real(0.75)})
+            if (body.shape->distance(from + part * way + body.origin) > outside) return false;
+        return true;
+    };
+}
+
+void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which, double flat) {
+    const std::size_t n = elements.size();
+    elements.bonds.moment.resize(n);
+    std::vector<Symmetric> projection(n);
+    for (const auto& [i, kept] : elements.bonds.flat) projection[i] = kept;
+    parallel_for(n, [&](std::size_t i) {
+        if (which && !(*which)[i]) return;
+        Vec3d first;
+        const Mat3d a = moment_matrix(elements, i, first);
+        const Eigen::SelfAdjointEigenSolver<Mat3d> eigen(a);
+        const Vec3d& value = eigen.eigenvalues();
+        Mat3d inverse = Mat3d::Zero(), kept = Mat3d::Zero();
+        int rank = 0;
+        for (int c = 0; c < 3; ++c) {
+            if (!(value[c] > flat * value[2])) continue;
+            const Vec3d v = eigen.eigenvectors().col(c);
+            inverse += v * v.transpose() / value[c];
+            kept += v * v.transpose();
+            ++rank;
+        }
+        elements.bonds.moment[i] = {symmetric(inverse.cast<Real>()), first.cast<Real>(), static_cast<Real>(a.trace()),
+                                    rank == 3};
+        projection[i] = symmetric(kept.cast<Real>());
+    });
+    elements.bonds.flat.clear();
+    for (Index i = 0; i < n; ++i)
+        if (!elements.bonds.moment[i].full) elements.bonds.flat.emplace_back(i, projection[i]);
+}
+
+}  // namespace thixo

@@ -1,0 +1,172 @@
+#include "sim/contact/narrow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "pipeline/base/parallel.h"
+#include "sim/bonds/element_fit.h"
+#include "sim/bonds/gradients.h"
+#include "sim/contact/contact.h"
+
+namespace thixo {
+namespace {
+
+constexpr Real kSteepest = 3;           // most that the distance may change over a way in the world
+constexpr Real kInside = Real(0.1);     // how far ahead the face is looked for that a sample meets, in widths
+constexpr Real kSameFace = Real(0.99);  // cosine between its normals at that depth and at half of it
+constexpr Real kFacing = Real(0.2);     // least cosine between the surfaces' normals, one of them turned round
+
+/// The outward normal of the surface at a sample, J^-T n of the element that it hangs on most; not unit.
+Vec3 normal_of(const View& view, Index sample) {
+    const ContactSamples& s = view.solids.contacts.samples;
+    std::size_t host = s.weights.begin[sample];
+    for (std::size_t k = host; k < s.weights.begin[sample + 1]; ++k)
+        if (s.weights.weight[k] > s.weights.weight[host]) host = k;
+    const Mat3 j = Mat3::Identity() + gradient_of(view.solids.elements, s.weights.element[host]);
+    const Vec3& n = s.normal[sample];
+    const Vec3 turned =
+        j.col(1).cross(j.col(2)) * n.x() + j.col(2).cross(j.col(0)) * n.y() + j.col(0).cross(j.col(1)) * n.z();
+    return view.poses[at(s.owner[sample])].turn * turned;
+}
+
+/// The node of a sample at x and a body, where its surface is nearer than the margin or passed.
+std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::int32_t partner, ElementFit& fit) {
+    const Contacts& c = view.solids.contacts;
+    const Elements& e = view.solids.elements;
+    const SolidBody& body = view.solids.bodies[at(partner)];
+    const Real width = view.extents[at(partner)].width, margin = kContactMargin * width;
+    if (!near_matter(view.solids, body, c.grid[at(partner)], x)) return std::nullopt;
+    fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.typical], x, fit);
+    const Vec3 m = fit.material + body.origin;
+    const Shape& shape = *body.shape;
+    const Real d = shape.distance(m);
+    if (!(d < 2 * margin)) return std::nullopt;
+    // Of the partner's faces the one is met that lies before the sample's own: about an edge the distance alone knows
+    // no face, and a plane aslant, or of the side that slides past, would be in the way of what slides. Where even that
+    // face is not clear, an edge meets the sample's own face, whose plane it is then.
+    const Vec3 own = normal_of(view, sample), inwards = fit.slope * own;
+    const Vec3 ahead = kInside * width * inwards.normalized();
+    const Vec3 face = shape.gradient(m + ahead, width / 64), before = shape.gradient(m + ahead / 2, width / 64);
+    const bool clear = face.dot(before) > kSameFace;
+    const Vec3 slope =
+        clear ? Vec3(fit.slope.transpose() * face) : Vec3(-own.normalized() * inwards.norm() / own.norm());
+    const Real steep = slope.norm();
+    if (!(steep > Real(1e-3))) return std::nullopt;
+    // A gap is of first order: where matter is pressed flat or drawn out more than this, that says nothing.
+    const Real steepness = std::clamp(steep, 1 / kSteepest, kSteepest);
+    if (!(d < margin * steepness)) return std::nullopt;
+    // Surfaces meet face to face. Beyond the middle of a thin body the way out on its far side is no way back.
+    if (slope.dot(own) > -kFacing * steep * own.norm()) return std::nullopt;
+    const ContactSamples& s = c.samples;
+    Found out;
+    out.sample = sample;
+    out.owner = s.owner[sample];
+    out.partner = partner;
+    out.gap = d / steepness;
+    out.steepness = steepness;
+    out.normal = slope / steep;
+    out.area = s.area[sample] / 2;
+    const auto first = static_cast<std::ptrdiff_t>(s.weights.begin[sample]),
+               last = static_cast<std::ptrdiff_t>(s.weights.begin[sample + 1]);
+    out.element.assign(s.weights.element.begin() + first, s.weights.element.begin() + last);
+    out.weight.assign(s.weights.weight.begin() + first, s.weights.weight.begin() + last);
+    out.middle = out.element.size();
+    out.element.insert(out.element.end(), fit.element.begin(), fit.element.end());
+    for (const Real w : fit.weight) out.weight.push_back(-w);
+    return out;
+}
+
+/// How much of an element meets others as a solid: its surface, or where matter melts off, all that is left of it.
+Real solid_share(const View& view, Index i, Real width) {
+    const Elements& e = view.solids.elements;
+    if (!view.solids.softening.any) return e.depth[i] > width ? Real(0) : Real(1);
+    return e.solidity(i);
+}
+
+/// Whether the rest shape holds them apart: no crack hides one from the other.
+bool neighbours(const Bonds& bonds, Index i, Index j) {
+    for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k)
+        if (bonds.neighbour[k] == j) return bonds.visibility.empty() || bonds.visibility[k] > 0;
+    return false;
+}
+
+}  // namespace
+
+void find_samples(const View& view, std::int32_t owner, std::int32_t partner, Real explained,
+                  std::vector<Found>& found) {
+    const ContactSamples& s = view.solids.contacts.samples;
+    const Elements& e = view.solids.elements;
+    const Box3& box = view.extents[at(partner)].box;
+    const Real reach = view.reach(partner), wide = reach + 2 * e.support[view.solids.bodies[at(owner)].typical];
+    const Index first = s.first[at(owner)];
+    const std::size_t count = s.first[at(owner) + 1] - first;
+    std::vector<Vec3> place(count);
+    std::vector<std::uint8_t> near(count);
+    parallel_for(count, [&](std::size_t k) {
+        const Index sample = first + static_cast<Index>(k);
+        // Most lie with a particle that is far away.
+        near[k] = holds(box, wide, view.solids.contacts.place[s.weights.element[s.weights.begin[sample]]]);
+        if (!near[k]) return;
+        place[k] = view.place_of(sample);
+        near[k] = holds(box, reach, place[k]);
+    });
+    std::vector<Index> candidates;
+    for (std::size_t k = 0; k < count; ++k)
+        if (near[k]) candidates.push_back(static_cast<Index>(k));
+    std::vector<std::optional<Found>> met(candidates.size());
+    parallel_chunks(
+        candidates.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            ElementFit fit;
+            for (std::size_t k = begin; k < end; ++k)
+                met[k] = meet(view, first + candidates[k], place[candidates[k]], partner, fit);
+        },
+        32);
+    for (auto& m : met) {
+        if (!m) continue;
+        m->explained = explained;
+        found.push_back(std::move(*m));
+    }
+}
+
+void find_elements(const View& view, std::int32_t owner, std::int32_t partner, std::vector<Found>& found) {
+    const Contacts& c = view.solids.contacts;
+    const Elements& e = view.solids.elements;
+    const SolidBody &body = view.solids.bodies[at(owner)], &other = view.solids.bodies[at(partner)];
+    const Real width = (view.extents[at(owner)].width + view.extents[at(partner)].width) / 2;
+    const std::size_t count = body.size();
+    std::vector<std::vector<Index>> near(count);
+    parallel_for(count, [&](std::size_t k) {
+        const Index i = body.elements[k];
+        if (!(solid_share(view, i, width) > 0)) return;
+        c.grid[at(partner)].for_each_neighbour(c.place[i], (1 + kContactMargin) * width, [&](Index number, Real) {
+            const Index j = other.elements[number];
+            if (owner == partner && (j <= i || neighbours(e.bonds, i, j))) return;
+            if (solid_share(view, j, width) > 0) near[k].push_back(j);
+        });
+    });
+    for (std::size_t k = 0; k < count; ++k)
+        for (const Index j : near[k]) {
+            const Index i = body.elements[k];
+            const Vec3 between = c.place[i] - c.place[j];
+            const Real distance = between.norm();
+            if (!(distance > 0)) continue;
+            Found f;
+            f.owner = owner;
+            f.partner = partner;
+            f.normal = between / distance;
+            f.gap = distance - width;
+            f.area = square(width) * std::min(solid_share(view, i, width), solid_share(view, j, width));
+            f.first = i;
+            f.second = j;
+            // Matter that melts or has frozen anew meets without friction.
+            f.slides = owner == partner && !view.solids.softening.any;
+            f.element = {i, j};
+            f.weight = {1, -1};
+            f.middle = 1;
+            found.push_back(std::move(f));
+        }
+}
+
+}  // namespace thixo

@@ -1,0 +1,58 @@
+// Contact's narrow phase: where two bodies meet, or one meets itself.
+#pragma once
+
+#include <tuple>
+#include <vector>
+
+#include "sim/contact/broad.h"
+
+namespace thixo {
+
+inline std::size_t at(std::int32_t body) { return static_cast<std::size_t>(body); }
+
+/// What tells a node from all others, from one time to the next: its sample and partner, or its two elements.
+using NodeKey = std::tuple<Index, std::int32_t, Index, Index>;
+
+/// A node just found.
+struct Found {
+    Index sample = kNone, first = kNone, second = kNone;
+    std::int32_t owner = 0, partner = 0;
+    NodeKey key() const { return {sample, partner, first, second}; }
+    Vec3 normal{0, 0, 0};
+    Real gap = 0;
+    Real area = 0;
+    Real steepness = 1;  // of the distance at rest over a way in the world
+    bool slides = true;
+    std::vector<Index> element;  // the owner's, then from `middle` on the partner's
+    std::vector<Real> weight;
+    std::size_t middle = 0;
+    Real explained = 0;  // depth that the bodies' speeds can have made in the last sub-step [m]
+};
+
+/// What finding nodes reads.
+struct View {
+    const Solids& solids;
+    const std::vector<BodyPose>& poses;
+    const std::vector<Extent>& extents;
+    Real reach(std::int32_t body) const {  // how far the body's surface may lie from its elements' box
+        const double stretch = std::sqrt(std::max(1.0, solids.stretch2));
+        return extents[at(body)].width * static_cast<Real>(stretch);
+    }
+    Vec3 place_of(Index sample) const {
+        const ContactSamples& s = solids.contacts.samples;
+        Vec3 m = s.rest[sample];
+        for (std::size_t k = s.weights.begin[sample]; k < s.weights.begin[sample + 1]; ++k)
+            m += s.weights.weight[k] * xyz(solids.elements.displacement[s.weights.element[k]]);
+        const BodyPose& pose = poses[at(s.owner[sample])];
+        return pose.turn * m + pose.place;
+    }
+};
+
+/// Samples of one body that meet another one, ascending. `explained` [m] goes to each node found.
+void find_samples(const View& view, std::int32_t owner, std::int32_t partner, Real explained,
+                  std::vector<Found>& found);
+
+/// Elements of two bodies, or of one (5.9), that have come near and are no neighbours in a rest shape.
+void find_elements(const View& view, std::int32_t owner, std::int32_t partner, std::vector<Found>& found);
+
+}  // namespace thixo

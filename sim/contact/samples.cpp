@@ -1,0 +1,157 @@
+#include <cmath>
+
+#include "pipeline/base/log.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/point_surfels.h"
+#include "pipeline/geometry/surface_sampling.h"
+#include "sim/bonds/element_fit.h"
+#include "sim/contact/contact.h"
+#include "sim/contact/narrow.h"
+
+namespace thixo {
+namespace {
+
+constexpr double kPerWidth = 3;          // samples along a particle's width
+constexpr Real kOnSurface = Real(0.05);  // samples of sheets that reach past the body's edges are off it, in spacings
+
+/// Places of contact on one body, in the world at time 0.
+struct Places {
+    std::vector<Vec3> place, normal;
+    double area = 0;  // of all [m^2]
+};
+
+/// Of a shape of the scene, even over its surface.
+Places places_on_shape(const Shape& shape, double width, std::uint64_t seed) {
+    const SampledSurface sampled = sample_surface(shape, {.count = 0, .spacing = width / kPerWidth, .seed = seed});
+    Places out;
+    out.area = sampled.area;
+    for (const Vec3& surfel : sampled.surfels.position) {
+        const Real off = shape.distance(surfel);
+        if (std::abs(off) > kOnSurface * static_cast<Real>(width)) continue;
+        // Those just past an edge come onto it, where nothing is before the body.
+        const Vec3 normal = shape.gradient(surfel, static_cast<Real>(width) / 64);
+        out.place.push_back(surfel - off * normal);
+        out.normal.push_back(normal);
+    }
+    return out;
+}
+
+/// Of a shape that surfels bound: the surfels themselves, thinned in their order to the distance of other samples.
+Places places_on_surfels(const PointSurfels& points, double width) {
+    const SurfelCloud& cloud = points.surfels;
+    const Real apart = static_cast<Real>(0.8 * width / kPerWidth);
+    PointGrid grid;
+    grid.build(cloud.position, apart);
+    std::vector<std::uint8_t> kept(cloud.size(), 0);
+    Places out;
+    out.area = points.area;
+    for (std::size_t k = 0; k < cloud.size(); ++k) {
+        bool crowded = false;
+        grid.for_each_neighbour(cloud.position[k], apart, [&](Index j, Real) {
+            crowded = crowded || (kept[j] && cloud.normal[j].dot(cloud.normal[k]) > 0);
+        });
+        if (crowded) continue;
+        kept[k] = 1;
+        out.place.push_back(cloud.position[k]);
+        out.normal.push_back(cloud.normal[k]);
+    }
+    return out;
+}
+
+/// Appends a body's samples.
+void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, ContactSamples& s) {
+    const SolidBody& body = solids.bodies[at(number)];
+    const Elements& e = solids.elements;
+    const double width = std::cbrt(static_cast<double>(e.volume[body.typical]));
+    const auto surfels = body.scene_shape ? nullptr : body.shape->node().own_surfels();
+    const Places places = surfels ? places_on_surfels(*surfels, width) : places_on_shape(*body.shape, width, seed);
+    const std::size_t first = s.size(), count = places.place.size();
+    for (const Vec3& x : places.place) s.rest.push_back(x - body.origin);
+    s.normal.insert(s.normal.end(), places.normal.begin(), places.normal.end());
+    s.owner.resize(s.rest.size(), number);
+    s.area.resize(s.rest.size(), static_cast<Real>(places.area / static_cast<double>(count)));
+    const Real support = e.support[body.typical];
+    PointGrid grid;
+    grid.build(rest_places(body, e), support);
+    std::vector<ElementFit> fit(count);
+    parallel_for(count, [&](std::size_t k) {
+        fit_elements(body, e, RestPlaces{e}, grid, Mat3::Identity(), support, s.rest[first + k], fit[k]);
+    });
+    for (const ElementFit& f : fit) {
+        s.weights.element.insert(s.weights.element.end(), f.element.begin(), f.element.end());
+        s.weights.weight.insert(s.weights.weight.end(), f.weight.begin(), f.weight.end());
+        s.weights.begin.push_back(s.weights.element.size());
+    }
+}
+
+/// Appends the samples that a body had.
+void copy_samples(const ContactSamples& from, std::int32_t number, ContactSamples& s) {
+    for (Index k = from.first[at(number)]; k < from.first[at(number) + 1]; ++k) {
+        s.owner.push_back(number);
+        s.rest.push_back(from.rest[k]);
+        s.normal.push_back(from.normal[k]);
+        s.area.push_back(from.area[k]);
+        for (std::size_t l = from.weights.begin[k]; l < from.weights.begin[k + 1]; ++l) {
+            s.weights.element.push_back(from.weights.element[l]);
+            s.weights.weight.push_back(from.weights.weight[l]);
+        }
+        s.weights.begin.push_back(s.weights.element.size());
+    }
+}
+
+/// The deepest place of one body's samples in another's shape, both at rest in the world [m].
+Real deepest(const ContactSamples& samples, std::size_t of, const SolidBody& body, const SolidBody& in) {
+    const auto box = in.shape->bounds();
+    Real depth = 0;
+    for (Index s = samples.first[of]; s < samples.first[of + 1]; ++s) {
+        const Vec3 x = samples.rest[s] + body.origin;
+        if (box && ((x.array() < box->lower.array()).any() || (x.array() > box->upper.array()).any())) continue;
+        depth = std::max(depth, -in.shape->distance(x));
+    }
+    return depth;
+}
+
+/// Two bodies that start in one another are pushed apart slowly (press_contacts), which is seldom what is wanted.
+void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const ContactSamples& samples) {
+    constexpr Real kTold = Real(0.1);  // in particle widths
+    const auto source = [&](std::int32_t b) -> const scene::Body& {
+        return scene.bodies[at(solids.bodies[at(b)].source)];
+    };
+    constexpr Real kFar = Real(1e18);
+    std::vector<Box3> boxes;
+    for (const SolidBody& body : solids.bodies)
+        boxes.push_back(body.shape->bounds().value_or(Box3{Vec3::Constant(-kFar), Vec3::Constant(kFar)}));
+    for (const auto& [a, b] : touching_pairs(boxes)) {
+        const SolidBody &first = solids.bodies[at(a)], &second = solids.bodies[at(b)];
+        const Real depth = std::max(deepest(samples, at(a), first, second), deepest(samples, at(b), second, first));
+        if (!(depth > kTold * std::cbrt(solids.elements.volume[first.typical]))) continue;
+        log_warning("{}: body '{}' starts {:.3g} m deep in body '{}'; they are pushed apart slowly: move one of them",
+                    source(b).shape.where, source(b).name, depth, source(a).name);
+    }
+}
+
+}  // namespace
+
+void sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, Solids& solids) {
+    ContactSamples old = std::move(solids.contacts.samples), &s = solids.contacts.samples;
+    s = {};
+    s.first.assign(1, 0);
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const auto number = static_cast<std::int32_t>(b);
+        // One body alone meets nothing but itself, element by element.
+        const bool meets = solids.bodies.size() > 1 && solids.bodies[b].shape && !solids.bodies[b].empty();
+        if (meets && which[b])
+            sample_body(number, solids, seed, s);
+        else if (meets)
+            copy_samples(old, number, s);
+        s.first.push_back(static_cast<Index>(s.size()));
+    }
+    solids.contacts.rates.assign(solids.bodies.size(), {});
+}
+
+void make_contacts(const scene::Scene& scene, Solids& solids) {
+    sample_bodies(std::vector<std::uint8_t>(solids.bodies.size(), 1), scene.solver.seed, solids);
+    if (solids.bodies.size() > 1) warn_of_overlaps(scene, solids, solids.contacts.samples);
+}
+
+}  // namespace thixo

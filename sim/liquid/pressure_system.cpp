@@ -1,0 +1,162 @@
+#include "sim/liquid/pressure_system.h"
+
+#include "pipeline/base/parallel.h"
+
+namespace thixo {
+namespace {
+
+/// The kernel on several distances at once, its constants taken out of the sums: w = scale value, grad w = gradient
+/// slope r_vec, r_vec from the neighbour.
+struct Spline {
+    explicit Spline(const ConvexSpline& kernel)
+        : h_inv(kernel.h_inv), scale(kernel.scale), gradient(-3 * kernel.scale * kernel.h_inv) {}
+    Lanes value(Lanes r) const {
+        const Lanes q = r * h_inv, a = positive(1 - q), b = positive(Real(0.5) - q), c = positive(third - q);
+        return a * a * a - 4 * (b * b * b) + 3 * (c * c * c);
+    }
+    /// Two particles in the same place have no direction to part along.
+    Lanes slope(Lanes r2, Lanes r) const {
+        const Lanes q = r * h_inv, a = positive(1 - q), b = positive(Real(0.5) - q), c = positive(third - q);
+        return r2 > 0 ? (a * a - 4 * (b * b) + 3 * (c * c)) / r : Lanes{};
+    }
+    static constexpr Real third = Real(1.0 / 3), at_centre = Real(11.0 / 18);
+    Real h_inv, scale, gradient;
+};
+
+Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
+
+void pack(const Particles& particles, PressureSystem& system) {
+    const std::size_t n = particles.size();
+    resize_packed(*system.ghosts, system.place, {Real(1e9), Real(1e9), Real(1e9), 0});
+    resize_packed(*system.ghosts, system.motion, {0, 0, 0, 0});
+    system.slope.resize(n);
+    for (auto* reals : {&system.excess, &system.rate, &system.inverse_diagonal}) reals->resize(n);
+    parallel_for(
+        n,
+        [&](std::size_t i) {
+            const Vec3 &x = particles.position[i], &v = particles.velocity[i];
+            const Real volume = particles.rest_volume[i];
+            system.place[i] = {x.x(), x.y(), x.z(), square(volume) / particles.mass[i]};
+            system.motion[i] = {v.x(), v.y(), v.z(), volume};
+        },
+        2048);
+    refresh_places(*system.ghosts, system.place);
+    refresh_motion(system);
+}
+
+void make_room_for_pairs(const NeighbourLists& neighbours, PressureSystem& system) {
+    system.first_pair.resize(neighbours.size());
+    std::size_t pairs = 0;
+    for (std::size_t i = 0; i < neighbours.size(); ++i) {
+        system.first_pair[i] = pairs;
+        pairs += (neighbours[i].size() + kLanes - 1) / kLanes * kLanes;
+    }
+    system.pair_slope.resize(pairs);
+}
+
+}  // namespace
+
+void measure_density(Particles& particles, const NeighbourLists& neighbours, const Ghosts& ghosts,
+                     const std::vector<WallEffect>& walls, const Smoothing& smoothing, PressureSystem& system) {
+    system.ghosts = &ghosts;
+    pack(particles, system);
+    make_room_for_pairs(neighbours, system);
+    const Spline spline(smoothing.fluid);
+    const Real inverse_k = 1 / smoothing.fluid_gradient;
+    const Index nobody = system.nobody();
+    parallel_for(particles.size(), [&](std::size_t i) {
+        const Quad p = system.place[i], u = system.motion[i];
+        Lanes share{}, gx{}, gy{}, gz{}, steep{}, rate{};
+        Real* kept = system.pair_slope.data() + system.first_pair[i];
+        for_each_run(neighbours[i], nobody, [&](const Index* j) {
+            Lanes x, y, z, mobility, vx, vy, vz, volume;
+            gather(system.place.data(), j, x, y, z, mobility);
+            gather(system.motion.data(), j, vx, vy, vz, volume);
+            x = p.x - x;
+            y = p.y - y;
+            z = p.z - z;
+            const Lanes r2 = x * x + y * y + z * z, r = root(r2), slope = spline.slope(r2, r), f = volume * slope;
+            store(slope, kept);
+            kept += kLanes;
+            share += volume * spline.value(r);
+            gx += f * x;
+            gy += f * y;
+            gz += f * z;
+            steep += mobility * slope * slope * r2;
+            rate += f * ((u.x - vx) * x + (u.y - vy) * y + (u.z - vz) * z);
+        });
+        const WallEffect& w = walls[i];
+        const Vec3 g = spline.gradient * Vec3(sum_of(gx), sum_of(gy), sum_of(gz)) + w.gradient;
+        const Real volume = particles.rest_volume[i], mass = particles.mass[i];
+        const Real s = spline.scale * (spline.at_centre * volume + sum_of(share)) + w.share;
+        const Real diagonal = volume * inverse_k * (g.squaredNorm() / mass + square(spline.gradient) * sum_of(steep));
+        system.slope[i] = {g.x(), g.y(), g.z(), volume / mass * inverse_k};
+        system.excess[i] = s - 1;
+        system.rate[i] = spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - w.inflow;
+        // A packing has about 5/h^2 V0/m. Below a five-hundredth of it nothing is near enough to push.
+        const Real least = Real(0.01) * square(spline.h_inv) * volume / mass;
+        system.inverse_diagonal[i] = diagonal > least ? 1 / diagonal : 0;
+        particles.density[i] = mass / volume * s;
+    });
+}
+
+void find_pressure_acceleration(const std::vector<Real>& pressure, const NeighbourLists& neighbours,
+                                const Smoothing& smoothing, PressureSystem& system) {
+    const Spline spline(smoothing.fluid);
+    const Index nobody = system.nobody();
+    refresh_places(*system.ghosts, system.place);
+    parallel_for(pressure.size(), [&](std::size_t i) {
+        const Quad p = system.place[i], slope = system.slope[i];
+        Lanes fx{}, fy{}, fz{};
+        const Real* kept = system.pair_slope.data() + system.first_pair[i];
+        for_each_run(neighbours[i], nobody, [&](const Index* j) {
+            Lanes x, y, z, strength;
+            gather(system.place.data(), j, x, y, z, strength);
+            const Lanes f = strength * load(kept);
+            kept += kLanes;
+            fx += f * (p.x - x);
+            fy += f * (p.y - y);
+            fz += f * (p.z - z);
+        });
+        const Vec3 a =
+            -slope.w * (spline.gradient * Vec3(sum_of(fx), sum_of(fy), sum_of(fz)) + pressure[i] * xyz(slope));
+        system.motion[i] = {a.x(), a.y(), a.z(), system.motion[i].w};
+    });
+    refresh_motion(system);
+}
+
+Real density_rate(std::size_t i, const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
+                  const Smoothing& smoothing, const PressureSystem& system, bool moving) {
+    const Spline spline(smoothing.fluid);
+    const Index nobody = system.nobody();
+    const Quad p = system.place[i], u = system.motion[i];
+    Lanes rate{};
+    const Real* kept = system.pair_slope.data() + system.first_pair[i];
+    for_each_run(neighbours[i], nobody, [&](const Index* j) {
+        Lanes x, y, z, unused, vx, vy, vz, volume;
+        gather(system.place.data(), j, x, y, z, unused);
+        gather(system.motion.data(), j, vx, vy, vz, volume);
+        rate += volume * load(kept) * ((u.x - vx) * (p.x - x) + (u.y - vy) * (p.y - y) + (u.z - vz) * (p.z - z));
+        kept += kLanes;
+    });
+    const WallEffect& w = walls[i];
+    return spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - (moving ? w.inflow : Real(0));
+}
+
+Real virial_pressure(std::size_t i, const std::vector<Real>& pressure, const NeighbourLists& neighbours,
+                     const std::vector<WallEffect>& walls, const Smoothing& smoothing, const PressureSystem& system) {
+    const ConvexSpline& kernel = smoothing.fluid;
+    const std::size_t n = pressure.size();
+    const Vec3 x = xyz(system.place[i]);
+    Real sum = 0;
+    for (const Index j : neighbours[i]) {
+        const Real r = (x - xyz(system.place[j])).norm();
+        const Real other = pressure[j < n ? j : system.ghosts->source[j - n]];
+        sum -= system.motion[j].w * (pressure[i] + other) * r * kernel.derivative(r) / 2;
+    }
+    const WallEffect& w = walls[i];
+    if (w.share > 0) sum += pressure[i] * std::max(w.distance, Real(0)) * w.gradient.norm();
+    return sum / (3 * smoothing.fluid_gradient);
+}
+
+}  // namespace thixo

@@ -1,0 +1,376 @@
+#include "sim/liquid/viscosity_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "pipeline/base/parallel.h"
+
+namespace thixo {
+namespace {
+
+using Run = ViscosityScratch::Run;
+using Block = ViscosityScratch::Block;
+
+Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
+Quad quad(const Vec3& a) { return {a.x(), a.y(), a.z(), 0}; }
+double dot(const Quad& a, const Quad& b) {
+    return static_cast<double>(a.x) * b.x + static_cast<double>(a.y) * b.y + static_cast<double>(a.z) * b.z;
+}
+Vec3 product(const Block& b, const Vec3& v) {
+    return {b.xx * v.x() + b.xy * v.y() + b.xz * v.z(), b.xy * v.x() + b.yy * v.y() + b.yz * v.z(),
+            b.xz * v.x() + b.yz * v.y() + b.zz * v.z()};
+}
+Block block(const Mat3& m) { return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)}; }
+
+/// What evens a neighbourhood out whose moment M is not 1, not what makes up for a missing one.
+Real evened(Real moment) { return 1 / std::max(moment, Real(0.9)); }
+
+/// k(r) = 2 |dw_poly6/dr|/r = scale (1 - r^2/h^2)^2, with sum_j V_j r^2 k = 6 over the packing.
+struct PairKernel {
+    explicit PairKernel(const Smoothing& smoothing) : h2_inv(1 / square(smoothing.support)) {
+        const Poly6 bare(smoothing.support);
+        scale = 12 * bare.scale * h2_inv / packed_gradient(bare, smoothing.spacing);
+    }
+    Real h2_inv, scale;
+};
+
+constexpr Real kCentral = 5;  // of the central form over the Laplacian: 1/(3 <n_x^2 n_y^2>)
+
+/// sum over the neighbours of f(run of pairs, run of indices).
+template <class F>
+void for_each_pair_run(const ViscosityScratch& s, std::size_t i, std::span<const Index> neighbours, Index nobody,
+                       F&& f) {
+    const Run* run = s.runs.data() + s.first[i];
+    for_each_run(neighbours, nobody, [&](const Index* j) { f(*run++, j); });
+}
+
+/// Friction of a wall over the integral of lap w_visc, by distance over support: kCells + 1 values of [0, 1], times
+/// support^0 [1].
+class FrictionTable {
+  public:
+    explicit FrictionTable(Real support) : h_inv_(1 / support) {
+        for (std::size_t k = 0; k <= kCells; ++k) {
+            // At the ends the ratios have limits, but no value: near them they are constant.
+            const double q = std::clamp(static_cast<double>(k) / kCells, 0.05, 0.999);
+            const WallFriction f = wall_friction_of(q, 1);
+            along_[k] = static_cast<Real>(f.along);
+            across_[k] = static_cast<Real>(f.across);
+        }
+    }
+    /// W/(5 mu V) of a wall with these integrals, its normal in the wall's frame [1/m^2].
+    Mat3 friction(const WallIntegrals& in) const {
+        const Real place = std::clamp(in.distance * h_inv_, Real(0), Real(1)) * kCells;
+        const auto k = std::min(static_cast<std::size_t>(place), kCells - 1);
+        const Real part = place - static_cast<Real>(k);
+        const Real along = along_[k] + part * (along_[k + 1] - along_[k]);
+        const Real across = across_[k] + part * (across_[k + 1] - across_[k]);
+        const Real length = in.gradient.norm();
+        // In the middle of a gap the walls' normals cancel and no direction is across.
+        if (!(length > 0)) return in.laplacian * (2 * along + across) / 3 * Mat3::Identity();
+        const Vec3 n = in.gradient / length;
+        return in.laplacian * (along * Mat3::Identity() + (across - along) * n * n.transpose());
+    }
+
+  private:
+    static constexpr std::size_t kCells = 32;
+    std::array<Real, kCells + 1> along_, across_;
+    Real h_inv_;
+};
+
+class Solver {
+  public:
+    Solver(Particles& particles, const NeighbourLists& neighbours, const Sweep& sweep, const ViscositySolve& params,
+           ViscosityScratch& scratch)
+        : p_(particles),
+          neighbours_(neighbours),
+          sweep_(sweep),
+          params_(params),
+          s_(scratch),
+          n_(particles.size()),
+          dt_(static_cast<Real>(params.kick)) {
+        resize_packed(sweep.ghosts, s_.matter, Quad{0, 0, 0, 0});
+        resize_packed(sweep.ghosts, s_.direction, Quad{0, 0, 0, 0});
+        s_.diagonal.resize(n_);
+        s_.inverse.resize(n_);
+        s_.target.resize(n_);
+        s_.velocity.resize(n_);
+        s_.residual.resize(n_);
+        s_.product.resize(n_);
+    }
+
+    /// mu, V and 1/M of all particles.
+    void set_matter(const std::vector<MaterialParams>& materials, const PairKernel& kernel) {
+        parallel_for(n_, [&](std::size_t i) {
+            Real mu = materials[static_cast<std::size_t>(p_.material[i])].implicit_viscosity;
+            if (sweep_.mixed && sweep_.melt[i] == 0) mu = 1;  // of a solid: drops out of the pairs' means
+            s_.matter[i] = {mu, sweep_.motion[i].w, evened(moment(i, kernel)), sweep_.matter[i].z};
+        });
+        refresh_ghosts(sweep_.ghosts, s_.matter);
+    }
+
+    /// v*, the first guess, and what a wall adds: diagonal and right-hand side (kept in residual).
+    void set_target(const Walls& walls, const Smoothing& smoothing) {
+        const FrictionTable table(smoothing.support);
+        parallel_chunks(n_, [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallCursor cursor(walls);
+            for (std::size_t i = begin; i < end; ++i) {
+                // What presses on a solid its elasticity answers, of which nothing is known here.
+                Vec3 target = p_.velocity[i];
+                if (!is_elastic(p_.phase[i])) target = target + dt_ * p_.acceleration[i];
+                Mat3 diagonal = p_.mass[i] * Mat3::Identity();
+                Vec3 right = p_.mass[i] * target;
+                if (sweep_.walls[i].drag > 0 && s_.matter[i].x > 0) add_walls(walls, i, table, cursor, diagonal, right);
+                s_.target[i] = quad(target);
+                s_.velocity[i] = quad(target + dt_ * p_.viscous_acceleration[i]);
+                s_.diagonal[i] = block(diagonal);
+                s_.residual[i] = quad(right);
+            }
+        });
+    }
+
+    /// sqrt(dt kappa_ij) n_ij of all pairs, and the inverse blocks of the diagonal.
+    void set_pairs(const PairKernel& kernel) {
+        s_.first.resize(n_ + 1);
+        s_.first[0] = 0;
+        for (std::size_t i = 0; i < n_; ++i)
+            s_.first[i + 1] = s_.first[i] + (neighbours_[i].size() + kLanes - 1) / kLanes;
+        if (s_.runs.size() < s_.first[n_]) s_.runs.resize(s_.first[n_] + s_.first[n_] / 8);
+        const Real strength = kCentral * dt_ * kernel.scale;
+        parallel_chunks(n_, [&](std::size_t begin, std::size_t end, std::size_t) {
+            for (std::size_t i = begin; i < end; ++i) set_pairs_of(i, strength, kernel.h2_inv);
+        });
+    }
+
+    ViscosityReport solve() {
+        const Sums start = first_residual();
+        const double enough = square(params_.tolerance) * start.target;
+        ViscosityReport report;
+        double rr = start.rr, rz = start.rz;
+        while (rr > enough && report.iterations < params_.most_iterations) {
+            const double curvature = sweep_direction();
+            if (!(curvature > 0)) break;
+            const Sums next = descend(rz / curvature);
+            turn(next.rz / rz);
+            rr = next.rr;
+            rz = next.rz;
+            ++report.iterations;
+        }
+        report.residual = start.target > 0 ? std::sqrt(rr / start.target) : 0;
+        report.converged = rr <= enough;
+        return report;
+    }
+
+    void apply() {
+        parallel_for(
+            n_,
+            [&](std::size_t i) {
+                const Vec3 v = xyz(s_.velocity[i]) + xyz(s_.residual[i]) / p_.mass[i];
+                p_.viscous_acceleration[i] = (v - xyz(s_.target[i])) / dt_;
+                p_.acceleration[i] += p_.viscous_acceleration[i];
+            },
+            2048);
+    }
+
+  private:
+    struct Sums {
+        double rr = 0, rz = 0, target = 0;  // |r|^2/m, r.z [kg m^2/s^2]
+        Sums operator+(const Sums& b) const { return {rr + b.rr, rz + b.rz, target + b.target}; }
+    };
+
+    void add_walls(const Walls& walls, std::size_t i, const FrictionTable& table, WallCursor& cursor, Mat3& diagonal,
+                   Vec3& right) const {
+        const Vec3& x = p_.position[i];
+        const Real strength = kCentral * dt_ * s_.matter[i].w * s_.matter[i].x * s_.matter[i].y;
+        for (std::size_t k = 0; k < walls.list.size(); ++k) {
+            const Wall& w = walls.list[k];
+            if (!w.no_slip) continue;
+            const WallIntegrals in = w.map.at(w.to_wall(x), cursor.at[k]);
+            if (in.laplacian <= 0) continue;
+            const Mat3 friction = strength * (w.turn * table.friction(in) * w.turn.transpose());
+            diagonal += friction;
+            right += friction * w.velocity_at(x);
+        }
+    }
+
+    /// M_i = sum_j V_j k r^2/6: 1 over the packing.
+    Real moment(std::size_t i, const PairKernel& kernel) const {
+        const Quad at = sweep_.place[i];
+        Lanes sum{};
+        for_each_run(neighbours_[i], sweep_.nobody(), [&](const Index* j) {
+            Lanes x, y, z, unused, vx, vy, vz, volume;
+            gather(sweep_.place.data(), j, x, y, z, unused);
+            gather(sweep_.motion.data(), j, vx, vy, vz, volume);
+            x = at.x - x;
+            y = at.y - y;
+            z = at.z - z;
+            const Lanes q = positive(1 - (x * x + y * y + z * z) * kernel.h2_inv);
+            sum += volume * (q * q) * (1 - q);
+        });
+        return kernel.scale / (6 * kernel.h2_inv) * sum_of(sum);
+    }
+
+    void set_pairs_of(std::size_t i, Real strength, Real h2_inv) {
+        const Quad at = sweep_.place[i], own = s_.matter[i];
+        Run* run = s_.runs.data() + s_.first[i];
+        Lanes xx{}, yy{}, zz{}, xy{}, xz{}, yz{};
+        for_each_run(neighbours_[i], sweep_.nobody(), [&](const Index* j) {
+            Lanes x, y, z, unused, mu, volume, even, melt;
+            gather(sweep_.place.data(), j, x, y, z, unused);
+            gather(s_.matter.data(), j, mu, volume, even, melt);
+            x = at.x - x;
+            y = at.y - y;
+            z = at.z - z;
+            const Lanes r2 = x * x + y * y + z * z, near = positive(1 - r2 * h2_inv);
+            Lanes pair_mu = own.x + mu > 0 ? 2 * (own.x * mu) / (own.x + mu) : Lanes{};
+            if (sweep_.mixed) {  // the harmonic mean weighed by melt fractions, times the larger of them
+                const Lanes sum = own.w * mu + melt * own.x;
+                pair_mu = sum > 0 ? larger(melt, own.w) * ((own.w + melt) * (own.x * mu) / sum) : Lanes{};
+            }
+            // The two of a pair must get the same to the last bit: products first that are symmetric in i and j.
+            const Lanes pair = ((own.y * volume) * pair_mu) * (Real(0.5) * (own.z + even));
+            const Lanes kappa = strength * pair * (near * near);
+            // Two particles in the same place have no direction to work along.
+            const Lanes scale = r2 > 0 ? root(kappa / r2) : Lanes{};
+            x *= scale;
+            y *= scale;
+            z *= scale;
+            *run++ = {x, y, z};
+            xx += x * x;
+            yy += y * y;
+            zz += z * z;
+            xy += x * y;
+            xz += x * z;
+            yz += y * z;
+        });
+        const Block d = s_.diagonal[i];
+        Mat3 m;
+        m << d.xx + sum_of(xx), d.xy + sum_of(xy), d.xz + sum_of(xz), 0, d.yy + sum_of(yy), d.yz + sum_of(yz), 0, 0,
+            d.zz + sum_of(zz);
+        const Mat3d whole = m.selfadjointView<Eigen::Upper>().toDenseMatrix().cast<double>();
+        s_.inverse[i] = block(whole.inverse().cast<Real>());
+    }
+
+    /// A q at particle i, q packed with ghosts:  D q_i + sum_j e (e.(q_i - q_j)).
+    Vec3 apply_matrix(std::size_t i, const std::vector<Quad>& packed) const {
+        const Quad q = packed[i];
+        Lanes fx{}, fy{}, fz{};
+        for_each_pair_run(s_, i, neighbours_[i], sweep_.nobody(), [&](const Run& e, const Index* j) {
+            Lanes x, y, z, unused;
+            gather(packed.data(), j, x, y, z, unused);
+            const Lanes along = e.x * (q.x - x) + e.y * (q.y - y) + e.z * (q.z - z);
+            fx += e.x * along;
+            fy += e.y * along;
+            fz += e.z * along;
+        });
+        return product(s_.diagonal[i], xyz(q)) + Vec3(sum_of(fx), sum_of(fy), sum_of(fz));
+    }
+
+    /// r = b - A x, and the first direction z = P r. x is packed for its neighbours in `direction`.
+    Sums first_residual() {
+        parallel_for(
+            n_, [&](std::size_t i) { s_.direction[i] = s_.velocity[i]; }, 4096);
+        refresh_ghosts(sweep_.ghosts, s_.direction);
+        const Sums sums = parallel_sum<Sums>(
+            n_,
+            [&](std::size_t i) {
+                const Quad b = s_.residual[i];
+                const Quad r = quad(xyz(b) - apply_matrix(i, s_.direction));
+                const Quad z = quad(product(s_.inverse[i], xyz(r)));
+                s_.residual[i] = r;
+                s_.product[i] = z;
+                const double mass = p_.mass[i];
+                return Sums{dot(r, r) / mass, dot(r, z), dot(b, b) / mass};
+            },
+            Sums{});
+        turn(0);
+        return sums;
+    }
+
+    /// product = A direction; its curvature.
+    double sweep_direction() {
+        return parallel_sum(n_, [&](std::size_t i) {
+            s_.product[i] = quad(apply_matrix(i, s_.direction));
+            return dot(s_.direction[i], s_.product[i]);
+        });
+    }
+
+    /// x += a p, r -= a A p; product becomes z = P r.
+    Sums descend(double step) {
+        const Real a = static_cast<Real>(step);
+        return parallel_sum<Sums>(
+            n_,
+            [&](std::size_t i) {
+                Quad &x = s_.velocity[i], &r = s_.residual[i], &q = s_.product[i];
+                const Quad& p = s_.direction[i];
+                x = quad(xyz(x) + a * xyz(p));
+                r = quad(xyz(r) - a * xyz(q));
+                q = quad(product(s_.inverse[i], xyz(r)));
+                return Sums{dot(r, r) / static_cast<double>(p_.mass[i]), dot(r, q), 0};
+            },
+            Sums{});
+    }
+
+    /// p = z + b p.
+    void turn(double b) {
+        const Real share = static_cast<Real>(b);
+        parallel_for(
+            n_, [&](std::size_t i) { s_.direction[i] = quad(xyz(s_.product[i]) + share * xyz(s_.direction[i])); },
+            4096);
+        refresh_ghosts(sweep_.ghosts, s_.direction);
+    }
+
+    Particles& p_;
+    const NeighbourLists& neighbours_;
+    const Sweep& sweep_;
+    const ViscositySolve& params_;
+    ViscosityScratch& s_;
+    std::size_t n_;
+    Real dt_;
+};
+
+}  // namespace
+
+void choose_viscosity_solver(const scene::Solver& solver, const Smoothing& smoothing, double expected_speed,
+                             std::vector<MaterialParams>& materials) {
+    const double h = smoothing.support;
+    double others = std::min(solver.time_step.maximum, 0.1 * h / expected_speed), viscous = others;
+    if (solver.time_step.fixed > 0) others = viscous = solver.time_step.fixed;
+    for (const MaterialParams& m : materials) {
+        if (solver.pressure == scene::Pressure::eos && solver.time_step.fixed <= 0)
+            others = std::min(others, solver.time_step.cfl * h / (m.sound_speed + expected_speed));
+        if (m.viscosity > 0) viscous = std::min(viscous, h * h * m.density / (40 * m.viscosity));
+    }
+    const bool implicit = solver.viscosity == scene::Viscosity::implicit_solve ||
+                          (solver.viscosity == scene::Viscosity::automatic && viscous < others);
+    for (MaterialParams& m : materials)
+        if (implicit) m.implicit_viscosity = std::exchange(m.viscosity, Real(0));
+}
+
+WallFriction wall_friction_of(double distance, double support) {
+    // Integrals over planes at depth z = q h, then over z from the wall on, of k times (n.T)^2 z, (n.N)^2 z:
+    //   945/(16 h) T, 945/(16 h) S;    and of lap w_visc alone: 90/h^2 L
+    const double q = distance / support, q2 = q * q, q4 = q2 * q2, log_q = std::log(q);
+    const double along = 1.0 / 96 - (q2 / 12 - q4 * q2 / 12 + q4 * q4 / 96 + q4 / 4 * log_q);
+    const double across = 1.0 / 48 - (-q4 / 4 - q4 / 2 * log_q + q4 * q2 / 3 - q4 * q4 / 16);
+    const double all = 1.0 / 12 - q / 6 + q2 * q / 6 - q4 / 12;
+    constexpr double kScale = 945.0 / 16 / 90;
+    return {kScale * along / (q * all), kScale * across / (q * all)};
+}
+
+ViscosityReport solve_viscosity(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
+                                const Smoothing& smoothing, const std::vector<MaterialParams>& materials,
+                                const ViscositySolve& params, const Sweep& sweep, ViscosityScratch& scratch) {
+    Solver solver(particles, neighbours, sweep, params, scratch);
+    const PairKernel kernel(smoothing);
+    solver.set_matter(materials, kernel);
+    solver.set_target(walls, smoothing);
+    solver.set_pairs(kernel);
+    const ViscosityReport report = solver.solve();
+    solver.apply();
+    return report;
+}
+
+}  // namespace thixo

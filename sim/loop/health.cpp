@@ -1,0 +1,111 @@
+#include "sim/loop/health.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+
+namespace thixo {
+namespace {
+
+constexpr double kAbsoluteZero = -273.15, kHottest = 1e6;  // degC
+constexpr const char* kTemperature = "temperature";
+constexpr double kAbsurd = 10;  // speeds of sound: beyond, no time step of ours is meant for it
+
+double speed(const Quad& v) {
+    return std::sqrt(square(static_cast<double>(v.x)) + square(static_cast<double>(v.y)) +
+                     square(static_cast<double>(v.z)));
+}
+
+/// The first quantity of particle i that is wrong, in the order a step computes them; null where all is well.
+const char* wrong_term(const Simulation& s, std::size_t i, double fastest) {
+    const Particles& p = s.particles;
+    if (!p.position[i].allFinite()) return "position";
+    if (!(speed(s.sweep.motion[i]) <= fastest)) return "velocity";
+    if (!std::isfinite(p.density[i])) return "density";
+    if (!std::isfinite(p.pressure[i])) return "pressure";
+    if (!p.acceleration[i].allFinite()) return "acceleration";
+    if (!(p.temperature[i] >= kAbsoluteZero && p.temperature[i] <= kHottest)) return kTemperature;
+    return nullptr;
+}
+
+std::string likely_cause(const Simulation& s, const StepLimits& limits, const char* term) {
+    if (term == kTemperature) return "a heat source gives or takes more power than this matter can have";
+    const double fixed = s.problem.scene.solver.time_step.fixed;
+    if (fixed > limits.smallest())
+        return fmt::format("solver.time_step.fixed of {:.3g} s is above the {} limit of {:.3g} s", fixed,
+                           limits.cause(), limits.smallest());
+    if (s.clock.step < 10) return "particles start too close to each other, or inside a wall";
+    if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
+        return "a moving wall squeezes the fluid, or the pressure solve ends at solver.iterations (cut_off in "
+               "stats.jsonl)";
+    if (s.problem.scene.solver.artificial_viscosity < 0.01)
+        return "solver.artificial_viscosity is too small for an impact of this speed";
+    return "a moving wall squeezes the fluid, or solver.expected_speed is too small: the fluid is too soft for this "
+           "flow";
+}
+
+const std::string& body_name(const scene::Scene& scene, std::size_t body) {
+    return body < scene.bodies.size() ? scene.bodies[body].name : scene.emitters[body - scene.bodies.size()].name;
+}
+
+}  // namespace
+
+void check_health(const Simulation& s, const StepLimits& limits) {
+    double sound = 0;
+    for (const MaterialParams& m : s.problem.materials) sound = std::max(sound, static_cast<double>(m.sound_speed));
+    const double fastest = kAbsurd * std::max(sound, s.problem.expected_speed);
+    const std::size_t n = s.particles.size();
+    const std::size_t first = parallel_reduce(
+        n, n, [&](std::size_t i) { return wrong_term(s, i, fastest) ? i : n; },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+    if (first == n) return;
+    const scene::Scene& scene = s.problem.scene;
+    const Vec3& x = s.particles.position[first];
+    const char* term = wrong_term(s, first, fastest);
+    throw DivergedError(
+        "the simulation diverged: {} of particle {} at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, step {} (dt "
+        "{:.3g} s, limit {:.3g} s, "
+        "speed {:.3g} m/s)\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
+        term, s.particles.id[first], x.x(), x.y(), x.z(), s.clock.frame + 1, s.clock.step, s.clock.last_dt,
+        limits.smallest(), speed(s.sweep.motion[first]), likely_cause(s, limits, term),
+        s.problem.scene_path.empty() ? scene.name : s.problem.scene_path, scene.frames.first, s.clock.frame + 1);
+}
+
+void check_solids_health(const Simulation& s, const SolidReport& report) {
+    double sound2 = 0;
+    for (std::size_t b = 0; b < s.solids.bodies.size(); ++b) {
+        if (s.solids.bodies[b].empty()) continue;
+        const Index first = s.solids.bodies[b].elements.front();
+        const double density = static_cast<double>(s.solids.elements.mass[first] / s.solids.elements.volume[first]);
+        sound2 = std::max(
+            sound2, static_cast<double>(s.solids.laws[b].wave_modulus() + s.solids.laws[b].volume_stiffness) / density);
+    }
+    const double fastest = kAbsurd * std::max(std::sqrt(sound2), s.problem.expected_speed);
+    const Particles& p = s.particles;
+    const auto wrong = [&](std::size_t i) {
+        return is_elastic(p.phase[i]) &&
+               (!p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest));
+    };
+    const std::size_t n = p.size();
+    const std::size_t first = parallel_reduce(
+        n, n, [&](std::size_t i) { return wrong(i) ? i : n; },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+    if (first == n) return;
+    const scene::Scene& scene = s.problem.scene;
+    const Vec3& x = p.position[first];
+    throw DivergedError(
+        "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, "
+        "step {} (sub-step "
+        "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
+        x.allFinite() ? "velocity" : "position", p.id[first], body_name(scene, static_cast<std::size_t>(p.body[first])),
+        x.x(), x.y(), x.z(), s.clock.frame + 1, s.clock.step, report.smallest_dt, std::sqrt(s.solids.stretch2),
+        s.solids.stretch2 > 9
+            ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "
+              "raise youngs_modulus, or add volume_stiffness"
+            : "a handle or a moving wall is faster than the body can follow",
+        s.problem.scene_path.empty() ? scene.name : s.problem.scene_path, scene.frames.first, s.clock.frame + 1);
+}
+
+}  // namespace thixo

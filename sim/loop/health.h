@@ -1,0 +1,17 @@
+// One check a step that the state is still a state.
+#pragma once
+
+#include "sim/loop/simulation.h"
+
+namespace thixo {
+
+/// Throws DivergedError where a particle's position, velocity, density or acceleration is not finite, or its speed
+/// exceeds ten times the speed of sound. The message names particle, frame, sub-step and term, the likely cause, and
+/// the command that runs the frame again.
+void check_health(const Simulation& s, const StepLimits& limits);
+
+/// The same of solids after their sub-steps: places and speeds are finite and possible, and no element is beyond any
+/// strain.
+void check_solids_health(const Simulation& s, const SolidReport& report);
+
+}  // namespace thixo

@@ -1,0 +1,223 @@
+#include "sim/loop/solid_steps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/base/timer.h"
+#include "pipeline/geometry/shapes.h"
+#include "sim/bonds/gradients.h"
+#include "sim/contact/contact.h"
+#include "sim/contact/walls.h"
+#include "sim/external/handles.h"
+#include "sim/loop/time_step.h"
+#include "sim/phase/phases.h"
+#include "sim/solid/elasticity.h"
+#include "sim/solid/laws.h"
+#include "sim/solid/rigid_fit.h"
+#include "sim/solid/stable_step.h"
+
+namespace thixo {
+namespace {
+
+/// The laws of all bodies at a time, and what follows from them and from the bonds.
+void update_laws(const scene::Scene& scene, double time, bool rates, Solids& solids) {
+    std::vector<StressLaw> laws;
+    std::vector<Stiffness6> anisotropic;
+    for (const SolidBody& body : solids.bodies) {
+        laws.push_back(law_at(scene, static_cast<std::size_t>(body.material), time));
+        const scene::Orthotropic& o = scene.materials[static_cast<std::size_t>(body.material)].elastic.orthotropic;
+        if (!o.any() || !body.shaped()) continue;
+        const Quatd own = rotation_from_degrees(scene.bodies[static_cast<std::size_t>(body.source)].shape.rotate);
+        laws.back().anisotropy = static_cast<Index>(anisotropic.size());
+        anisotropic.push_back(orthotropic_stiffness(o, (own * rotation_from_degrees(o.rotate)).toRotationMatrix()));
+    }
+    Bonds& bonds = solids.elements.bonds;
+    if (laws != solids.laws) bonds.changed();
+    if (solids.rates_version == bonds.version) return;
+    solids.rates_version = bonds.version;
+    solids.laws = std::move(laws);
+    solids.elements.anisotropic = std::move(anisotropic);
+    std::vector<Index> own;  // rates are the bodies'
+    solids.elements.law.swap(own);
+    set_zero_energy(solids.laws, solids.elements);
+    if (rates) solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
+    solids.elements.law.swap(own);
+    if (solids.softening.any) set_zero_energy(stencil_laws(solids), solids.elements);
+}
+
+/// v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np), and the walls; x(t + dt) = x(t) + dt v(t + dt/2).
+void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
+    Elements& e = solids.elements;
+    const Real kick = static_cast<Real>(0.5 * (solids.last_dt + dt)), drift = static_cast<Real>(dt);
+    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    parallel_chunks(
+        e.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallCursor cursor(walls);
+            for (std::size_t i = begin; i < end; ++i) {
+                if (solids.held[i] || !is_elastic(e.phase_of(i))) continue;
+                const auto owner = static_cast<std::size_t>(e.owner[i]);
+                const Vec3 before = xyz(e.velocity[i]);
+                Vec3 v = before + kick * (solids.force[i] / e.mass[i] + solids.external[i]);
+                Vec3 u = xyz(e.displacement[i]);
+                if (!walls.list.empty())
+                    push_off_walls(walls, contact_law(solids, i), poses[owner], e, i, kick, drift, cursor, u, v);
+                else
+                    u += drift * v;
+                e.acceleration[i] = (v - before) / kick;
+                e.velocity[i] = quad(v);
+                e.displacement[i] = quad(u);
+            }
+        },
+        256);
+}
+
+/// Sub-steps of leapfrog to `end`.
+void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScratch& scratch, SolidReport& report) {
+    double now = time;
+    while (now < end) {
+        if (now == time || now >= solids.contacts.next) {
+            if (now != time) follow_contacts(solids);
+            ScopedTimer timer(report.contact_seconds);
+            find_contacts(now, end - now, solids);
+        }
+        const double until = std::min(end, solids.contacts.next);
+        const double step = divide_evenly(until - now, stable_sub_step(solids, !walls.list.empty()));
+        move_walls(walls, now);
+        solids.stretch2 = static_cast<double>(
+            find_stress_forces(stencil_laws(solids), solids.elements, scratch.stress, solids.force));
+        solids.stretch2 = std::max(solids.stretch2, static_cast<double>(add_flow_forces(solids, scratch.flow_stress)));
+        {
+            ScopedTimer timer(report.contact_seconds);
+            press_contacts(step, solids);
+        }
+        leapfrog_elements(walls, step, solids);
+        now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
+        move_held(now, step, solids);
+        drift_flow(step, solids);
+        solids.last_dt = step;
+        ++report.sub_steps;
+        report.smallest_dt = std::min(report.smallest_dt, step);
+    }
+}
+
+/// What a step that fails gives back.
+struct Kept {
+    std::vector<std::pair<Mat3d, Vec3d>> poses;
+    std::vector<Quad> displacement, velocity;
+    std::vector<Vec3> external;
+    ContactNodes nodes;
+
+    explicit Kept(const Solids& s)
+        : displacement(s.elements.displacement),
+          velocity(s.elements.velocity),
+          external(s.external),
+          nodes(s.contacts.nodes) {
+        for (const SolidBody& b : s.bodies) poses.emplace_back(b.turn, b.place);
+    }
+    void give_back(Solids& s) const {
+        for (std::size_t b = 0; b < poses.size(); ++b) std::tie(s.bodies[b].turn, s.bodies[b].place) = poses[b];
+        s.elements.displacement = displacement;
+        s.elements.velocity = velocity;
+        s.external = external;
+        s.contacts.nodes = nodes;
+    }
+};
+
+/// Implicit steps to `end`, as long as contact is foreseen, or half as long where Newton's method does not find its
+/// end; but no shorter for that than a part of the whole way, so that there is an end to it.
+void step_implicitly_to(double end, double time, double tolerance, Walls& walls, Solids& solids,
+                        ImplicitScratch& scratch, SolidReport& report) {
+    constexpr double kMostParts = 64;
+    const double shortest = (end - time) / kMostParts;
+    double now = time;
+    while (now < end) {
+        {
+            ScopedTimer timer(report.contact_seconds);
+            find_contacts(now, end - now, solids);
+        }
+        const Kept kept(solids);
+        double step = std::min(end, solids.contacts.next) - now;
+        for (;; step = std::max(step / 2, shortest)) {
+            const ImplicitReport done = step_implicitly(
+                now, step, tolerance, walls, [&](double to, double dt) { move_held(to, dt, solids); }, solids, scratch);
+            report.newton += done.newton;
+            report.iterations += done.iterations;
+            if (done.converged || step <= shortest) {
+                report.unconverged += done.converged ? 0 : 1;
+                break;
+            }
+            kept.give_back(solids);
+        }
+        now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
+        solids.last_dt = step;
+        ++report.sub_steps;
+        report.smallest_dt = std::min(report.smallest_dt, step);
+    }
+}
+
+/// By what is bound to the rest shape alone.
+void fit_solids(Solids& solids) {
+    if (!solids.softening.any) return fit_rest_shapes(solids.bodies, solids.elements);
+    std::vector<Real> share(solids.elements.size());
+    for (std::size_t i = 0; i < share.size(); ++i) share[i] = solids.elements.solidity(i);
+    fit_rest_shapes(solids.bodies, solids.elements, &share);
+}
+
+}  // namespace
+
+SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& particles, Solids& solids,
+                           SolidScratch& scratch) {
+    SolidReport report;
+    update_laws(step.scene, step.time, !step.implicit, solids);
+    take_hold(step.time, step.gravity, solids);
+    const double end = step.time + step.dt;
+    if (step.implicit)
+        step_implicitly_to(end, step.time, step.scene.solver.solids_tolerance, walls, solids, scratch.implicit, report);
+    else
+        leapfrog_to(end, step.time, walls, solids, scratch, report);
+    move_walls(walls, end);
+    if (solids.softening.any || std::ranges::any_of(solids.laws, [](const StressLaw& law) { return law.creep > 0; })) {
+        find_gradients(solids.elements, solids.gradients);
+        flow_plastically(stencil_laws(solids), step.dt, solids.gradients, solids.elements);
+    }
+    follow_contacts(solids);
+    if (solids.softening.any) absorb_flow(step.dt, particles, solids);
+    fit_solids(solids);
+    return report;
+}
+
+void write_particles(Solids& solids, Particles& particles) {
+    Elements& e = solids.elements;
+    find_gradients(e, solids.gradients);
+    const Real half = static_cast<Real>(0.5 * solids.last_dt);
+    parallel_for(particles.size(), [&](std::size_t k) {
+        if (!is_elastic(particles.phase[k])) return;
+        const Index i = solids.element_of[static_cast<std::size_t>(particles.id[k])];
+        const auto owner = static_cast<std::size_t>(e.owner[i]);
+        const SolidBody& body = solids.bodies[owner];
+        const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>();
+        const Vec3 v = xyz(e.velocity[i]) + half * e.acceleration[i];
+        particles.position[k] = (body.turn * y + body.place).cast<Real>();
+        particles.velocity[k] = (body.turn * v.cast<double>()).cast<Real>();
+        if (particles.phase[k] == Phase::viscoelastic) {
+            particles.pressure[k] = flow_pressure(solids, i);
+            return;
+        }
+        const Mat3& h = solids.gradients[i];
+        const Real volume = (Mat3::Identity() + h).determinant();
+        particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume, Real(1e-3));
+        const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
+        const Symmetric elastic{s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx};
+        const Symmetric stress =
+            solids.laws.empty()
+                ? Symmetric{}
+                : stress_of(solids.softening.any ? solids.softening.law[i] : solids.laws[owner], e, elastic);
+        particles.pressure[k] = -(stress.xx + stress.yy + stress.zz) / 3;
+    });
+}
+
+}  // namespace thixo

@@ -1,0 +1,198 @@
+#include "sim/stage/frame_output.h"
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/mesh_io.h"
+#include "sim/fracture/fragments.h"
+#include "sim/loop/step.h"
+#include "sim/space/scene_shapes.h"
+#include "sim/stage/boundary_mesh.h"
+#include "sim/surface/volume.h"
+
+namespace thixo {
+namespace {
+
+template <class T, class F>
+std::vector<T> collect(std::size_t n, F&& f) {
+    std::vector<T> out(n);
+    parallel_for(n, [&](std::size_t i) { out[i] = f(i); });
+    return out;
+}
+std::vector<Vec3f> floats(const std::vector<Vec3>& a) {
+    return collect<Vec3f>(a.size(), [&](std::size_t i) -> Vec3f { return a[i].template cast<float>(); });
+}
+template <std::floating_point T>
+std::vector<float> floats(const std::vector<T>& a) {
+    return collect<float>(a.size(), [&](std::size_t i) { return static_cast<float>(a[i]); });
+}
+
+PointSet particle_points(const Simulation& s) {
+    const Particles& p = s.particles;
+    const std::size_t n = p.size();
+    PointSet points;
+    points.count = n;
+    points.add("P", floats(p.position));
+    points.add("v", collect<Vec3f>(n, [&](std::size_t i) {
+                   const Quad& v = s.sweep.motion[i];
+                   return Vec3f(static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z));
+               }));
+    points.add("id", p.id);
+    const Real spacing = s.problem.smoothing.spacing;
+    points.add("pscale", collect<float>(n, [&](std::size_t i) {
+                   return static_cast<float>((p.has.spacing ? p.spacing[i] : spacing) / 2);
+               }));
+    points.add("density", floats(p.density));
+    points.add("pressure", collect<float>(n, [&](std::size_t i) { return static_cast<float>(shown_pressure(s, i)); }));
+    points.add("temperature", floats(p.temperature));
+    points.add("body", p.body);
+    points.add("material", p.material);
+    points.add("kind", collect<std::int32_t>(n, [&](std::size_t i) { return is_elastic(p.phase[i]) ? 1 : 0; }));
+    if (s.solids.softening.any) points.add("phase", floats(p.melt));  // 0 solid, 1 liquid
+    return points;
+}
+
+PointSet surfel_points(const Simulation& simulation) {
+    const SurfaceState& s = simulation.surface;
+    PointSet points;
+    points.count = s.size();
+    points.add("P", floats(s.surfels.position));
+    points.add("N", floats(s.surfels.normal));
+    points.add("t1", floats(s.surfels.axis1));
+    points.add("t2", floats(s.surfels.axis2));
+    points.add("id", s.id);
+    points.add("pscale", collect<float>(s.size(), [&](std::size_t i) {
+                   return static_cast<float>(std::max(s.surfels.axis1[i].norm(), s.surfels.axis2[i].norm()));
+               }));
+    points.add("body", s.body);
+    points.add("rest", floats(s.rest));
+    points.add("v", floats(s.velocity));
+    points.add("temperature", floats(s.temperature));
+    const EmbeddedSurface& embedded = simulation.embedded;
+    if (embedded.size() > 0)
+        points.add("sheet", collect<std::int32_t>(s.size(), [&](std::size_t i) {
+                       return i < simulation.embedded_source.size() ? embedded.sheet[simulation.embedded_source[i]] : 0;
+                   }));
+    return points;
+}
+
+std::vector<FrameBody> frame_bodies(const Simulation& s) {
+    const scene::Scene& scene = s.problem.scene;
+    std::vector<FrameBody> bodies;
+    const auto add = [&](const std::string& name, const std::string& material, int parent) {
+        bodies.push_back({.id = static_cast<int>(bodies.size()), .parent = parent, .name = name, .material = material});
+    };
+    for (const scene::Body& b : scene.bodies) add(b.name, b.material, -1);
+    for (const scene::Emitter& e : scene.emitters) add(e.name, e.material, -1);
+    std::vector<std::optional<TrimNode>> of_source(scene.bodies.size());
+    for (std::size_t b = 0; b < s.solids.bodies.size(); ++b) {
+        const SolidBody& body = s.solids.bodies[b];
+        if (!body.shaped()) continue;
+        const auto source = static_cast<std::size_t>(body.source);
+        if (body.parent < 0)
+            of_source[source] = b < s.embedded.trim.size() ? s.embedded.trim[b] : std::nullopt;
+        else
+            add(scene.bodies[source].name, scene.bodies[source].material, body.parent);
+        if (body.skin == Skin::embedded)
+            bodies[static_cast<std::size_t>(body.id)].trim = trim_of_fragment(of_source[source], body);
+    }
+    return bodies;
+}
+
+FrameObstacle frame_obstacle(const DrawnBoundary& b, double time) {
+    FrameObstacle o;
+    o.name = b.name;
+    o.look = b.look;
+    o.asset = b.asset;
+    const RigidPose pose = b.motion.pose(time);
+    const RigidVelocity velocity = b.motion.velocity(time);
+    const Mat3d turn = pose.rotation.toRotationMatrix();
+    for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) o.transform[static_cast<std::size_t>(4 * r + c)] = turn(r, c);
+        o.transform[static_cast<std::size_t>(4 * r + 3)] = pose.translation[r];
+        o.velocity[static_cast<std::size_t>(r)] = velocity.linear[r];
+        o.angular_velocity[static_cast<std::size_t>(r)] = velocity.angular[r];
+    }
+    return o;
+}
+
+struct Sums {
+    double mass = 0, kinetic = 0, potential = 0, volume = 0, error = 0;
+    Vec3d momentum{0, 0, 0}, angular{0, 0, 0};
+    Sums operator+(const Sums& b) const {
+        return {mass + b.mass,   kinetic + b.kinetic,   potential + b.potential, volume + b.volume,
+                error + b.error, momentum + b.momentum, angular + b.angular};
+    }
+};
+
+FrameTotals totals(const Simulation& s) {
+    const Particles& p = s.particles;
+    const Vec3d gravity = s.problem.scene.world.gravity;
+    const Sums sum = parallel_sum<Sums>(
+        p.size(),
+        [&](std::size_t i) {
+            const double m = p.mass[i];
+            const Vec3d x = p.position[i].cast<double>();
+            const Quad& q = s.sweep.motion[i];
+            const Vec3d v(q.x, q.y, q.z);
+            const double rest = p.mass[i] / p.rest_volume[i];
+            return Sums{m,
+                        0.5 * m * v.squaredNorm(),
+                        -m * gravity.dot(x),
+                        p.rest_volume[i],
+                        std::max(p.density[i] / rest - 1, 0.0),
+                        m * v,
+                        m * x.cross(v)};
+        },
+        Sums{});
+    FrameTotals t;
+    t.mass = sum.mass;
+    t.kinetic_energy = sum.kinetic;
+    t.potential_energy = sum.potential;
+    t.particle_volume = sum.volume;
+    t.density_error = p.size() > 0 ? sum.error / static_cast<double>(p.size()) : 0;
+    for (std::size_t a = 0; a < 3; ++a) {
+        t.momentum[a] = sum.momentum[static_cast<Eigen::Index>(a)];
+        t.angular_momentum[a] = sum.angular[static_cast<Eigen::Index>(a)];
+    }
+    const Real radius = static_cast<Real>(s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
+    if (s.embedded.size() > 0) {
+        // Sheets reach past their edges; the matter of what has not begun to melt knows its volume.
+        const double whole = parallel_sum(p.size(), [&](std::size_t i) {
+            const Index e = s.solids.element(p.id[i]);
+            if (e == kNone) return 0.0;
+            return s.solids.owner(e).skin == Skin::embedded ? static_cast<double>(p.mass[i] / p.density[i]) : 0.0;
+        });
+        t.surface_volume = whole + surface_volume(s.mixed_surface.animated, p, s.walls, radius);
+    } else if (s.surface.size() > 0) {
+        t.surface_volume = surface_volume(s.surface, p, s.walls, radius);
+    }
+    return t;
+}
+
+}  // namespace
+
+std::vector<DrawnBoundary> store_boundaries(const scene::Scene& scene, CacheWriter& cache) {
+    std::vector<DrawnBoundary> drawn;
+    for (const scene::Boundary& b : scene.world.boundaries) {
+        if (!b.visible) continue;
+        const auto mesh = boundary_mesh(scene, b);
+        if (mesh)
+            drawn.push_back(
+                {b.name, b.look.empty() ? b.name : b.look, cache.add_asset(write_ply(*mesh)), motion_of(b.motion)});
+    }
+    return drawn;
+}
+
+Frame make_frame(const Simulation& s, const std::vector<DrawnBoundary>& boundaries) {
+    Frame frame;
+    frame.number = s.clock.frame;
+    frame.time = s.clock.time;
+    frame.spacing = s.problem.scene.solver.spacing;
+    frame.particles = particle_points(s);
+    frame.surfels = surfel_points(s);
+    frame.bodies = frame_bodies(s);
+    for (const DrawnBoundary& b : boundaries) frame.obstacles.push_back(frame_obstacle(b, s.clock.time));
+    frame.totals = totals(s);
+    return frame;
+}
+
+}  // namespace thixo

@@ -1,0 +1,25 @@
+// What a frame of the cache says of the simulation.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/contract/cache.h"
+#include "sim/loop/simulation.h"
+
+namespace thixo {
+
+/// A boundary as it is drawn: its mesh is in the cache once, a frame says where it stands.
+struct DrawnBoundary {
+    std::string name, look, asset;  // asset: hash of the mesh in the cache
+    RigidMotion motion;
+};
+
+/// Tessellates every visible boundary and stores its mesh in the cache; a room's mesh shows its inner side. An
+/// unbounded boundary that is no plane cannot be drawn: a warning says so.
+std::vector<DrawnBoundary> store_boundaries(const scene::Scene& scene, CacheWriter& cache);
+
+/// The frame of the present time. Requires evaluate() at this time. Totals are sums in double over v(t).
+Frame make_frame(const Simulation& s, const std::vector<DrawnBoundary>& boundaries);
+
+}  // namespace thixo

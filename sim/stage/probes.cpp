@@ -1,0 +1,191 @@
+#include "sim/stage/probes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <numeric>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/ownership.h"
+#include "sim/loop/simulation.h"
+#include "sim/loop/step.h"
+#include "sim/space/scene_shapes.h"
+#include "sim/stage/frame_lines.h"
+
+namespace thixo {
+namespace {
+
+using scene::Measure;
+using scene::Quantity;
+
+const char* const kFile = "probes.csv";
+
+Vec3d velocity(const Simulation& s, std::size_t i) {
+    const Quad& v = s.sweep.motion[i];
+    return {v.x, v.y, v.z};
+}
+
+double quantity(const Simulation& s, Quantity what, std::size_t i) {
+    const Particles& p = s.particles;
+    switch (what) {
+        case Quantity::one:
+            return 1;
+        case Quantity::volume:
+            return static_cast<double>(p.rest_volume[i] / p.mass[i]);
+        case Quantity::density:
+            return static_cast<double>(p.density[i]);
+        case Quantity::pressure:
+            return static_cast<double>(shown_pressure(s, i));
+        case Quantity::temperature:
+            return static_cast<double>(p.temperature[i]);
+        case Quantity::speed:
+            return velocity(s, i).norm();
+        case Quantity::energy:
+            return 0.5 * velocity(s, i).squaredNorm();
+        case Quantity::velocity_x:
+            return velocity(s, i).x();
+        case Quantity::velocity_y:
+            return velocity(s, i).y();
+        case Quantity::velocity_z:
+            return velocity(s, i).z();
+        case Quantity::x:
+            return static_cast<double>(p.position[i].x());
+        case Quantity::y:
+            return static_cast<double>(p.position[i].y());
+        case Quantity::z:
+            return static_cast<double>(p.position[i].z());
+    }
+    return 0;
+}
+
+bool counts(const Probes::Entry& e, const Particles& p, std::size_t i) {
+    if (e.material >= 0 && p.material[i] != e.material) return false;
+    return !e.region || e.region->distance(p.position[i]) <= 0;
+}
+
+std::optional<double> at_point(const Simulation& s, const Probes::Entry& e) {
+    const Smoothing& smoothing = s.problem.smoothing;
+    const Vec3 x = e.probe.position.cast<Real>();
+    double weight = 0, sum = 0;
+    s.grid.for_each_neighbour(x, smoothing.support, [&](Index j, Real r2) {
+        if (j >= s.particles.size()) j = s.sweep.ghosts.source[j - s.particles.size()];
+        if (e.material >= 0 && s.particles.material[j] != e.material) return;
+        const double w = static_cast<double>(s.particles.rest_volume[j] * smoothing.density.value(r2));
+        weight += w;
+        sum += w * quantity(s, e.probe.quantity, j);
+    });
+    if (!(weight > 0)) return std::nullopt;
+    return sum / weight;
+}
+
+struct Moment {
+    double mass = 0, sum = 0;
+    Moment operator+(const Moment& b) const { return {mass + b.mass, sum + b.sum}; }
+};
+Moment moment(const Simulation& s, const Probes::Entry& e) {
+    return parallel_sum<Moment>(
+        s.particles.size(),
+        [&](std::size_t i) {
+            if (!counts(e, s.particles, i)) return Moment{};
+            const double m = static_cast<double>(s.particles.mass[i]);
+            return Moment{m, m * quantity(s, e.probe.quantity, i)};
+        },
+        Moment{});
+}
+
+std::optional<double> extent(const Simulation& s, const Probes::Entry& e) {
+    const Vec3d way = e.probe.direction.normalized();
+    std::vector<std::pair<double, double>> reach;  // coordinate, mass
+    double mass = 0;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        if (!counts(e, s.particles, i)) continue;
+        reach.emplace_back(way.dot(s.particles.position[i].cast<double>()), s.particles.mass[i]);
+        mass += reach.back().second;
+    }
+    if (reach.empty()) return std::nullopt;
+    std::sort(reach.begin(), reach.end());
+    double below = 0;
+    for (const auto& [coordinate, m] : reach)
+        if ((below += m) >= e.probe.quantile * mass * (1 - 1e-12)) return coordinate;
+    return reach.back().first;
+}
+
+std::string header(const Probes& probes) {
+    std::string line = "frame,time";
+    for (const Probes::Entry& e : probes.list) line += "," + e.probe.name;
+    return line + "\n";
+}
+
+}  // namespace
+
+Probes make_probes(const scene::Scene& scene) {
+    Probes probes;
+    for (const scene::Probe& p : scene.probes) {
+        Probes::Entry e;
+        e.probe = p;
+        for (std::size_t m = 0; m < scene.materials.size(); ++m)
+            if (scene.materials[m].name == p.material) e.material = static_cast<std::int32_t>(m);
+        if (!std::holds_alternative<std::monostate>(p.region.kind)) e.region = make_shape(scene, p.region);
+        probes.list.push_back(std::move(e));
+    }
+    probes.passed.assign(probes.list.size(), 0);
+    return probes;
+}
+
+std::vector<std::optional<double>> measure(Simulation& s) {
+    Probes& probes = s.probes;
+    std::vector<std::optional<double>> values;
+    for (std::size_t k = 0; k < probes.list.size(); ++k) {
+        const Probes::Entry& e = probes.list[k];
+        switch (e.probe.measure) {
+            case Measure::point:
+                values.push_back(at_point(s, e));
+                break;
+            case Measure::extent:
+                values.push_back(extent(s, e));
+                break;
+            case Measure::total:
+                values.push_back(moment(s, e).sum);
+                break;
+            case Measure::mean: {
+                const Moment m = moment(s, e);
+                values.push_back(m.mass > 0 ? std::optional(m.sum / m.mass) : std::nullopt);
+                break;
+            }
+            case Measure::flux: {
+                const scene::Frames& frames = s.problem.scene.frames;
+                const double span =
+                    s.clock.frame > frames.first ? s.clock.time - frame_time(frames, s.clock.frame - 1) : 0;
+                values.push_back(span > 0 ? probes.passed[k] / span : 0);
+                break;
+            }
+        }
+    }
+    std::fill(probes.passed.begin(), probes.passed.end(), 0.0);
+    return values;
+}
+
+void begin_probe_file(const std::filesystem::path& out, const Simulation& s, int frame) {
+    if (s.probes.list.empty()) return;
+    require_own(out / kFile, [](std::string_view bytes) { return bytes.starts_with("frame,time"); });
+    std::string text = header(s.probes);
+    if (std::ifstream old(out / kFile); old) {
+        std::string line;
+        std::getline(old, line);
+        if (line + "\n" == text) text += lines_of_frames(old, "", frame);
+    }
+    make_folder(out);
+    write_whole(out / kFile, text);
+}
+
+void append_probes(const std::filesystem::path& out, Simulation& s) {
+    if (s.probes.list.empty()) return;
+    std::string line = fmt::format("{},{}", s.clock.frame, s.clock.time);
+    for (const std::optional<double>& value : measure(s)) line += value ? fmt::format(",{}", *value) : ",";
+    if (!append_line(out / kFile, line)) throw ResourceError("{}: cannot be written", (out / kFile).string());
+}
+
+}  // namespace thixo

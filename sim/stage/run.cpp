@@ -1,0 +1,183 @@
+#include "sim/stage/run.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/log.h"
+#include "pipeline/base/parallel.h"
+#include "pipeline/base/timer.h"
+#include "pipeline/contract/atomic_file.h"
+#include "pipeline/contract/cache.h"
+#include "pipeline/contract/folder_lock.h"
+#include "pipeline/contract/look_images.h"
+#include "pipeline/contract/machine_memory.h"
+#include "pipeline/contract/scene_hash.h"
+#include "pipeline/contract/scene_io.h"
+#include "sim/loop/step.h"
+#include "sim/stage/checkpoint.h"
+#include "sim/stage/frame_output.h"
+#include "sim/stage/probes.h"
+#include "sim/stage/setup.h"
+#include "sim/stage/stats.h"
+
+namespace thixo {
+namespace {
+
+namespace fs = std::filesystem;
+
+scene::Scene load(const SimArgs& args) {
+    scene::Scene scene = scene::load_scene(args.scene, args.set, args.draft);
+    if (args.seed) scene.solver.seed = *args.seed;
+    return scene;
+}
+
+int last_frame(const scene::Scene& scene, const SimArgs& args) {
+    if (args.initial) return scene.frames.first;
+    if (args.frames.empty()) return scene.frames.last;
+    const int last = parse_frame_range(args.frames).back();
+    if (last < scene.frames.first || last > scene.frames.last)
+        throw InputError("--frames {} ends outside the scene's frames {} to {}", args.frames, scene.frames.first,
+                         scene.frames.last);
+    return last;
+}
+
+void refuse_other_simulation(const Manifest& there, const scene::Scene& scene, const fs::path& out) {
+    std::string keys;
+    const scene::Scene old = scene::parse_cached_scene(there.scene_text, (out / "cache" / "manifest.json").string());
+    for (const std::string& key : scene::differing_keys(old, scene)) keys += (keys.empty() ? "" : ", ") + key;
+    throw InputError(
+        "{}: holds another simulation, which differs in {}; give --out for another folder, or --restart to discard it",
+        (out / "cache").string(), keys.empty() ? "what this program computes" : keys);
+}
+
+/// Frames first, first + 1, ... that are there without a gap: the last of them, or first - 1.
+int last_cached(const Manifest& manifest, int first) {
+    int last = first - 1;
+    while (manifest.find(last + 1)) ++last;
+    return last;
+}
+
+int estimate(const scene::Scene& scene, int last) {
+    // On disk a particle takes about 50 bytes a frame, a surfel 64; a liquid has a surfel in five particles.
+    constexpr double kDisk = 65, kSurfelDisk = 64;
+    const Size size = estimate_size(scene);
+    const double particles = size.particles, surfels = size.surfels;
+    const double frames = last - scene.frames.first + 1;
+    const double disk_per_frame = kDisk * particles + kSurfelDisk * surfels;
+    const nlohmann::ordered_json answer = {{"particles", std::llround(particles)},
+                                           {"memory", static_cast<std::int64_t>(memory_of(size))},
+                                           {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
+                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
+    fmt::print("{}\n", answer.dump());
+    return kDone;
+}
+
+std::string note(const Simulation& s) {
+    return fmt::format("{} particles, {} steps", s.particles.size(), s.stats.steps);
+}
+
+void write_frame(Simulation& s, CacheWriter& cache, const std::vector<DrawnBoundary>& boundaries, const fs::path& out,
+                 double started) {
+    const Frame frame = make_frame(s, boundaries);
+    cache.write_frame(frame);
+    append_probes(out, s);
+    append_stats(out, s, frame.totals, wall_seconds() - started);
+}
+
+/// A run's cache: new, discarded, or continued; and the simulation where it goes on.
+struct Start {
+    CacheWriter cache;
+    Simulation simulation;
+    bool from_checkpoint;
+};
+Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimArgs& args) {
+    const fs::path out = args.out;
+    Simulation s = make_simulation(scene);
+    s.problem.scene_path = args.scene;
+    if (const double memory = memory_of(final_size(scene, s)); memory > machine_memory())
+        log_warning(
+            "this simulation may need {} of memory at its last frame, and this machine has {}; raise "
+            "solver.spacing, or let emitters stop earlier",
+            bytes_text(memory), bytes_text(machine_memory()));
+    if (!CacheReader::exists(out) || args.restart) {
+        remove_checkpoints(out);
+        CacheWriter cache = args.restart ? CacheWriter::restart(out, identity) : CacheWriter::create(out, identity);
+        return {std::move(cache), std::move(s), false};
+    }
+    const int kept = CacheReader(out).last_sound(scene.frames.first);
+    const bool restored = restore_checkpoint(out, kept, identity.simulation_hash, s);
+    CacheWriter cache = CacheWriter::resume(out, identity, restored ? s.clock.frame : scene.frames.first - 1);
+    return {std::move(cache), std::move(s), restored};
+}
+
+}  // namespace
+
+int run_simulation(const SimArgs& args) {
+    set_quiet(args.quiet);
+    set_thread_count(args.threads);
+    const scene::Scene scene = load(args);
+    const int first = scene.frames.first, last = last_frame(scene, args);
+    if (args.estimate) return estimate(scene, last);
+
+    const fs::path out = args.out;
+    const CacheIdentity identity{scene.name, scene::print_cached_scene(scene), scene::simulation_hash(scene)};
+    Progress progress("sim", last - first + 1, args.machine_progress);
+    if (CacheReader::exists(out) && !args.restart) {
+        const CacheReader there(out);
+        if (there.manifest().simulation_hash != identity.simulation_hash)
+            refuse_other_simulation(there.manifest(), scene, out);
+        const bool listed =
+            last_cached(there.manifest(), first) >= last && (last < scene.frames.last || there.complete());
+        if (listed && there.last_sound(first) >= last && there.assets_are_sound()) {
+            progress.update(last - first + 1, "already there");
+            progress.finish();
+            return kDone;
+        }
+    }
+    for (const std::string& warning : scene::scene_warnings(scene)) log_warning("{}", warning);
+    const FolderLock lock(out);
+    catch_interrupts();
+    double started = wall_seconds();
+    Start begin = start(scene, identity, args);
+    Simulation& s = begin.simulation;
+    CacheWriter& cache = begin.cache;
+    const std::vector<DrawnBoundary> boundaries = store_boundaries(scene, cache);
+    scene::store_images(scene.look, cache);
+    cache.require_assets();
+    progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0,
+                    begin.from_checkpoint ? "continued" : "from the start");
+    begin_probe_file(out, s, begin.from_checkpoint ? s.clock.frame : first - 1);
+    begin_stats_file(out, begin.from_checkpoint ? s.clock.frame : first - 1);
+    if (!begin.from_checkpoint) {
+        refresh_surface(s);
+        evaluate(s);
+        write_frame(s, cache, boundaries, out, started);
+        progress.update(1, note(s));
+    }
+    // The state of the last finished frame, kept for an interruption: written then, and every so many frames.
+    std::string state = args.initial ? std::string() : print_checkpoint(s, identity.simulation_hash);
+    while (s.clock.frame < last) {
+        const int frame = s.clock.frame;
+        s.stats = StepStats{};
+        started = wall_seconds();
+        if (!advance_frame(s, [] { return interrupted() != 0; })) {
+            write_checkpoint(out, frame, state);
+            progress.finish();
+            throw InterruptedError(interrupted());
+        }
+        write_frame(s, cache, boundaries, out, started);
+        state = print_checkpoint(s, identity.simulation_hash);
+        if ((s.clock.frame - first) % scene.solver.checkpoint_every == 0 || s.clock.frame == last)
+            write_checkpoint(out, s.clock.frame, state);
+        progress.update(s.clock.frame - first + 1, note(s));
+    }
+    if (last == scene.frames.last) cache.finish();
+    progress.finish();
+    return kDone;
+}
+
+}  // namespace thixo

@@ -1,0 +1,365 @@
+#include "sim/stage/setup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "pipeline/base/error.h"
+#include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/volume_sampling.h"
+#include "sim/liquid/tension.h"
+#include "sim/liquid/viscosity_solver.h"
+#include "sim/bonds/members.h"
+#include "sim/phase/phases.h"
+#include "sim/solid/laws.h"
+#include "sim/space/sampling.h"
+#include "sim/space/scene_shapes.h"
+#include "sim/stage/boundary_mesh.h"
+#include "sim/stage/probes.h"
+#include "sim/stage/solid_setup.h"
+
+namespace thixo {
+namespace {
+
+constexpr Real kWallRoom = Real(0.1);               // spacings between a wall and the first particles
+constexpr Real kBodyRoom = Real(0.7);               // spacings between the particles of two bodies
+constexpr double kSlowest = 0.1;                    // m/s
+constexpr std::size_t kMostParticles = 2147483647;  // indices of particles and their ghosts are of 32 bits
+
+template <class T>
+int index_of(const std::vector<T>& list, const std::string& name, const char* what) {
+    for (std::size_t k = 0; k < list.size(); ++k)
+        if (list[k].name == name) return static_cast<int>(k);
+    throw InputError("there is no {} named '{}'", what, name);
+}
+
+std::vector<Mould> make_moulds(const scene::Scene& scene) {
+    std::vector<Mould> moulds;
+    for (const scene::Mould& m : scene.surface.moulds)
+        moulds.push_back({make_shape(scene, m.shape), static_cast<Real>(m.weight), static_cast<Real>(m.reach)});
+    return moulds;
+}
+
+/// Twice the largest mean speed between two keys of a motion, of what is at most `reach` [m] from the axes it turns
+/// about: smooth motions are at most that much faster in the middle [m/s].
+double fastest_of(const std::vector<scene::Key>& keys, double reach) {
+    double fastest = 0;
+    for (std::size_t k = 1; k < keys.size(); ++k) {
+        const Quatd from = rotation_from_degrees(keys[k - 1].rotate), to = rotation_from_degrees(keys[k].rotate);
+        const double way = (keys[k].position - keys[k - 1].position).norm() + from.angularDistance(to) * reach;
+        fastest = std::max(fastest, 2 * way / (keys[k].time - keys[k - 1].time));
+    }
+    return fastest;
+}
+
+/// From the world's origin, about which keys turn, to the farthest corner of a shape's box [m]; 0 where it has none.
+double reach_of(const Shape& shape) {
+    const auto box = shape.bounds();
+    return box ? static_cast<double>(box->lower.cwiseAbs().cwiseMax(box->upper.cwiseAbs()).norm()) : 0;
+}
+
+double fastest_of(const scene::Scene& scene) {
+    double fastest = 0;
+    for (const scene::Body& b : scene.bodies) {
+        const auto bounds = make_shape(scene, b.shape).bounds();
+        const double reach = bounds ? 0.5 * static_cast<double>((bounds->upper - bounds->lower).norm()) : 0;
+        fastest = std::max(fastest, b.velocity.norm() + b.angular_velocity.norm() * reach);
+    }
+    for (const scene::Emitter& e : scene.emitters)
+        fastest = std::max(fastest, e.speed + fastest_of(e.motion, e.position.norm() + e.radius));
+    for (const scene::Boundary& b : scene.world.boundaries)
+        if (b.motion.size() > 1)
+            fastest = std::max(fastest, fastest_of(b.motion, reach_of(make_shape(scene, b.shape))));
+    for (const scene::Handle& h : scene.handles)
+        if (h.motion.size() > 1)
+            fastest = std::max(fastest, fastest_of(h.motion, reach_of(make_shape(scene, h.region))));
+    return fastest;
+}
+
+/// The height matter can fall through along gravity [m].
+double drop_height(const scene::Scene& scene) {
+    const double g = scene.world.gravity.norm();
+    if (g == 0) return 0;
+    const Vec3d up = -scene.world.gravity / g;
+    double top = -std::numeric_limits<double>::infinity(), own = top, bottom = -top;
+    const auto extent = [&](const Shape& shape, double& lowest, double& highest) {
+        const auto box = shape.bounds();
+        if (!box) return;
+        for (int c = 0; c < 8; ++c) {
+            const Vec3 corner(c & 1 ? box->upper.x() : box->lower.x(), c & 2 ? box->upper.y() : box->lower.y(),
+                              c & 4 ? box->upper.z() : box->lower.z());
+            const double h = up.dot(corner.cast<double>());
+            lowest = std::min(lowest, h);
+            highest = std::max(highest, h);
+        }
+    };
+    double body_bottom = bottom;
+    for (const scene::Body& b : scene.bodies) extent(make_shape(scene, b.shape), body_bottom, top);
+    for (const scene::Emitter& e : scene.emitters) top = std::max(top, up.dot(e.position));
+    for (const scene::Boundary& b : scene.world.boundaries) {
+        if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind);
+            p && !b.inside && up.dot(p->normal.normalized()) > 0.5)
+            bottom = std::min(bottom, p->offset + up.dot(b.shape.translate));
+        else
+            extent(make_shape(scene, b.shape), bottom, own);
+    }
+    // Without walls nothing stops the fall and only the matter's own height makes pressure.
+    bottom = std::min(bottom, body_bottom);
+    return std::isfinite(top) && std::isfinite(bottom) ? std::max(0.0, top - bottom) : 0;
+}
+
+/// Matter is placed within the domain; a body that reaches beyond a periodic face would lose that part.
+void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Periodic& periodic, Real spacing) {
+    const auto box = shape.bounds();
+    for (int a = 0; a < 3; ++a) {
+        const Periodic::Axis& axis = periodic.axis[static_cast<std::size_t>(a)];
+        if (!axis.on || !box) continue;
+        if (box->lower[a] < axis.from - spacing / 2 || box->upper[a] > axis.to + spacing / 2)
+            throw InputError(
+                "{}: body '{}' reaches from {} to {} m, beyond the periodic faces {} and {} m of axis {}; "
+                "cut it there",
+                body.shape.where, body.name, box->lower[a], box->upper[a], axis.from, axis.to, "xyz"[a]);
+    }
+}
+
+void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, const Simulation& s) {
+    for (const Vec3& x : sites)
+        if (wall_distance(s.walls, x) < 0)
+            throw InputError(
+                "{}: body '{}' starts inside a wall at ({:.4g}, {:.4g}, {:.4g}) m; move it out of the wall",
+                body.shape.where, body.name, x.x(), x.y(), x.z());
+}
+
+/// Particles of a hexagonal lattice: of a liquid each is what a site of the packing stands for, the mass of a solid is
+/// that of its shape.
+SampledVolume pack_body(const Shape& shape, bool solid, const std::function<bool(const Vec3&)>& free,
+                        const Simulation& s) {
+    const Real d = s.problem.smoothing.spacing;
+    SampledVolume sites;
+    sites.position = pack_shape(shape, d, free, s.problem.periodic);
+    const std::size_t count = sites.position.size();
+    if (count == 0) return sites;
+    const Real volume =
+        solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count))
+              : cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
+    sites.volume.assign(count, volume);
+    sites.spacing.assign(count, d);
+    return sites;
+}
+
+/// A solid's particles on another lattice (dissertation 5.7).
+SampledVolume sample_solid(const scene::Body& body, const Shape& shape, Real spacing) {
+    const bool octree = body.sampling.lattice == scene::Lattice::octree;
+    try {
+        return sample_volume(shape, {.lattice = octree ? Lattice::octree : Lattice::uniform,
+                                     .spacing = static_cast<double>(spacing),
+                                     .levels = body.sampling.levels});
+    } catch (const InputError& error) {
+        throw InputError("{}: body '{}': {}", body.shape.where, body.name, error.what());
+    }
+}
+
+Vec3d centre_of_mass(const SampledVolume& sites) {
+    Vec3d sum(0, 0, 0);
+    double volume = 0;
+    for (std::size_t k = 0; k < sites.position.size(); ++k) {
+        sum += static_cast<double>(sites.volume[k]) * sites.position[k].cast<double>();
+        volume += static_cast<double>(sites.volume[k]);
+    }
+    return sum / volume;
+}
+
+/// The bodies whose particles are there, by their boxes: with thousands of bodies only a few are near a new one.
+class PlacedBodies {
+  public:
+    /// Positions of all particles that may be within `reach` [m] of the shape.
+    std::vector<Vec3> near(const Shape& shape, Real reach, const Simulation& s) const {
+        const auto box = shape.bounds();
+        std::vector<Vec3> found;
+        for (const Placed& b : list_) {
+            if (box && ((b.lower.array() > box->upper.array() + reach).any() ||
+                        (b.upper.array() < box->lower.array() - reach).any()))
+                continue;
+            const auto from = s.particles.position.begin();
+            found.insert(found.end(), from + static_cast<std::ptrdiff_t>(b.first),
+                         from + static_cast<std::ptrdiff_t>(b.last));
+        }
+        return found;
+    }
+    /// The particles from `first` on are a body's.
+    void add(std::size_t first, const Particles& particles) {
+        Placed b{first, particles.size(), particles.position[first], particles.position[first]};
+        for (std::size_t i = first; i < b.last; ++i) {
+            b.lower = b.lower.cwiseMin(particles.position[i]);
+            b.upper = b.upper.cwiseMax(particles.position[i]);
+        }
+        list_.push_back(b);
+    }
+
+  private:
+    struct Placed {
+        std::size_t first, last;
+        Vec3 lower, upper;
+    };
+    std::vector<Placed> list_;
+};
+
+void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulation& s) {
+    const scene::Scene& scene = s.problem.scene;
+    const Real d = s.problem.smoothing.spacing;
+    const int material = index_of(scene.materials, body.material, "material");
+    const scene::Material& matter = scene.materials[static_cast<std::size_t>(material)];
+    const double melt = matter.melting.any()     ? matter.melting.fraction(body.temperature)
+                        : matter.elastic.solid() ? 0
+                                                 : 1;
+    const bool solid = melt < 1;
+    const Shape shape = make_shape(scene, body.shape);
+    refuse_beyond_faces(body, shape, s.problem.periodic, d);
+    PointGrid others;
+    if (!solid) others.build(placed.near(shape, kBodyRoom * d, s), d);
+    const auto free = [&](const Vec3& x) {
+        if (solid) return true;  // a solid is whole, or refused
+        if (wall_distance(s.walls, x) < kWallRoom * d) return false;
+        bool taken = false;
+        others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
+        return !taken;
+    };
+    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_body(shape, solid, free, s)
+                                                                                   : sample_solid(body, shape, d);
+    const std::size_t count = sites.position.size();
+    if (count == 0)
+        throw InputError(
+            "{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
+            body.shape.where, body.name, d);
+    if (solid) refuse_overlap(body, sites.position, s);
+    const Vec3d centre = centre_of_mass(sites);
+    const std::size_t first = s.particles.size();
+    if (first + count > kMostParticles)
+        throw InputError("{}: with body '{}' the scene has {} particles, and {} are possible; raise solver.spacing",
+                         body.shape.where, body.name, first + count, kMostParticles);
+    resize_table(s.particles, first + count);
+    Particles& p = s.particles;
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t i = first + k;
+        p.id[i] = s.next_id++;
+        p.position[i] = s.problem.periodic.wrapped(sites.position[k]);
+        if (p.has.surface) p.surface_position[i] = p.position[i];
+        p.velocity[i] =
+            (body.velocity + body.angular_velocity.cross(sites.position[k].cast<double>() - centre)).cast<Real>();
+        p.acceleration[i] = s.problem.gravity;
+        p.rest_volume[i] = sites.volume[k];
+        if (p.has.spacing) p.spacing[i] = sites.spacing[k];
+        p.density[i] = s.problem.materials[static_cast<std::size_t>(material)].density;
+        p.mass[i] = p.density[i] * p.rest_volume[i];
+        p.temperature[i] = body.temperature;
+        p.material[i] = material;
+        p.body[i] = number;
+        p.melt[i] = static_cast<Real>(melt);
+        p.phase[i] = !keeps_shape(matter, melt) ? Phase::liquid : melt < 1 ? Phase::solid : Phase::viscoelastic;
+    }
+    placed.add(first, p);
+}
+
+}  // namespace
+
+double expected_speed(const scene::Scene& scene) {
+    if (scene.solver.expected_speed > 0) return scene.solver.expected_speed;
+    const double fall2 = 2 * scene.world.gravity.norm() * drop_height(scene);
+    double speed2 = square(fastest_of(scene)) + fall2;
+    const double support = scene.solver.support * scene.solver.spacing;
+    for (const scene::Material& m : scene.materials) {
+        const double tension = m.melting.any() ? m.melting.liquid.surface_tension : m.surface_tension;
+        speed2 = std::max(speed2, 56.0 / 3.0 * tension / (m.density * support));
+    }
+    return std::max(kSlowest, std::sqrt(speed2));
+}
+
+Simulation make_simulation(const scene::Scene& scene) {
+    warn_of_meshes(scene);
+    const Smoothing smoothing(static_cast<Real>(scene.solver.spacing), static_cast<Real>(scene.solver.support));
+    const double speed = expected_speed(scene);
+    // Walls and the problem are made before what holds them: g++ 12 destroys the members of a nested initialiser twice
+    // where a later one throws.
+    Walls walls = make_walls(scene, smoothing);
+    Problem problem{.scene = scene,
+                    .scene_path = {},
+                    .smoothing = smoothing,
+                    .tension = TensionScale(smoothing, scene.solver.pressure),
+                    .materials = resolve_materials(scene.materials, static_cast<Real>(speed), scene.solver.pressure),
+                    .heat = make_heat(scene),
+                    .moulds = make_moulds(scene),
+                    .gravity = scene.world.gravity.cast<Real>(),
+                    .periodic = make_periodic(scene.world, smoothing.support),
+                    .expected_speed = speed,
+                    .emitters = {}};
+    Simulation s{.problem = std::move(problem), .walls = std::move(walls)};
+    for (std::size_t k = 0; k < scene.materials.size(); ++k) {
+        MaterialParams& m = s.problem.materials[k];
+        const scene::Material& source = scene.materials[k];
+        const bool melts = source.melting.any();
+        m.tension = static_cast<Real>(melts ? source.melting.liquid.surface_tension : source.surface_tension);
+        // The viscosity of a solid damps its vibrations (sim/solid); liquids have none of it.
+        const bool flows = !source.elastic.solid() || std::ranges::any_of(scene.emitters, [&](const auto& e) {
+            return e.material == source.name;
+        });
+        m.viscosity = melts ? static_cast<Real>(source.melting.liquid.viscosity) : flows ? m.viscosity : Real(0);
+    }
+    choose_viscosity_solver(scene.solver, smoothing, speed, s.problem.materials);
+    s.clock.frame = scene.frames.first;
+    s.probes = make_probes(scene);
+    s.particles.has = {.surface = scene.surface.enabled,
+                       .implicit_pressure = scene.solver.pressure == scene::Pressure::dfsph,
+                       .implicit_viscosity = std::ranges::any_of(
+                           s.problem.materials, [](const MaterialParams& m) { return m.implicit_viscosity > 0; }),
+                       .spacing = std::ranges::any_of(scene.bodies, [](const scene::Body& b) {
+                           return b.sampling.lattice == scene::Lattice::octree;
+                       })};
+    PlacedBodies placed;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), placed, s);
+    s.solids = make_solids(scene, smoothing, s.particles);
+    make_phases(scene, smoothing, s.particles, s.solids);
+    locate_particles(s.particles, s.solids);
+    if (scene.surface.enabled) s.embedded = make_embedded_surface(scene, s.solids);
+    for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
+        const int material = index_of(scene.materials, scene.emitters[e].material, "material");
+        EmitterLayout layout = lay_out_emitter(
+            scene.emitters[e], s.problem.materials[static_cast<std::size_t>(material)], smoothing.spacing);
+        layout.material = material;
+        layout.body = static_cast<int>(scene.bodies.size() + e);
+        s.problem.emitters.push_back(std::move(layout));
+        s.emitters.push_back({.next = scene.emitters[e].start});
+    }
+    return s;
+}
+
+Size estimate_size(const scene::Scene& scene) {
+    for (const scene::Boundary& b : scene.world.boundaries)
+        if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
+    // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.
+    constexpr double kManySites = 1e5;
+    scene::Scene sampled = scene;
+    std::erase_if(sampled.emitters,
+                  [&](const scene::Emitter& e) { return sites_of_emitter(e, scene.solver.spacing) > kManySites; });
+    return final_size(scene, make_simulation(sampled));
+}
+
+Size final_size(const scene::Scene& scene, const Simulation& at_start) {
+    double count = static_cast<double>(at_start.particles.size());
+    const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
+    for (const scene::Emitter& e : scene.emitters) {
+        const double seconds = std::max(0.0, std::min(end, e.stop) - e.start);
+        count += seconds * e.speed * kPi * square(e.radius) / cube(scene.solver.spacing);
+    }
+    return {count, static_cast<double>(at_start.embedded.size())};
+}
+
+double memory_of(const Size& size) {
+    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
+    // (150); a surfel of a liquid's in five particles. A solid's surfel, with the weights it is moved by, takes 1500.
+    constexpr double kProgram = 6e7, kParticle = 730, kSurfel = 1500;
+    return kProgram + kParticle * size.particles + kSurfel * size.surfels;
+}
+
+}  // namespace thixo

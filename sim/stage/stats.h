@@ -1,0 +1,18 @@
+// stats.jsonl: what a run cost and how well it went, one line a frame. Times are here and nowhere else.
+#pragma once
+
+#include <filesystem>
+
+#include "pipeline/contract/frame.h"
+#include "sim/loop/simulation.h"
+
+namespace thixo {
+
+/// Keeps the lines of out/stats.jsonl of frames up to `frame`: a run that continues goes on from there.
+void begin_stats_file(const std::filesystem::path& out, int frame);
+
+/// Appends one JSON object to out/stats.jsonl: frame, counts, steps, dt, the limit that set it, seconds by part,
+/// density error, surface report. A line that cannot be written is a warning: the run does not depend on it.
+void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds);
+
+}  // namespace thixo

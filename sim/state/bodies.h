@@ -1,0 +1,67 @@
+// Solid bodies: pieces of matter that hang together.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pipeline/geometry/shape.h"
+#include "sim/state/elements.h"
+
+namespace thixo {
+
+/// What a body's surfels are.
+enum class Skin : std::uint8_t {
+    embedded,  // bound to the rest shape that the body was made with
+    animated,  // moved with the particles, deformed and resampled: the body has begun to melt
+    rebound    // those, bound to a rest shape that the body has frozen in
+};
+
+/// The material frame is the first rest shape about its centre of mass; the rest shape of now, rotated and moved to fit
+/// the deformed one (dissertation 5.4.3), is that frame in the pose x = R m + t. So the material frame holds all that
+/// is bound to the matter, and nothing in it is ever turned. A body that split off shares its parent's frame.
+struct SolidBody {
+    std::int32_t id = 0;  // for ever: Particles::body of its particles, and of the frame; -1 of what emitters release
+    std::int32_t parent = -1;   // id of the body it split from; -1: none
+    std::int32_t source = 0;    // index into Scene::bodies; -1: what emitters release, which has no rest shape
+    std::int32_t material = 0;  // index into Scene::materials
+    Skin skin = Skin::embedded;
+    bool refrozen = false;          // its rest shape is one it has frozen in
+    std::vector<Index> elements{};  // ascending
+    Index typical = 0;              // one whose width and support are those at its surface
+    Index lightest = 0;
+    Mat3d turn = Mat3d::Identity();  // R
+    Vec3d place{0, 0, 0};            // t [m]
+    // The first rest shape, in the world at time 0: the scene's, or for a body that has split that of its surfels. None:
+    // the body meets others element by element.
+    std::optional<Shape> shape{};
+    bool scene_shape = true;              // the scene's, and no split has changed it
+    std::vector<std::int32_t> cuts{};  // sheets that the body was cut along: it lies behind each
+    Vec3 origin{0, 0, 0};  // of the material frame there [m]
+
+    std::size_t size() const { return elements.size(); }
+    bool empty() const { return elements.empty(); }
+    /// Whether it has a rest shape at all.
+    bool shaped() const { return source >= 0; }
+};
+
+/// A body's pose in the numbers of the state.
+struct BodyPose {
+    Mat3 turn;
+    Vec3 place;
+};
+inline std::vector<BodyPose> poses_of(const std::vector<SolidBody>& bodies) {
+    std::vector<BodyPose> poses;
+    for (const SolidBody& b : bodies) poses.push_back({b.turn.cast<Real>(), b.place.cast<Real>()});
+    return poses;
+}
+
+/// The rest places of a body's elements, in their order [m].
+inline std::vector<Vec3> rest_places(const SolidBody& body, const Elements& e) {
+    std::vector<Vec3> place;
+    place.reserve(body.size());
+    for (const Index i : body.elements) place.push_back(xyz(e.rest[i]));
+    return place;
+}
+
+}  // namespace thixo

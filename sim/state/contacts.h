@@ -1,0 +1,100 @@
+// What contact between solids is kept in: samples of surfaces, and the nodes at which bodies meet.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/geometry/point_grid.h"
+#include "sim/state/table.h"
+
+namespace thixo {
+
+/// Weights of elements at a place, sum_j W_j = 1 and sum_j W_j x_j = x: all of an array from first on.
+struct ElementWeights {
+    std::vector<std::size_t> begin{0};  // one more than places
+    std::vector<Index> element;
+    std::vector<Real> weight;
+};
+
+/// Places on the bodies' surfaces at which contact is felt, body by body; made once, where there are two bodies, and
+/// anew for a body that splits.
+struct ContactSamples {
+    std::vector<std::int32_t> owner;  // index of the SolidBody
+    std::vector<Vec3> rest;           // in its material frame [m]
+    std::vector<Vec3> normal;         // outward, at rest
+    std::vector<Real> area;           // at rest [m^2]
+    ElementWeights weights;           // of the owner's elements
+    std::vector<Index> first;         // of each body, and the end
+    std::size_t size() const { return owner.size(); }
+};
+
+/// Where the surface of one body meets another one. Between two solids a node is a sample of one of them; where a solid
+/// meets itself, two of its elements. The force f on the first body acts with the opposite sign on the second: weights
+/// of the second are negative.
+struct ContactNodes {
+    // State; part of a checkpoint.
+    std::vector<Index> sample;          // kNone: two elements meet
+    std::vector<std::int32_t> partner;  // index of the SolidBody
+    std::vector<Index> first, second;   // those elements; kNone: a sample meets a body. Ascending by all four
+    std::vector<Real> excess;           // the part of the depth, < 0, that came from nowhere and is not answered [m]
+    std::vector<Real> depth;            // answered by the last sub-step [m]
+    std::vector<Real> normal_force;     // mean of late, as friction knows it [N]
+    std::vector<Real> duration;         // of that mean, no longer than `memory` [s]
+    std::vector<Vec3> slip;  // tangential: what friction's spring is stretched by, in the partner's frame [m]
+
+    // Since the nodes were found; frames do not move meanwhile.
+    std::vector<std::int32_t> owner;  // index of the SolidBody of the first elements
+    std::vector<Vec3> normal;         // from the partner, in the world
+    std::vector<Real> gap;            // at that time, < 0: overlap [m]
+    std::vector<Vec3> start, last;    // relative displacement then and a sub-step ago [m]
+    std::vector<Real> stiffness;      // [N/m]
+    std::vector<Real> damping, drag;  // along the normal, across [kg/s]
+    std::vector<Real> friction;       // [1]
+    std::vector<Real> memory;         // of friction [s]
+    std::vector<Real> area;           // [m^2]
+    std::vector<Real> brake;          // mass that a speed can be taken from at once, by weights alone [kg]
+    ElementWeights weights;
+    std::vector<std::size_t> middle;  // where the partner's begin
+    std::vector<Vec3> force;          // on the owner, in the world [N]
+    std::size_t size() const { return sample.size(); }
+};
+
+template <class C, class F>
+void for_each_field(C& c, F&& f) requires requires {
+    c.excess;
+}
+{
+    f("contact.sample", Life::state, c.sample);
+    f("contact.partner", Life::state, c.partner);
+    f("contact.first", Life::state, c.first);
+    f("contact.second", Life::state, c.second);
+    f("contact.excess", Life::state, c.excess);
+    f("contact.depth", Life::state, c.depth);
+    f("contact.slip", Life::state, c.slip);
+    f("contact.normal_force", Life::state, c.normal_force);
+    f("contact.duration", Life::state, c.duration);
+}
+
+/// What contact adds to the rates of a body's fastest motions: bounds by the sums of rows.
+struct ContactRates {
+    double stiffest = 0;  // [1/s^2]
+    double damping = 0;   // [1/s]
+};
+
+struct Contacts {
+    ContactSamples samples;
+    ContactNodes nodes;
+    double next = 0;                  // when nodes must be found again [s]
+    std::vector<ContactRates> rates;  // by body
+    // Nodes by element, for gathering.
+    std::vector<Index> touched;      // elements, ascending
+    std::vector<std::size_t> begin;  // one more
+    std::vector<Index> node;
+    std::vector<Real> weight;
+    // Scratch.
+    std::vector<Vec3> place;      // of all elements in the world [m]
+    std::vector<PointGrid> grid;  // by body, of its elements in their order
+    std::vector<std::uint8_t> gridded;
+};
+
+}  // namespace thixo

@@ -1,0 +1,128 @@
+// Matter that keeps a shape: the elastic attribute group of particles, and the bonds between them. Elements stand body
+// by body and within a body in the cell order of its rest shape. As rest neighbourhoods stay, so does this order,
+// whatever the particles' is.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "pipeline/base/lanes.h"
+#include "pipeline/base/math.h"
+#include "sim/state/phase.h"
+#include "sim/state/table.h"
+
+namespace thixo {
+
+/// Symmetric 3x3 tensor.
+struct Symmetric {
+    Real xx = 0, yy = 0, zz = 0, xy = 0, yz = 0, zx = 0;
+};
+inline Mat3 matrix(const Symmetric& s) {
+    Mat3 m;
+    m << s.xx, s.xy, s.zx, s.xy, s.yy, s.yz, s.zx, s.yz, s.zz;
+    return m;
+}
+inline Symmetric symmetric(const Mat3& m) { return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(1, 2), m(2, 0)}; }
+/// Frobenius norm.
+inline Real norm(const Symmetric& s) {
+    return std::sqrt(square(s.xx) + square(s.yy) + square(s.zz) + 2 * (square(s.xy) + square(s.yz) + square(s.zx)));
+}
+
+/// C of sigma = C eps, symmetric, in Voigt's order xx yy zz xy yz zx with engineering shear, 2 eps_xy.
+using Stiffness6 = Eigen::Matrix<Real, 6, 6>;
+
+/// Moments of an element's rest neighbourhood, r_ij = m_j - m_i.
+struct RestMoment {
+    Symmetric inverse;    // A+, pseudo-inverse of A = sum_j w_ij r_ij r_ij^T [1/m^2]
+    Vec3 first{0, 0, 0};  // sum_j w_ij r_ij [m]
+    Real trace = 0;       // of A [m^2]
+    bool full = true;     // A has rank 3, and P = A A+ is one
+};
+
+/// The bonds of all elements, by element: its neighbours j with their weights, and what follows from these. A weight is
+///   w = base x visibility x solidity
+/// base of the distance at rest, visibility of cracks between the two, solidity of melting. The factors are kept apart
+/// where a scene needs them: empty `base`: w is the base; empty `visibility`: nothing is hidden.
+struct Bonds {
+    // Each list is filled up with the element itself, of weight 0, to a multiple of kLanes.
+    std::vector<std::size_t> begin;  // one more than elements
+    std::vector<Index> neighbour;
+    std::vector<Real> weight;           // w_ij [1/m^3], of i's own stencil
+    std::vector<Real> weight_back;      // w_ji, of j's stencil
+    std::vector<Real> base, base_back;  // of the rest shape alone [1/m^3]
+    std::vector<Real> visibility;       // of either direction: 1 seen, 0 a full crack between [1]
+    std::vector<RestMoment> moment;
+    // Elements without rank 3, ascending, and their projection P = A A+.
+    std::vector<std::pair<Index, Symmetric>> flat;
+    // Raised by every change of a list, a base, a visibility or a law. What is computed from bonds names the version
+    // it was computed for.
+    std::uint64_t version = 1;
+    // The same, raised by changes of solidity as well.
+    std::uint64_t weights_version = 1;
+
+    std::size_t size() const { return begin.empty() ? 0 : begin.size() - 1; }
+    void changed() { ++version, ++weights_version; }
+};
+
+/// Structure of arrays; row e of every array is element e. Places and vectors are in their body's material frame.
+struct Elements {
+    bool softens = false;  // some matter changes its phase: law, phase and melt are there; elsewhere all is solid
+    // The rest shape.
+    std::vector<std::int64_t> id;     // of its particle
+    std::vector<std::int32_t> owner;  // index of its SolidBody
+    std::vector<Index> law;           // index of its own law; empty: its owner's
+    std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
+    std::vector<Real> mass, volume;  // [kg], V at rest [m^3]
+    std::vector<Real> support;       // h [m]
+    std::vector<Real> depth;         // of the particle below the body's surface, at rest [m]
+    // Of its particle, written with it.
+    std::vector<Phase> phase;
+    std::vector<Real> melt;  // b [1]
+
+    // The state.
+    std::vector<Quad> displacement;  // u = x - m; - [m]
+    std::vector<Quad> velocity;      // at t - dt/2 between sub-steps; - [m/s]
+    std::vector<Vec3> acceleration;  // of the last sub-step [m/s^2]
+    std::vector<Symmetric> plastic;  // eps^p [1]
+
+    // By body, not by element: C of laws that have one, in the material frame [Pa]; rewritten with the laws.
+    std::vector<Stiffness6> anisotropic;
+    Bonds bonds;
+
+    std::size_t size() const { return id.size(); }
+    std::size_t law_of(std::size_t i) const {
+        return static_cast<std::size_t>(law.empty() ? static_cast<Index>(owner[i]) : law[i]);
+    }
+    Phase phase_of(std::size_t i) const { return softens ? phase[i] : Phase::solid; }
+    /// The share that the rest shape binds [1].
+    Real solidity(std::size_t i) const { return !softens ? Real(1) : phase[i] == Phase::solid ? 1 - melt[i] : Real(0); }
+};
+
+template <class E, class F>
+void for_each_field(E& e, F&& f) requires requires {
+    e.displacement;
+}
+{
+    f("solid.id", Life::made, e.id);
+    f("solid.owner", Life::made, e.owner);
+    if (e.softens) f("solid.law", Life::made, e.law);
+    f("solid.rest", Life::made, e.rest);
+    f("solid.mass", Life::made, e.mass);
+    f("solid.volume", Life::made, e.volume);
+    f("solid.support", Life::made, e.support);
+    f("solid.depth", Life::made, e.depth);
+    if (e.softens) {
+        f("solid.phase", Life::state, e.phase);
+        f("solid.melt", Life::state, e.melt);
+    }
+    f("solid.displacement", Life::state, e.displacement);
+    f("solid.velocity", Life::state, e.velocity);
+    f("solid.acceleration", Life::state, e.acceleration);
+    f("solid.plastic", Life::state, e.plastic);
+}
+
+inline Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
+inline Quad quad(const Vec3& v, Real w = 0) { return {v.x(), v.y(), v.z(), w}; }
+
+}  // namespace thixo

@@ -1,0 +1,32 @@
+// What the forces need of a material, from what the scene gives.
+#pragma once
+
+#include <vector>
+
+#include "pipeline/base/math.h"
+#include "pipeline/contract/scene.h"
+
+namespace thixo {
+
+struct MaterialParams {
+    Real density;             // rho0 [kg/m^3]
+    Real viscosity;           // mu of the explicit force [Pa s]
+    Real stiffness;           // k_gas [Pa]
+    Real gamma;               // exponent of the equation of state [1]
+    Real sound_speed;         // c = sqrt(dP/drho) at rho0 [m/s]
+    Real tension;             // gamma of the liquid's surface [N/m]
+    Real implicit_viscosity;  // mu of the implicit solve; one of the two is 0 [Pa s]
+};
+
+/// Stiffness that keeps compression near 1 % at a speed U [m/s]: c = 10 U, for the density changes by U^2/c^2 (Monaghan
+/// 1994);
+///   k_gas = c^2 rho0 / gamma.   [Pa]
+Real stiffness_for(Real speed, Real density, Real gamma);
+
+/// Resolves the scene's materials. Where the pressure solver is implicit there is no sound: stiffness and sound speed
+/// are zero. `expected_speed` U [m/s] is used where a material names no stiffness. Tension and the way viscosity is
+/// solved are make_simulation's.
+std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed,
+                                              scene::Pressure solver = scene::Pressure::eos);
+
+}  // namespace thixo

@@ -1,0 +1,249 @@
+// Surfels on all solids of a scene, and what they are displaced by.
+#include <algorithm>
+#include <array>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/kernels.h"
+#include "pipeline/geometry/shapes.h"
+#include "pipeline/geometry/surface_sampling.h"
+#include "sim/surface/embedded_surface.h"
+
+namespace thixo {
+namespace {
+
+constexpr int kEnough = 4;  // elements whose weights a surfel needs at least
+
+constexpr int kWays = 16;
+Real way_angle(int w) { return static_cast<Real>(2 * kPi * w / kWays); }
+
+/// A disc of a face of a body.
+struct FaceDisc {
+    const Shape& shape;
+    Vec3 centre, axis1, axis2;
+
+    Vec3 way(Real angle) const { return std::cos(angle) * axis1 + std::sin(angle) * axis2; }
+    /// Within a part of the disc's radius.
+    bool on_body(const Vec3& x, Real part = Real(0.1)) const {
+        return std::abs(shape.distance(x)) <= part * axis1.norm();
+    }
+};
+
+/// How a disc with its centre on the body is cut by its edges. Of ways that are as short the one along which the other
+/// axis is longest: from a centre on an edge many ways lead off the body, and one leads straight.
+EdgeCut edge_cut(const FaceDisc& disc) {
+    std::array<Real, kWays> reach{};
+    for (int w = 0; w < kWays; ++w) {
+        const Vec3 way = disc.way(way_angle(w));
+        Real r = 1;
+        while (r > Real(0.15) && !disc.on_body(disc.centre + r * way)) r -= Real(0.05);
+        reach[static_cast<std::size_t>(w)] = r;
+    }
+    const Real least = *std::ranges::min_element(reach);
+    EdgeCut cut{0, least, -1};
+    for (int w = 0; w < kWays; ++w) {
+        const auto at = [&](int k) { return reach[static_cast<std::size_t>(k % kWays)]; };
+        const Real across = std::min(at(w + kWays / 4), at(w + 3 * kWays / 4));
+        if (at(w) > least + Real(0.01) || across <= cut.across) continue;
+        cut.angle = way_angle(w);
+        cut.across = across;
+    }
+    return cut;
+}
+
+/// The same of a disc with its centre past the edge: it goes the shortest way to the body, and a little on. Ways that
+/// are as short lie to both sides of the one that leads straight, their mean.
+EdgeCut edge_cut_past(const FaceDisc& disc) {
+    constexpr Real kOn = Real(0.15);
+    for (Real r = Real(0.05); r < 1; r += Real(0.05)) {
+        Real c = 0, s = 0;
+        for (int w = 0; w < kWays; ++w) {
+            if (!disc.on_body(disc.centre + r * disc.way(way_angle(w)), Real(0.02) + Real(0.08) * r * r)) continue;
+            c += std::cos(way_angle(w));
+            s += std::sin(way_angle(w));
+        }
+        if (std::hypot(c, s) < Real(0.01)) continue;
+        const Real angle = std::atan2(s, c);
+        const Vec3 there = disc.centre + (r + kOn) * disc.way(angle);
+        if (!disc.on_body(there)) continue;
+        EdgeCut cut = edge_cut({disc.shape, there, disc.axis1, disc.axis2});
+        cut.shift_angle = angle;
+        cut.shift = r + kOn;
+        return cut;
+    }
+    return {0, 0, 0};
+}
+
+/// The weights of a disc's three places, of all elements within `support` of any of them.
+void append_weights(const PointGrid& grid, const SolidBody& body, const Vec3& m, const Vec3& axis1, const Vec3& axis2,
+                    Real support, std::vector<SurfelWeight>& out) {
+    const std::size_t begin = out.size();
+    const Poly6 w(support);
+    Real sum[3] = {0, 0, 0};
+    const Vec3 place[3] = {m, m + axis1, m + axis2};
+    for (int k = 0; k < 3; ++k)
+        grid.for_each_neighbour(place[k], support, [&](Index near, Real r2) {
+            const Index element = body.elements[near];
+            auto at = std::find_if(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end(),
+                                   [&](const SurfelWeight& a) { return a.element == element; });
+            if (at == out.end()) at = out.insert(at, {0, 0, 0, element});
+            Real& weight = k == 0 ? at->at : k == 1 ? at->along1 : at->along2;
+            weight = w.value(r2);
+            sum[k] += weight;
+        });
+    for (std::size_t i = begin; i < out.size(); ++i) {
+        out[i].at /= sum[0];
+        out[i].along1 /= sum[1];
+        out[i].along2 /= sum[2];
+    }
+}
+
+/// The weights of the surfels `which`, one after the other, and where those of each end.
+struct FoundWeights {
+    std::vector<SurfelWeight> weight;
+    std::vector<std::size_t> end;
+};
+FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which, const EmbeddedSurface& s) {
+    const std::size_t count = which.size();
+    std::vector<std::vector<SurfelWeight>> found((count + kChunk - 1) / kChunk);
+    FoundWeights out;
+    out.end.resize(count);
+    parallel_chunks(count, [&](std::size_t begin, std::size_t stop, std::size_t c) {
+        for (std::size_t k = begin; k < stop; ++k) {
+            const Index i = which[k];
+            const auto owner = static_cast<std::size_t>(s.owner[i]);
+            append_weights(s.grid[owner], solids.bodies[owner], s.rest.position[i], s.rest.axis1[i], s.rest.axis2[i],
+                           s.support[i], found[c]);
+            out.end[k] = found[c].size();
+        }
+    });
+    for (std::size_t c = 0; c < found.size(); ++c) {
+        const std::size_t before = out.weight.size();
+        out.weight.insert(out.weight.end(), found[c].begin(), found[c].end());
+        for (std::size_t k = c * kChunk; k < std::min(count, (c + 1) * kChunk); ++k) out.end[k] += before;
+    }
+    return out;
+}
+
+/// Puts weights in the place of those of the surfels `which`, ascending; all others stay.
+void replace_weights(const std::vector<Index>& which, const FoundWeights& found, EmbeddedSurface& s) {
+    std::vector<std::size_t> begin{0};
+    std::vector<SurfelWeight> weight;
+    std::size_t next = 0;
+    for (Index i = 0; i < s.size(); ++i) {
+        const bool fresh = next < which.size() && which[next] == i;
+        const auto& from = fresh ? found.weight : s.weight;
+        const std::size_t first = fresh ? (next == 0 ? 0 : found.end[next - 1]) : s.begin[i];
+        const std::size_t last = fresh ? found.end[next] : s.begin[i + 1];
+        weight.insert(weight.end(), from.begin() + static_cast<std::ptrdiff_t>(first),
+                      from.begin() + static_cast<std::ptrdiff_t>(last));
+        begin.push_back(weight.size());
+        next += fresh ? 1 : 0;
+    }
+    s.begin.swap(begin);
+    s.weight.swap(weight);
+}
+
+Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
+
+/// How a body's new surfels, from row `first` on, lie about its edges.
+void find_edges(const Shape& shape, double spacing, std::size_t first, EmbeddedSurface& s) {
+    parallel_for(s.size() - first, [&](std::size_t k) {
+        const std::size_t i = first + k;
+        const Vec3& x = s.first[i];
+        const FaceDisc disc{shape, x, s.rest.axis1[i], s.rest.axis2[i]};
+        s.beyond[i] = std::abs(shape.distance(x)) > Real(0.02 * spacing);
+        s.edge[i] = s.beyond[i] ? edge_cut_past(disc) : edge_cut(disc);
+    });
+}
+
+}  // namespace
+
+Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual) {
+    std::vector<std::pair<Real, Index>> near;
+    grid.nearest(m, kEnough, std::numeric_limits<Real>::max(), near);
+    return std::max(usual, Real(1.2) * (std::sqrt(near.back().first) + disc));
+}
+
+EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids) {
+    EmbeddedSurface out;
+    out.trim.resize(solids.bodies.size());
+    out.grid.resize(solids.bodies.size());
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        // What has no rest shape has no such surface.
+        if (!body.shaped() || solids.elements.phase_of(body.elements.front()) != Phase::solid) continue;
+        const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.source)];
+        SurfaceSampling sampling{.count = static_cast<std::size_t>(source.surfels), .seed = scene.solver.seed};
+        if (source.surfels == 0) sampling.spacing = scene.surface.radius * scene.solver.spacing;
+        const SampledSurface sampled = sample_surface(*body.shape, sampling);
+        const std::size_t first = out.size();
+        append_surfels(sampled.surfels, body.place.cast<Real>(), static_cast<std::int32_t>(b), out);
+        std::ranges::copy(sampled.sheet, out.sheet.begin() + static_cast<std::ptrdiff_t>(first));
+        std::fill(out.temperature.begin() + static_cast<std::ptrdiff_t>(first), out.temperature.end(),
+                  static_cast<Real>(source.temperature));
+        if (!sampled.trim) continue;
+        find_edges(*body.shape, sampled.spacing, first, out);
+        out.trim[b] = trim_node(*sampled.trim);
+    }
+    out.families = {{.first = 0, .base = 0, .shift = static_cast<std::int64_t>(out.size())}};
+    bind_surfels(solids, std::vector<std::uint8_t>(solids.bodies.size(), 1), out);
+    return out;
+}
+
+void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& s) {
+    const std::size_t first = s.size();
+    resize_table(s, first + cloud.size());
+    s.begin.resize(s.size() + 1, s.begin.back());
+    for (std::size_t k = 0; k < cloud.size(); ++k) {
+        const std::size_t i = first + k;
+        s.rest.position[i] = cloud.position[k] - origin;
+        s.rest.axis1[i] = cloud.axis1[k];
+        s.rest.axis2[i] = cloud.axis2[k];
+        s.rest.normal[i] = cloud.normal[k];
+        s.owner[i] = owner;
+        s.first[i] = cloud.position[k];
+    }
+}
+
+void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& s) {
+    s.grid.resize(solids.bodies.size());
+    s.trim.resize(solids.bodies.size());
+    std::vector<Real> widest(solids.bodies.size(), 0);
+    std::vector<PointGrid> near(solids.bodies.size());
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        if (!bodies[b] || !body.shaped() || body.empty()) continue;
+        widest[b] = solids.elements.support[body.typical];
+        near[b].build(rest_places(body, solids.elements), widest[b]);
+    }
+    std::vector<Index> which;
+    for (Index i = 0; i < s.size(); ++i)
+        if (bodies[static_cast<std::size_t>(s.owner[i])]) which.push_back(i);
+    parallel_for(which.size(), [&](std::size_t k) {
+        const Index i = which[k];
+        const auto b = static_cast<std::size_t>(s.owner[i]);
+        s.support[i] = weights_support(near[b], s.rest.position[i], disc_of(s.rest, i), near[b].cell());
+    });
+    // The grid's cells must hold the widest reach.
+    for (const Index i : which) {
+        Real& reach = widest[static_cast<std::size_t>(s.owner[i])];
+        reach = std::max(reach, reach_of_pieces(s, i));
+    }
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b)
+        if (widest[b] > 0) s.grid[b].build(rest_places(solids.bodies[b], solids.elements), widest[b]);
+    replace_weights(which, find_weights(solids, which, s), s);
+}
+
+std::optional<Shape> shape_of_surfels(const EmbeddedSurface& s, const SolidBody& body, std::int32_t index) {
+    constexpr std::size_t kFewest = 16;  // that surfels_of_points asks for
+    TriangleMesh points;
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        if (s.owner[i] != index || s.beyond[i]) continue;
+        points.vertices.push_back((s.rest.position[i] + body.origin).cast<float>());
+        points.normals.push_back(s.rest.normal[i].cast<float>());
+    }
+    if (points.vertices.size() < kFewest) return std::nullopt;
+    return point_shape(std::move(points));
+}
+
+}  // namespace thixo

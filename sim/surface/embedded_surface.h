@@ -1,0 +1,127 @@
+// The surface of a solid: surfels bound to its matter. Dissertation 5.5.
+#pragma once
+
+#include <concepts>
+#include <optional>
+#include <vector>
+
+#include "pipeline/contract/scene.h"
+#include "pipeline/contract/trim.h"
+#include "pipeline/geometry/point_grid.h"
+#include "sim/state/solids.h"
+#include "sim/surface/surface.h"
+
+namespace thixo {
+
+/// How much of a disc beside an edge of the body lies on it: what is left of the half-axis in the direction `angle`
+/// from the first one, and of the other. A disc with its centre past the edge is taken `shift` radii in the direction
+/// `shift_angle` first, to where it lies on the body.
+struct EdgeCut {
+    Real angle = 0, along = 1, across = 1;
+    Real shift_angle = 0, shift = 0;
+};
+
+/// An element's weights in the displacement of a surfel: w_poly6 over their sum.
+struct SurfelWeight {
+    Real at, along1, along2;  // at m, m + t1, m + t2
+    Index element;
+};
+
+/// Surfels made at one time: of consecutive rows from `first` on, with the ids base, base + 1, ... Halves of surfel i
+/// have the ids 2 i + shift and 2 i + shift + 1, so that no two ever have the same.
+struct SurfelFamily {
+    Index first = 0;
+    std::int64_t base = 0, shift = 0;
+};
+
+/// Made from the shapes of the bodies, in the order of their elements; bodies that are cut get new faces, behind the
+/// others. The state is the elements'.
+struct EmbeddedSurface {
+    SurfelCloud rest;                           // in the material frame of the owner [m]
+    std::vector<std::int32_t> owner, sheet;     // index of the SolidBody; sheet of its surface, from 0 on
+    std::vector<Vec3> first;                    // m0: where the surfel was made, in the world [m]
+    std::vector<std::uint8_t> beyond;           // 1: it reaches past an edge of the body, and the trim tree cuts it off
+    std::vector<EdgeCut> edge;                  // for where no trim tree cuts; along = 0: nothing of it is on the body
+    std::vector<Real> support;                  // of its weights: the elements', more where too few are near [m]
+    std::vector<Real> temperature;              // degC
+    std::vector<SurfelFamily> families;
+    std::vector<std::optional<TrimNode>> trim;  // by body
+    std::vector<PointGrid> grid;                // of every body's elements at rest, in their order
+    std::vector<std::size_t> begin{0};  // of every surfel's weights, and the end: kept, as nothing at rest moves
+    std::vector<SurfelWeight> weight;
+    std::size_t size() const { return owner.size(); }
+    const SurfelFamily& family(std::size_t surfel) const {
+        std::size_t k = families.size() - 1;
+        while (families[k].first > surfel) --k;
+        return families[k];
+    }
+    std::int64_t id(std::size_t surfel) const {
+        const SurfelFamily& f = family(surfel);
+        return f.base + static_cast<std::int64_t>(surfel - f.first);
+    }
+};
+
+template <class E, class F>
+void for_each_field(E& e, F&& f) requires std::same_as<std::remove_const_t<E>, EmbeddedSurface> {
+    f("embedded.place", Life::made, e.rest.position);
+    f("embedded.axis1", Life::made, e.rest.axis1);
+    f("embedded.axis2", Life::made, e.rest.axis2);
+    f("embedded.normal", Life::made, e.rest.normal);
+    f("embedded.owner", Life::made, e.owner);
+    f("embedded.sheet", Life::made, e.sheet);
+    f("embedded.first", Life::made, e.first);
+    f("embedded.beyond", Life::made, e.beyond);
+    f("embedded.edge", Life::made, e.edge);
+    f("embedded.support", Life::made, e.support);
+    f("embedded.temperature", Life::made, e.temperature);
+}
+
+/// Surfels on all solids of the scene: Body::surfels of them, or as dense as surface.radius asks for.
+EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids);
+
+/// Surfels behind the others, of one body: places, discs, m0 and owner; all else zero until it is written or bound.
+/// `cloud` stands in the world at time 0, where `origin` is that of the material frame [m].
+void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& surface);
+
+/// Finds the supports, grids and weights of all surfels of the bodies marked by 1 anew, from these bodies' elements.
+/// Those of other bodies stay.
+void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& surface);
+
+/// The body bounded by its surfels, those that reach past its edges left out: in the world at time 0. Empty where it
+/// has too few for that.
+std::optional<Shape> shape_of_surfels(const EmbeddedSurface& surface, const SolidBody& body, std::int32_t index);
+
+/// Where the surfels are now. The displacement is of first order, and exact under rigid motion (5.28):
+///   u(m) = sum_j w_poly6(m - m_j, h) (u_j + H_j (m - m_j)) / sum_j w_poly6(m - m_j, h)
+///   s = m + u(m),   t' = t + u(m + t) - u(m),   n = unit(t1' x t2')
+/// velocities by the same weights. A surfel that is stretched too far gives way to two halves side by side along its
+/// longest direction, and these again (5.5.2): where the squared half-axes of its disc as it is drawn, the eigenvalues
+/// of [t1'.t1' t1'.t2'; t1'.t2' t2'.t2'] over the squared radius of the surfel made at the start, are above
+/// kSplitStretch, or differ by more than kSplitRatio with the longer one above 1.2. This depends on the displacement of
+/// now alone: what is released has the surfels, ids and axes, that it had, and there is no state to keep. Ids of halves
+/// follow from their parent's (SurfelFamily). Writes every array of `surface`, in the
+/// order of the surfels made at the start; `source` says of which. Bodies of another skin (Skin) have none of them.
+void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
+                       std::vector<Index>& source);
+
+/// The support of a surfel's weights: `usual` [m], or what reaches a few elements from all over its disc.
+Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual);
+
+/// u(m) of that field with weights of this support [m]; `grid` holds the body's elements at rest, one of them within
+/// the support. After displace_embedded.
+Vec3 displacement(const PointGrid& grid, const SolidBody& body, const Solids& solids, const Vec3& m, Real support);
+
+/// The same of a body with a surface; empty where no element is as near.
+std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
+                                    const Vec3& m, Real support);
+
+/// No piece that a surfel splits into, nor an end of its axes, has elements farther than this from it [m]: pieces lie
+/// within 1.25 axes of it (1/2 + 0.6/2 + ...) either way, and their axes are no longer.
+inline Real reach_of_pieces(const EmbeddedSurface& s, std::size_t surfel) {
+    return s.support[surfel] + Real(2.8) * std::max(s.rest.axis1[surfel].norm(), s.rest.axis2[surfel].norm());
+}
+
+inline constexpr Real kSplitStretch = 2;  // squared stretch
+inline constexpr Real kSplitRatio = 3;    // of squared stretches
+
+}  // namespace thixo

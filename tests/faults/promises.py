@@ -1,0 +1,294 @@
+"""Nothing lost, nothing let in: what the programs promise about files, tried with the real programs on a tiny scene.
+
+Usage: promises.py BIN_FOLDER [TEST_CLASS]
+"""
+import json
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import zlib
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "scenes"))
+import end_to_end as tools  # noqa: E402
+from end_to_end import Case, SCENE, call, digest, render, sim, tree  # noqa: E402
+
+
+def flip(file, at=None):
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2 if at is None else at] ^= 1
+    file.write_bytes(data)
+
+
+def png(width, height):
+    """A PNG of one colour: small as a file, large in memory."""
+    def chunk(kind, body):
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+    packer = zlib.compressobj(9)
+    row = bytes(1 + 3 * width)
+    pixels = b"".join(packer.compress(row) for _ in range(height)) + packer.flush()
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+
+
+class Copies(Case):
+    """Each test works on a copy of a finished output folder."""
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory(prefix="thixo faults ")
+        cls.folder = pathlib.Path(cls.scratch.name)
+        cls.reference = cls.folder / "reference"
+        call("thixo", "run", SCENE, "--out", cls.reference)
+
+    def copy(self):
+        out = self.folder / self.id().rsplit(".", 1)[1]
+        shutil.copytree(self.reference, out)
+        return out
+
+    def everything(self, out):
+        return {str(f.relative_to(out)): digest(f) for f in sorted(out.rglob("*")) if f.is_file() and not f.is_symlink()}
+
+
+class OtherPeoplesFiles(Copies):
+    FILES = {"cache/assets/logo.png": b"logo", "cache/particles.backup.vdb": b"backup", "cache/frame.notes.json": b"{}",
+             "frames/notes.txt": b"notes", "checkpoint/notes.bin": b"notes", ".film/mine": b"mine", ".preview/mine": b"mine", "preview/mine.png": b"mine"}
+
+    def put(self, out):
+        for name, data in self.FILES.items():
+            (out / name).parent.mkdir(exist_ok=True)
+            (out / name).write_bytes(data)
+
+    def test_stay_whatever_a_verb_does(self):
+        out = self.copy()
+        self.put(out)
+        for words in (["sim", SCENE, "--out", out, "--restart", "--frames", "1-3"], ["sim", SCENE, "--out", out], ["run", SCENE, "--out", out],
+                      ["preview", SCENE, "--out", out], ["preview", out, "--frames", "1"], ["render", out, "--restart"]):
+            call("thixo", *words)
+            for name, data in self.FILES.items():
+                self.assertEqual(data, (out / name).read_bytes(), f"{name} after {words[0]}")
+
+    def test_in_the_way_are_refused_by_name(self):
+        for name, words in (("frames/beauty.0001.png", ["render"]), ("frames/beauty.0002.exr", ["render"]), ("tiny.mp4", ["run", SCENE]),
+                            ("cache/particles.0003.vdb", ["sim", SCENE]), ("stats.jsonl", ["sim", SCENE]),
+                            ("preview/surfels.material.0001.png", ["preview"])):
+            with self.subTest(name=name):
+                out = self.folder / "in the way"
+                shutil.rmtree(out, ignore_errors=True)
+                sim(out, "--frames=1-2")
+                (out / name).parent.mkdir(exist_ok=True)
+                (out / name).write_bytes(b"another program's")
+                verb = words + ["--out", out] if len(words) > 1 else words + [out]
+                self.assertIn(pathlib.Path(name).name, call("thixo", *verb, code=2).stderr)
+                self.assertEqual(b"another program's", (out / name).read_bytes())
+
+    def test_a_picture_of_a_high_number_makes_no_long_film(self):
+        out = self.copy()
+        shutil.copy(out / "frames/beauty.0001.png", out / "frames/beauty.0200000.png")
+        film = digest(out / "tiny.mp4")
+        (out / "tiny.mp4").unlink()
+        call("thixo", "run", SCENE, "--out", out)
+        self.assertEqual(film, digest(out / "tiny.mp4"))
+
+
+class Links(Copies):
+    def test_in_the_output_folder_are_refused_and_lead_nowhere(self):
+        elsewhere = self.folder / "elsewhere"
+        elsewhere.mkdir()
+        (elsewhere / "mine.png").write_bytes(b"mine")
+        for name in ("cache/assets", "cache", "frames", "checkpoint", "stats.jsonl", ".lock"):
+            with self.subTest(name=name):
+                out = self.folder / "linked"
+                shutil.rmtree(out, ignore_errors=True)
+                (out / name).parent.mkdir(parents=True)
+                (out / name).symlink_to(elsewhere if name != "stats.jsonl" and name != ".lock" else elsewhere / "made")
+                self.assertIn("link", call("thixo", "run", SCENE, "--out", out, code=2).stderr)
+                self.assertEqual({"mine.png": digest(elsewhere / "mine.png")}, self.everything(elsewhere))
+
+
+class Pictures(Copies):
+    def test_a_png_that_is_not_the_one_of_its_exr_is_made_again(self):
+        out = self.copy()
+        first, second = out / "frames/beauty.0001.png", out / "frames/beauty.0002.png"
+        for spoil in (lambda: first.write_bytes(b"junk"), lambda: first.write_bytes(b""), lambda: shutil.copy(second, first), lambda: flip(first)):
+            spoil()
+            call("thixo", "run", SCENE, "--out", out)
+            self.assert_same(out)
+
+    def test_a_film_that_is_empty_cut_or_damaged_is_made_again(self):
+        out = self.copy()
+        film = out / "tiny.mp4"
+        for spoil in (lambda: film.write_bytes(b""), lambda: film.write_bytes(film.read_bytes()[:-20]), lambda: flip(film)):
+            spoil()
+            call("thixo", "run", SCENE, "--out", out)
+            self.assertEqual(digest(self.reference / "tiny.mp4"), digest(film))
+
+    def test_a_kill_between_the_png_and_the_exr_of_another_look_is_noticed(self):
+        out = self.copy()
+        # The third write: the EXR of frame 1 comes after its PNG.
+        other = ["--set", "look.output.exposure=1", "--restart"]
+        done = subprocess.run([tools.bin_folder / "thixo-render", f"--out={out}", f"--set={other[1]}", "--restart"],
+                              env={**os.environ, "THIXO_WRITE_FAULT": "2:10:kill"}, check=False, capture_output=True)
+        self.assertEqual(-signal.SIGKILL, done.returncode)
+        self.assertNotEqual(digest(out / "frames/beauty.0001.png"), digest(self.reference / "frames/beauty.0001.png"))
+        render(out)
+        self.assert_same(out, "frames")
+
+
+class Resuming(Copies):
+    def test_what_a_complete_cache_lacks_is_made_again(self):
+        out = self.copy()
+        for spoil in (lambda: (out / "cache/particles.0003.vdb").unlink(), lambda: flip(out / "cache/surfels.0002.vdb"),
+                      lambda: flip(out / "cache/frame.0006.json"), lambda: next((out / "cache/assets").iterdir()).unlink()):
+            spoil()
+            sim(out)
+            self.assert_same(out, "cache")
+            render(out)
+            self.assert_same(out)
+
+    def test_a_folder_as_manifest_is_a_damaged_cache(self):
+        out = self.copy()
+        (out / "cache/manifest.json").unlink()
+        (out / "cache/manifest.json").mkdir()
+        for words in (["info", out], ["render", out], ["sim", SCENE, "--out", out], ["info", out / "cache/manifest.json"]):
+            self.assertIn("manifest.json", call("thixo", *words, code=4).stderr)
+
+    def test_a_dying_stage_is_waited_for(self):
+        out = self.folder / "dying"
+        for _ in range(3):
+            process = subprocess.Popen([tools.bin_folder / "thixo", "sim", SCENE, "--out", out, "--set", "frames.last=40"],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(0.4)
+            process.send_signal(signal.SIGKILL)  # the stage is told by the system and saves its state
+            process.wait()
+            call("thixo", "sim", SCENE, "--out", out, "--set", "frames.last=40", "--frames", "1-2")
+
+
+class Paths(Copies):
+    def test_two_ways_to_one_scene_give_the_same_bytes_and_tell_no_folder(self):
+        place = self.folder / "a secret place"
+        place.mkdir()
+        (place / "wood.png").write_bytes(png(4, 4))
+        plain, image = "colour: [0.7, 0.7, 0.65], colour2: [0.4, 0.4, 0.45], checker: 0.05", "image: {file: wood.png, size: [0.1, 0.1]}"
+        self.assertIn(plain, SCENE.read_text())
+        scene = place / "textured.yaml"
+        scene.write_text(SCENE.read_text().replace(plain, image))
+        call("thixo", "sim", "textured.yaml", "--out", "relative", "--frames", "1", cwd=place)
+        call("thixo", "sim", scene, "--out", place / "absolute", "--frames", "1")
+        self.assertEqual(tree(place / "relative", "cache"), tree(place / "absolute", "cache"))
+        manifest = (place / "relative/cache/manifest.json").read_text()
+        self.assertNotIn("secret", manifest)
+        self.assertNotIn("wood", manifest)
+
+        # An image that the manifest does not list is looked for nowhere else.
+        listed = json.loads(manifest)
+        self.assertEqual(1, sum(a["name"].endswith(".png") for a in listed["assets"]))
+        for a in listed["assets"]:
+            if a["name"].endswith(".png"):
+                (place / "relative/cache" / a["name"]).unlink()
+        render(place / "relative", code=4, cwd=place)
+
+
+class Usage(Copies):
+    def test_numbers_that_are_none_compare_nothing(self):
+        for word in ("nan", "inf", "-1", "1e9"):
+            self.assertIn("--max-rel-mse", call("thixo", "check", self.reference / "frames", "--against", self.reference / "frames",
+                                                "--max-rel-mse", word, code=2).stderr)
+
+    def test_empty_and_unprintable_words_are_refused_before_the_work(self):
+        call("thixo", "sim", SCENE, "--out", "", code=2, cwd=self.folder)
+        done = subprocess.run([tools.bin_folder / "thixo", "sim", SCENE, "--json", "--out", os.fsencode(self.folder) + b"/\xff"], check=False,
+                              capture_output=True)
+        self.assertEqual(2, done.returncode)
+        self.assertNotIn(b"internal", done.stderr)
+        self.assertFalse(os.path.exists(os.fsencode(self.folder) + b"/\xff"))
+
+    def test_names_steer_no_terminal(self):
+        out = self.copy()
+        shutil.move(out, self.folder / "with \x1b[31m colour")
+        self.assertNotIn("\x1b", call("thixo", "info", self.folder / "with \x1b[31m colour" / "nothing", code=2).stderr)
+
+    def test_closed_streams_let_nothing_into_files(self):
+        out = self.folder / "closed"
+        subprocess.run(["sh", "-c", f"'{tools.bin_folder}/thixo' sim '{SCENE}' --out '{out}' --frames 1-2 2>&- >&-"], check=True)
+        self.assertEqual(b"", (out / ".lock").read_bytes())
+
+    def test_little_memory_is_exit_5(self):
+        def limit():
+            resource.setrlimit(resource.RLIMIT_AS, (100_000_000, 100_000_000))
+        for program in ("thixo", "thixo-sim", "thixo-render"):
+            words = ["sim", SCENE] if program == "thixo" else [SCENE] if program == "thixo-sim" else []
+            done = subprocess.run([tools.bin_folder / program, *words, f"--out={self.reference}"], preexec_fn=limit, capture_output=True, check=False)
+            self.assertEqual(5, done.returncode, done.stderr)
+
+
+class Estimates(Copies):
+    def facts(self, *words):
+        start = time.monotonic()
+        facts = json.loads(call("thixo", "validate", *words, "--json").stdout)
+        return facts, time.monotonic() - start
+
+    def test_count_pictures_and_images(self):
+        plain, _ = self.facts(SCENE)
+        large, _ = self.facts(SCENE, "--set", "look.output.width=32768", "--set", "look.output.height=32768")
+        self.assertGreater(large["memory"], 60 * 32768 ** 2)  # 15 float channels
+        self.assertLess(plain["memory"], 1e9)
+        done = render(self.reference, "--set=look.output.width=32768", "--set=look.output.height=32768", "--restart", code=5)
+        self.assertIn("GB", done.stderr)
+
+    def test_of_wide_emitters_and_many_bodies_are_quick(self):
+        scene = self.folder / "wide.yaml"
+        head = "frames: {first: 0, last: 24}\nmaterials: {water: {}}\nsolver: {spacing: 0.01}\n"
+        for radius in (10, 100):
+            scene.write_text(head + f"emitters: {{spout: {{material: water, radius: {radius}, speed: 1}}}}\n")
+            facts, seconds = self.facts(scene)
+            self.assertAlmostEqual(1, facts["particles"] / (3.14159265 * radius ** 2 / 0.01 ** 3), delta=0.01)
+            self.assertLess(seconds, 5)
+        bodies = "".join(f"  b{k}: {{material: water, shape: {{box: {{size: [0.04, 0.04, 0.04]}}, translate: [{k % 50 * 0.1}, {k // 50 * 0.1}, 0]}}}}\n"
+                         for k in range(3000))
+        scene.write_text(head + "bodies:\n" + bodies)
+        facts, seconds = self.facts(scene)
+        self.assertGreater(facts["particles"], 3000 * 30)
+        self.assertLess(seconds, 5)
+
+
+class TwoAtOnce(Copies):
+    def both(self, *words, codes=(0,)):
+        started = [subprocess.Popen([tools.bin_folder / "thixo", *map(str, words)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+                   for _ in range(2)]
+        for process in started:
+            said = process.communicate()[1]
+            self.assertIn(process.returncode, codes, said)
+        return [process.returncode for process in started]
+
+    def test_films_and_previews_do_not_disturb_each_other(self):
+        out = self.copy()
+        for _ in range(3):
+            (out / "tiny.mp4").unlink()
+            self.both("run", SCENE, "--out", out)
+            self.assertEqual(digest(self.reference / "tiny.mp4"), digest(out / "tiny.mp4"))
+            self.both("preview", SCENE, "--out", out)
+        self.assertEqual([], [p.name for p in out.iterdir() if ".tmp" in p.name])
+
+    def test_renderers_share_the_frames_of_a_folder(self):
+        out = self.copy()
+        for _ in range(3):
+            for file in (out / "frames").glob("beauty.*"):
+                file.unlink()
+            self.both("render", out)
+            self.assert_same(out)
+
+    def test_of_two_simulations_one_is_refused_and_nothing_is_lost(self):
+        out = self.folder / "simulated twice"
+        self.both("sim", SCENE, "--out", out, codes=(0, 2))
+        self.assert_same(out, "cache")
+
+
+if __name__ == "__main__":
+    tools.bin_folder = pathlib.Path(sys.argv.pop(1)).resolve()
+    unittest.main(verbosity=2)

@@ -298,7 +298,7 @@ void evaluate(Simulation& s) {
 
 Real shown_pressure(const Simulation& s, std::size_t i) {
     const auto& pressure = s.particles.pressure;
-    return implicit(s) && s.particles.phase[i] != Phase::solid
+    return implicit(s) && !is_elastic(s.particles.phase[i])
                ? virial_pressure(i, pressure, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system)
                : pressure[i];
 }

@@ -6,7 +6,7 @@
 namespace thixo {
 
 /// Builds walls, materials, emitters and the particles of all bodies. A body's particles are packed in its shape, away
-/// from walls (0.3 spacings) and from earlier bodies (0.7 spacings). Ids count up in order of bodies and sites. Throws
+/// from walls (0.1 spacings) and from earlier bodies (0.7 spacings). Ids count up in order of bodies and sites. Throws
 /// InputError.
 Simulation make_simulation(const scene::Scene& scene);
 

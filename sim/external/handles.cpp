@@ -16,13 +16,16 @@ Vec3d carried(const Handle& handle, double time, const Vec3d& anchor) {
 
 }  // namespace
 
-void take_hold(double time, const Vec3& gravity, Solids& solids) {
+void take_hold(double time, const Outside& outside, Solids& solids) {
     Elements& e = solids.elements;
     solids.held.assign(e.size(), 0);
     solids.external.resize(e.size());
+    const std::vector<BodyPose> poses = poses_of(solids.bodies);
     parallel_for(e.size(), [&](std::size_t i) {
-        const SolidBody& body = solids.owner(i);
-        solids.external[i] = (body.turn.transpose() * gravity.cast<double>()).cast<Real>();
+        const BodyPose& pose = poses[static_cast<std::size_t>(e.owner[i])];
+        const Vec3 place = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place;
+        const Vec3 a = acceleration_from_outside(outside, place, pose.turn * xyz(e.velocity[i]));
+        solids.external[i] = (solids.owner(i).turn.transpose() * a.cast<double>()).cast<Real>();
     });
     for (std::size_t g = 0; g < solids.handles.size(); ++g) {
         Handle& handle = solids.handles[g];

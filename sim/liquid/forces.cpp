@@ -75,8 +75,11 @@ void compute_accelerations(Particles& particles, const NeighbourLists& neighbour
         const Real melt = sweep.matter[i].z;
         f -= melt * std::max(sweep.place[i].w, Real(0)) * w.gradient;
         f += melt * 2 * sweep.matter[i].x * (w.drag_velocity - w.drag * xyz(v));
-        const Vec3 gravity = is_elastic(particles.phase[i]) ? Vec3(0, 0, 0) : params.gravity;
-        particles.acceleration[i] = gravity + v.w / particles.mass[i] * f;
+        // Solids' own steps add what comes from outside.
+        const Vec3 outside = is_elastic(particles.phase[i])
+                                 ? Vec3(0, 0, 0)
+                                 : acceleration_from_outside(params.outside, particles.position[i], xyz(v));
+        particles.acceleration[i] = outside + v.w / particles.mass[i] * f;
     });
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pipeline/geometry/neighbour_lists.h"
+#include "sim/external/outside.h"
 #include "sim/space/smoothing.h"
 #include "sim/space/sweep.h"
 #include "sim/state/particles.h"
@@ -9,11 +10,11 @@
 namespace thixo {
 
 struct ForceParams {
-    Vec3 gravity{0, 0, 0};          // [m/s^2]
+    Outside outside;                // accelerations of all matter
     Real artificial_viscosity = 0;  // Monaghan's alpha [1]
 };
 
-/// Accelerations a_i = gravity + f_i/m_i with (dissertation 4.6, 4.7 and 6.13; Monaghan 1992)
+/// Accelerations a_i = a_outside + f_i/m_i with (dissertation 4.6, 4.7 and 6.13; Monaghan 1992)
 ///   f_i = - V_i sum_j V_j (P_i + P_j) grad w_spiky(r_ij)                                 pressure
 ///         + V_i sum_j V_j (mu_i + mu_j)/2 (v_j - v_i) lap w_visc(r_ij)                   viscosity
 ///         + V_i sum_j V_j alpha rho c s  min(v_ij.r_ij, 0)/(r^2 + s^2/100) grad w_spiky  artificial viscosity, s = h/2

@@ -19,8 +19,8 @@ struct Parts {
 /// The surface of a drop that has settled is no cut packing; how much closer or looser it lies is the solver's: parts
 /// by the pressure in drops of 7 to 11 spacings (gate drop). The deficit's is as small as still holds single particles:
 /// more of it draws jets of a few spacings into beads.
-Parts settled(scene::Pressure solver) {
-    return solver == scene::Pressure::dfsph ? Parts{Real(0.68), Real(0.3)} : Parts{Real(1.3), Real(0.1)};
+Parts settled(const Strategy& strategy) {
+    return strategy.incompressible ? Parts{Real(0.68), Real(0.3)} : Parts{Real(1.3), Real(0.1)};
 }
 
 constexpr Real kLeastColour = Real(0.5);
@@ -157,9 +157,9 @@ Vec3 pull_of_walls(const Walls& walls, const Vec3& x, WallCursor& cursor) {
 
 }  // namespace
 
-TensionScale::TensionScale(const Smoothing& smoothing, scene::Pressure solver)
-    : stress(settled(solver).stress / tension_of_stress(CutPacking(smoothing))),
-      deficit(settled(solver).deficit / energy_of_deficit(CutPacking(smoothing))),
+TensionScale::TensionScale(const Smoothing& smoothing, const Strategy& strategy)
+    : stress(settled(strategy).stress / tension_of_stress(CutPacking(smoothing))),
+      deficit(settled(strategy).deficit / energy_of_deficit(CutPacking(smoothing))),
       adhesion(1 / reach_into_wall(smoothing)) {}
 
 void add_tension(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,

@@ -9,13 +9,14 @@
 #include "sim/space/walls.h"
 #include "sim/state/materials.h"
 #include "sim/state/particles.h"
+#include "sim/state/strategy.h"
 
 namespace thixo {
 
 /// What makes the sums of `add_tension` the tension of the scene, from a packing cut at a layer and from what settles
 /// in drops.
 struct TensionScale {
-    TensionScale(const Smoothing& smoothing, scene::Pressure solver);
+    TensionScale(const Smoothing& smoothing, const Strategy& strategy);
     Real stress;    // a: over the tension of the stress |g| 1 - g g/|g| [1]
     Real deficit;   // b: over the energy of (1 - c)^2/2 an area [1/m]
     Real adhesion;  // 1 over the integral of w_spiky over the wall, integrated over the packing, an area [1/m]

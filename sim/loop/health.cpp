@@ -37,7 +37,7 @@ std::string likely_cause(const Simulation& s, const StepLimits& limits, const ch
         return fmt::format("solver.time_step.fixed of {:.3g} s is above the {} limit of {:.3g} s", fixed,
                            limits.cause(), limits.smallest());
     if (s.clock.step < 10) return "particles start too close to each other, or inside a wall";
-    if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
+    if (s.problem.strategy.incompressible)
         return "a moving wall squeezes the fluid, or the pressure solve ends at solver.iterations (cut_off in "
                "stats.jsonl)";
     if (s.problem.scene.solver.artificial_viscosity < 0.01)

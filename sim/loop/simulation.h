@@ -14,6 +14,7 @@
 #include "sim/liquid/viscosity_solver.h"
 #include "sim/loop/coupling.h"
 #include "sim/loop/passages.h"
+#include "sim/external/outside.h"
 #include "sim/fracture/fragments.h"
 #include "sim/loop/solid_steps.h"
 #include "sim/loop/time_step.h"
@@ -35,13 +36,14 @@ namespace thixo {
 /// What does not change during a run.
 struct Problem {
     scene::Scene scene;
+    Strategy strategy;
     std::string scene_path;  // as the user wrote it, for messages; may be empty
     Smoothing smoothing;
     TensionScale tension;
     std::vector<MaterialParams> materials;
     HeatParams heat;
     std::vector<Mould> moulds;
-    Vec3 gravity{0, 0, 0};  // [m/s^2]
+    Outside outside;
     Periodic periodic;
     double expected_speed = 0;            // U [m/s]
     std::vector<EmitterLayout> emitters;  // one per scene emitter

@@ -173,7 +173,7 @@ SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& parti
                            SolidScratch& scratch) {
     SolidReport report;
     update_laws(step.scene, step.time, !step.implicit, solids);
-    take_hold(step.time, step.gravity, solids);
+    take_hold(step.time, step.outside, solids);
     const double end = step.time + step.dt;
     if (step.implicit)
         step_implicitly_to(end, step.time, step.scene.solver.solids_tolerance, walls, solids, scratch.implicit, report);

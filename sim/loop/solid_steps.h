@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pipeline/contract/scene.h"
+#include "sim/external/outside.h"
 #include "sim/solid/implicit.h"
 #include "sim/space/walls.h"
 #include "sim/state/particles.h"
@@ -26,13 +27,13 @@ struct SolidScratch {
 /// One step of everything else.
 struct SolidStep {
     const scene::Scene& scene;
-    Vec3 gravity;     // [m/s^2]
+    const Outside& outside;
     double time, dt;  // [s]
     bool implicit = false;
 };
 
 /// From t to t + dt: sub-steps of leapfrog within what explicit integration bears, or implicit ones as long as contact
-/// is foreseen. Walls, handles and gravity act. Then come plastic flow, and the rest shapes follow the bodies. Walls
+/// is foreseen. Walls, handles and what comes from outside act. Then come plastic flow, and the rest shapes follow the bodies. Walls
 /// are left at t + dt.
 SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& particles, Solids& solids,
                            SolidScratch& scratch);

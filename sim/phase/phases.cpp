@@ -32,18 +32,16 @@ void enter_solid(const Particles& p, std::size_t k, Index i, Solids& solids) {
     e.depth[i] = surface_depth(e, i);
 }
 
-/// The velocity of a solid particle lacks half a step of the liquid's push, but none of gravity (sim/loop/step.h).
-void take_gravity_in(const Vec3& gravity, Real half_step, Index k, Particles& p) {
-    p.velocity[k] += half_step * gravity;
-    p.acceleration[k] -= gravity;
-}
-void leave_gravity_out(const Vec3& gravity, Real half_step, Index k, Particles& p) {
-    p.velocity[k] -= half_step * gravity;
-    p.acceleration[k] += gravity;
+/// The velocity of a solid particle lacks half a step of the liquid's push, but none of what comes from outside
+/// (sim/loop/step.h): `part` 1 takes that in, -1 leaves it out.
+void take_outside(const Outside& outside, Real part, Real half_step, Index k, Particles& p) {
+    const Vec3 a = acceleration_from_outside(outside, p.position[k], p.velocity[k]);
+    p.velocity[k] += part * half_step * a;
+    p.acceleration[k] -= part * a;
 }
 
 /// One particle's phase by its temperature. Returns whether it has just begun to melt.
-bool change_phase(const scene::Material& m, const Vec3& gravity, Real half_step, Index k, Index i, Particles& p,
+bool change_phase(const scene::Material& m, const Outside& outside, Real half_step, Index k, Index i, Particles& p,
                   Solids& solids) {
     Elements& e = solids.elements;
     const Phase was = e.phase[i];
@@ -53,11 +51,11 @@ bool change_phase(const scene::Material& m, const Vec3& gravity, Real half_step,
     Phase now = was;
     if (was == Phase::liquid && shape) {
         now = Phase::viscoelastic;
-        take_gravity_in(gravity, half_step, k, p);
+        take_outside(outside, 1, half_step, k, p);
         enter_solid(p, k, i, solids);
     } else if (was != Phase::liquid && !shape) {
         now = Phase::liquid;
-        leave_gravity_out(gravity, half_step, k, p);
+        take_outside(outside, -1, half_step, k, p);
     } else if (was == Phase::solid && b >= 1) {
         now = Phase::viscoelastic;
         e.depth[i] = surface_depth(e, i);
@@ -189,7 +187,7 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
     }
 }
 
-void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_dt, Particles& particles,
+void change_phases(const scene::Scene& scene, const Outside& outside, double last_dt, Particles& particles,
                    Solids& solids) {
     Softening& s = solids.softening;
     if (!s.any) return;
@@ -203,10 +201,10 @@ void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_d
             const Index k = solids.particle_of[i];
             const scene::Material& m = material_of(scene, particles, k);
             if (m.melting.any()) {
-                seeds[i] = change_phase(m, gravity, half_step, k, i, particles, solids) ? 1 : 0;
+                seeds[i] = change_phase(m, outside, half_step, k, i, particles, solids) ? 1 : 0;
             } else if (e.phase[i] == Phase::liquid) {
                 // An emitter has released it: elastic, but with no shape of its own.
-                take_gravity_in(gravity, half_step, k, particles);
+                take_outside(outside, 1, half_step, k, particles);
                 enter_solid(particles, k, i, solids);
                 set_phase(Phase::viscoelastic, particles.melt[k], k, i, particles, e);
             }

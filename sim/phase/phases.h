@@ -7,6 +7,7 @@
 #include "pipeline/contract/scene.h"
 #include "pipeline/geometry/neighbour_lists.h"
 #include "sim/bonds/stencil.h"
+#include "sim/external/outside.h"
 #include "sim/space/smoothing.h"
 #include "sim/state/particles.h"
 #include "sim/state/solids.h"
@@ -28,8 +29,8 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
 /// the solids (its particle is then a liquid particle like any other), one that is no more comes back, free of strain,
 /// bound to its present neighbours. A body that is solid throughout again gets a rest shape again: the present one,
 /// with new rest neighbours, its elastic strain kept as m <- m + u, u <- 0, eps^p <- - Q (eps - eps^p) Q^T (6.15; Q the
-/// rotation in J). `gravity` and `last_dt` [s] turn velocities half a step back into those of now.
-void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_dt, Particles& particles,
+/// rotation in J). `outside` and `last_dt` [s] turn velocities half a step back into those of now.
+void change_phases(const scene::Scene& scene, const Outside& outside, double last_dt, Particles& particles,
                    Solids& solids);
 
 /// Rest neighbours and moments of bodies that have frozen in another shape, from that shape: after reading a

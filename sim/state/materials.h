@@ -5,6 +5,7 @@
 
 #include "pipeline/base/math.h"
 #include "pipeline/contract/scene.h"
+#include "sim/state/strategy.h"
 
 namespace thixo {
 
@@ -27,6 +28,6 @@ Real stiffness_for(Real speed, Real density, Real gamma);
 /// are zero. `expected_speed` U [m/s] is used where a material names no stiffness. Tension and the way viscosity is
 /// solved are make_simulation's.
 std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed,
-                                              scene::Pressure solver = scene::Pressure::eos);
+                                              const Strategy& strategy = {});
 
 }  // namespace thixo

@@ -300,9 +300,8 @@ TEST(SurfelBlend, TheShortWayFindsTheSurfaceOfTheGeneralOne) {
             Candidates list = rows;
             list.make_list(ray.tmin);
             SurfelHit a, b;
-            const bool found = first_crossing(packed.blocks(), ray, interior, set.object, {}, rows, rows.end, true, a);
-            ASSERT_EQ(found, first_crossing(packed.blocks(), ray, interior, set.object, {}, list, list.end, true, b))
-                << i;
+            const bool found = first_crossing(gathering, {}, rows, rows.end, true, a);
+            ASSERT_EQ(found, first_crossing(gathering, {}, list, list.end, true, b)) << i;
             if (!found) continue;
             ++compared;
             EXPECT_NEAR(a.t, b.t, 2e-4f * radius + 1e-6f) << i;

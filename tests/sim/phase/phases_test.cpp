@@ -229,7 +229,7 @@ TEST(Melting, TheSurfaceOfWhatHasFrozenAgainIsASolids) {
     };
     // Free, and let ring out first: a rest shape taken on the floor carries its weight.
     scene.world.gravity = {0, 0, 0};
-    s.problem.gravity = Vec3::Zero();
+    s.problem.outside.gravity = Vec3::Zero();
     s.problem.scene.world.gravity = {0, 0, 0};
     for (auto& v : s.solids.elements.velocity)
         v = quad(s.solids.bodies[0].turn.cast<Real>().transpose() * Vec3(0, 0, 0.5f));

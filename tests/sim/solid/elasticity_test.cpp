@@ -60,7 +60,7 @@ TEST(Elasticity, ALinearDisplacementIsReproducedExactlyOnIrregularParticles) {
     std::vector<Mat3> found;
     find_gradients(e, found);
     for (const Mat3& h : found) EXPECT_LT((h - gradient).norm(), 1e-12);  // rounding of places at 1 m
-    // And nothing of it is left to the zero-energy modes, whatever their stiffness.
+    // The zero-energy modes get no part of it, whatever their stiffness.
     StressLaw soft = rubber(), hard = rubber();
     soft.zero_energy = 0;
     hard.zero_energy = 100 * rubber().zero_energy;
@@ -79,7 +79,8 @@ TEST(Elasticity, AUniformStrainGivesTheStressOfTheLaw) {
 }
 
 TEST(Elasticity, AnOrthotropicLawPulledAlongAnAxisOfItsOwnHasThatAxisModulus) {
-    // eps_a = s, eps_b = - nu_ab s in the material's axes, wherever they point: sigma_aa = E_a s and nothing else.
+    // With eps_a = s and eps_b = -nu_ab s in the material's axes, in any direction, the only stress is sigma_aa = E_a
+    // s.
     const scene::Orthotropic o{{4e5, 1e5, 2e5}, {5e4, 3e4, 6e4}, {0.3, 0.2, 0.1}, {}};
     const Mat3 axes = turn();
     Elements e;
@@ -228,7 +229,7 @@ TEST(RestShapeFit, FollowsTheBodyAndMovesNothing) {
     }
     EXPECT_LT(far, kDistance / 2);  // what the shaking did, without turn and shift
     EXPECT_LT((bodies[0].turn - turn().cast<double>()).norm(), 0.05);
-    // The forces are those of before, in the new frame.
+    // The forces are the same as before, in the new frame.
     const auto after = forces(rubber(), e);
     for (std::size_t i = 0; i < e.size(); ++i)
         EXPECT_LT((bodies[0].turn.cast<Real>() * after[i] - force[i]).norm(), 1e-9 * largest(force));

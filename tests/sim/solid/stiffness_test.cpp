@@ -145,8 +145,9 @@ TEST(Stiffness, DiagonalBlocksAreThoseOfTheMatrixAtRest) {
 }
 
 TEST(CoarseGrid, SolvesWhatItCanRepresentAtOnce) {
-    // A linear displacement is one of the grid's: from (M/dt^2 + K) u, K multiplied stencil by stencil, it finds u. The
-    // grid's matrix is shifted by 1e-9 on its diagonal, of which its condition makes no more than 1e-4.
+    // The grid represents a linear displacement u exactly, and so finds it from (M/dt^2 + K) u, with K multiplied
+    // stencil by stencil. The diagonal of the grid's matrix is shifted by 1e-9. Its condition makes at most 1e-4 of
+    // that.
     StressLaw law = every_term();
     law.viscosity = 30;
     const double dt = 1e-3;

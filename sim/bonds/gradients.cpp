@@ -31,7 +31,7 @@ void find_gradients(const Elements& elements, std::vector<Mat3>& gradients) {
 }
 
 void complete_gradients(const Elements& e, std::vector<Mat3>& gradients) {
-    constexpr int kPasses = 4;  // a limb's last few elements may all be flat: each leans on the one before it
+    constexpr int kPasses = 4;  // a limb's last few elements may all be flat: each takes R' from the one before it
     std::vector<std::uint8_t> done(e.bonds.flat.size(), 0);
     const auto whole = [&](Index j) {
         if (e.bonds.moment[j].full) return true;

@@ -9,7 +9,7 @@
 namespace thixo {
 namespace {
 
-/// One bond of an element, with all that is kept of it.
+/// One bond of an element, with all its fields.
 struct Bond {
     Index neighbour;
     Real weight, weight_back, base, base_back, visibility;
@@ -55,7 +55,7 @@ void pack(const BondLists& lists, Bonds& bonds) {
     bonds.changed();
 }
 
-/// The new numbers of what a list names; what is gone is left out.
+/// Replaces the indices of a list by the new ones, and leaves out those that are gone.
 void renumber(const std::vector<Index>& now, std::vector<Index>& list) {
     std::vector<Index> kept;
     for (const Index i : list)
@@ -64,7 +64,7 @@ void renumber(const std::vector<Index>& now, std::vector<Index>& list) {
     list = std::move(kept);
 }
 
-/// Nodes between two elements, and of samples: the order of nodes is that of their keys.
+/// Renumbers the nodes between two elements, and of samples. The order of nodes is that of their keys.
 void renumber_nodes(const std::vector<Index>& now, ContactNodes& nodes) {
     std::vector<Index> kept;
     for (Index k = 0; k < nodes.size(); ++k) {

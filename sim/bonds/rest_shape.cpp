@@ -9,7 +9,7 @@
 namespace thixo {
 namespace {
 
-/// Neighbours of the elements of one body, appended to `lists` from its first element on.
+/// Appends the neighbours of the elements of one body to `lists`, from the body's first element on.
 void list_body(const SolidBody& body, const Elements& elements, const std::function<bool(Index, Index)>& hang_together,
                std::vector<std::vector<Index>>& lists) {
     if (!body.shaped() || body.empty()) return;
@@ -81,7 +81,7 @@ HangTogether hang_together_in_shapes(const Solids& solids) {
         if (!body.shape) return true;
         const Vec3 from = xyz(e.rest[i]), way = xyz(e.rest[j]) - from;
         const Real outside = kOutside * std::cbrt(e.volume[i]);
-        // Distance changes by no more than the way does: most lie too deep for that.
+        // The depth changes by no more than the way: most pairs lie too deep to leave the shape between them.
         if (e.depth[i] + e.depth[j] + 2 * outside >= way.norm()) return true;
         for (const Real part : {Real(0.5), Real(0.25), Real(0.75)})
             if (body.shape->distance(from + part * way + body.origin) > outside) return false;

@@ -10,7 +10,7 @@ Mat3 node_stiffness(const BoundaryTerms::Node& n) {
     return n.across * Mat3::Identity() + (n.along - n.across) * n.normal * n.normal.transpose();
 }
 
-/// Force and stiffness of the walls on element i.
+/// Force and stiffness of the walls on element i, in the frame of its body.
 Vec3 press_wall(const Walls& walls, const StressLaw& law, const BodyPose& pose, const Elements& e, std::size_t i,
                 Real dt, bool frozen, WallCursor& cursor, Real* drag, Mat3& stiffness) {
     const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place,

@@ -12,15 +12,15 @@ namespace thixo {
 namespace {
 
 constexpr double kPerWidth = 3;          // samples along a particle's width
-constexpr Real kOnSurface = Real(0.05);  // samples of sheets that reach past the body's edges are off it, in spacings
+constexpr Real kOnSurface = Real(0.05);  // a sample of a sheet farther off the body lies past its edge, in spacings
 
 /// Places of contact on one body, in the world at time 0.
 struct Places {
     std::vector<Vec3> place, normal;
-    double area = 0;  // of all [m^2]
+    double area = 0;  // of all samples together [m^2]
 };
 
-/// Of a shape of the scene, even over its surface.
+/// Samples of a shape of the scene, even over its surface.
 Places places_on_shape(const Shape& shape, double width, std::uint64_t seed) {
     const SampledSurface sampled = sample_surface(shape, {.count = 0, .spacing = width / kPerWidth, .seed = seed});
     Places out;
@@ -28,7 +28,7 @@ Places places_on_shape(const Shape& shape, double width, std::uint64_t seed) {
     for (const Vec3& surfel : sampled.surfels.position) {
         const Real off = shape.distance(surfel);
         if (std::abs(off) > kOnSurface * static_cast<Real>(width)) continue;
-        // Those just past an edge come onto it, where nothing is before the body.
+        // Samples just past an edge are moved onto the body, where nothing lies before it.
         const Vec3 normal = shape.gradient(surfel, static_cast<Real>(width) / 64);
         out.place.push_back(surfel - off * normal);
         out.normal.push_back(normal);
@@ -36,7 +36,7 @@ Places places_on_shape(const Shape& shape, double width, std::uint64_t seed) {
     return out;
 }
 
-/// Of a shape that surfels bound: the surfels themselves, thinned in their order to the distance of other samples.
+/// Samples of a shape that surfels bound: its surfels in their order, thinned to the distance of other samples.
 Places places_on_surfels(const PointSurfels& points, double width) {
     const SurfelCloud& cloud = points.surfels;
     const Real apart = static_cast<Real>(0.8 * width / kPerWidth);
@@ -84,7 +84,7 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
     }
 }
 
-/// Appends the samples that a body had.
+/// Appends the old samples of a body.
 void copy_samples(const ContactSamples& from, std::int32_t number, ContactSamples& s) {
     for (Index k = from.first[at(number)]; k < from.first[at(number) + 1]; ++k) {
         s.owner.push_back(number);
@@ -99,7 +99,7 @@ void copy_samples(const ContactSamples& from, std::int32_t number, ContactSample
     }
 }
 
-/// The deepest place of one body's samples in another's shape, both at rest in the world [m].
+/// The greatest depth of one body's samples in another's rest shape, both in the world at time 0 [m].
 Real deepest(const ContactSamples& samples, std::size_t of, const SolidBody& body, const SolidBody& in) {
     const auto box = in.shape->bounds();
     Real depth = 0;
@@ -111,7 +111,7 @@ Real deepest(const ContactSamples& samples, std::size_t of, const SolidBody& bod
     return depth;
 }
 
-/// Two bodies that start in one another are pushed apart slowly (press_contacts), which is seldom what is wanted.
+/// Warns of bodies that overlap at the start. They are pushed apart slowly (press_contacts), which is seldom wanted.
 void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const ContactSamples& samples) {
     constexpr Real kTold = Real(0.1);  // in particle widths
     const auto source = [&](std::int32_t b) -> const scene::Body& {
@@ -138,7 +138,7 @@ void sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, S
     s.first.assign(1, 0);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const auto number = static_cast<std::int32_t>(b);
-        // One body alone meets nothing but itself, element by element.
+        // A single body meets nothing but itself, element by element.
         const bool meets = solids.bodies.size() > 1 && solids.bodies[b].shape && !solids.bodies[b].empty();
         if (meets && which[b])
             sample_body(number, solids, seed, s);

@@ -24,8 +24,9 @@ double temperature_of(double heat, const scene::Thermal& m) {
 }
 
 Real wall_conduction(Real distance, Real support, Real least) {
-    // The Laplacian of the viscosity kernel over planes at z = q h is 90/h^3 (1/6 - q^2/2 + q^3/3); its first moment
-    // beyond q:
+    // The Laplacian of the viscosity kernel, integrated over the plane at z = q h, is
+    //     90/h^3 (1/6 - q^2/2 + q^3/3)
+    // Its first moment beyond q is below.
     const Real q = clamp01(distance / support);
     const Real moment = 90 / support * (Real(0.025) - q * q * (Real(1.0 / 12) - q * q * (Real(0.125) - q / 15)));
     return std::max(moment, Real(0)) / std::max(distance, least);
@@ -49,9 +50,9 @@ HeatParams make_heat(const scene::Scene& scene) {
 
 namespace {
 
-// The sum of the Laplacian over a packing with a wall at half a layer, times h^2, at most; and room for what is packed
-// closer.
-constexpr double kMostSteps = 1e6;  // of conduction within one of all else
+constexpr double kMostSteps = 1e6;  // of conduction within one step of the simulation
+// The largest sum of the Laplacian over a packing with a wall at half a layer, times h^2. The factor kRoom allows for
+// particles that are closer than the packing.
 constexpr double kMostNeighbours = 15 + 7, kRoom = 1.5;
 
 int stable_steps(const HeatParams& params, Real support, double dt) {

@@ -5,8 +5,8 @@
 namespace thixo {
 namespace {
 
-/// The kernel on several distances at once, its constants taken out of the sums: w = scale value, grad w = gradient
-/// slope r_vec, r_vec from the neighbour.
+/// The kernel at several distances at once, without its constants. r_vec points from the neighbour:
+///     w = scale value,   grad w = gradient slope r_vec
 struct Spline {
     explicit Spline(const ConvexSpline& kernel)
         : h_inv(kernel.h_inv), scale(kernel.scale), gradient(-3 * kernel.scale * kernel.h_inv) {}
@@ -93,7 +93,7 @@ void measure_density(Particles& particles, const NeighbourLists& neighbours, con
         system.slope[i] = {g.x(), g.y(), g.z(), volume / mass * inverse_k};
         system.excess[i] = s - 1;
         system.rate[i] = spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - w.inflow;
-        // A packing has about 5/h^2 V0/m. Below a five-hundredth of it nothing is near enough to push.
+        // A packing has about 5/h^2 V0/m. Below a five-hundredth of it, no neighbour is near enough to push.
         const Real least = Real(0.01) * square(spline.h_inv) * volume / mass;
         system.inverse_diagonal[i] = diagonal > least ? 1 / diagonal : 0;
         particles.density[i] = mass / volume * s;

@@ -7,7 +7,7 @@
 namespace thixo {
 namespace {
 
-/// sum over the rest neighbours of V0_j (1 - c_ij) W(rest_ij) [1].
+/// Sum over the rest neighbours of V0_j (1 - c_ij) W(rest_ij) [1].
 Real rest_share(const Elements& e, const Poly6& kernel, std::size_t i) {
     const Real own = e.solidity(i);
     Real sum = 0;

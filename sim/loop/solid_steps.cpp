@@ -22,7 +22,7 @@
 namespace thixo {
 namespace {
 
-/// The laws of all bodies at a time, and what follows from them and from the bonds.
+/// Computes the laws of all bodies at a time, and the values that follow from laws and bonds.
 void update_laws(const scene::Scene& scene, double time, bool rates, Solids& solids) {
     std::vector<StressLaw> laws;
     std::vector<Stiffness6> anisotropic;
@@ -40,7 +40,7 @@ void update_laws(const scene::Scene& scene, double time, bool rates, Solids& sol
     solids.rates_version = bonds.version;
     solids.laws = std::move(laws);
     solids.elements.anisotropic = std::move(anisotropic);
-    std::vector<Index> own;  // rates are the bodies'
+    std::vector<Index> own;  // rates are computed with the bodies' laws
     solids.elements.law.swap(own);
     set_zero_energy(solids.laws, solids.elements);
     if (rates) solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
@@ -48,7 +48,9 @@ void update_laws(const scene::Scene& scene, double time, bool rates, Solids& sol
     if (solids.softening.any) set_zero_energy(stencil_laws(solids), solids.elements);
 }
 
-/// v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np), and the walls; x(t + dt) = x(t) + dt v(t + dt/2).
+/// One sub-step of leapfrog, with the walls:
+///     v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np)
+///     x(t + dt) = x(t) + dt v(t + dt/2)
 void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
     Elements& e = solids.elements;
     const Real kick = static_cast<Real>(0.5 * (solids.last_dt + dt)), drift = static_cast<Real>(dt);
@@ -104,7 +106,7 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
     }
 }
 
-/// What a step that fails gives back.
+/// The state before a step, restored where the step fails.
 struct Kept {
     std::vector<std::pair<Mat3d, Vec3d>> poses;
     std::vector<Quad> displacement, velocity;
@@ -127,8 +129,8 @@ struct Kept {
     }
 };
 
-/// Implicit steps to `end`, as long as contact is foreseen, or half as long where Newton's method does not find its
-/// end; but no shorter for that than a part of the whole way, so that there is an end to it.
+/// Takes implicit steps to `end`, each as long as contact is foreseen. Where Newton's method does not converge the step
+/// is halved. A least part of the whole time bounds this, so that the halving ends.
 void step_implicitly_to(double end, double time, double tolerance, Walls& walls, Solids& solids,
                         ImplicitScratch& scratch, SolidReport& report) {
     constexpr double kMostParts = 64;
@@ -159,7 +161,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
     }
 }
 
-/// By what is bound to the rest shape alone.
+/// Fits the rest shapes, by matter bound to the rest shape alone.
 void fit_solids(Solids& solids) {
     if (!solids.softening.any) return fit_rest_shapes(solids.bodies, solids.elements);
     std::vector<Real> share(solids.elements.size());

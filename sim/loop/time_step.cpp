@@ -64,7 +64,7 @@ StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std
 }
 
 double divide_evenly(double rest, double limit) {
-    // The margin keeps a step that fits n times but for rounding from becoming n + 1 steps.
+    // The margin is for rounding: a step that fits n times must not become n + 1 steps.
     const double n = std::max(1.0, std::ceil(rest / limit * (1 - 1e-9)));
     return rest / n;
 }

@@ -15,7 +15,7 @@ Real squared_stretch(const Mat3& j) {
     return c.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-/// Writes the stencil of element i; returns its squared stretch.
+/// Writes the stencil of element i. Returns its squared stretch.
 Real write_stencil(const StressLaw& law, const Elements& e, const Mat3& projection, std::size_t i, StressScratch& out) {
     const RestMoment& moment = e.bonds.moment[i];
     const Mat3 inverse = matrix(moment.inverse);

@@ -14,7 +14,7 @@
 namespace thixo {
 namespace {
 
-constexpr double kPlaneExtent = 200;  // m, edge of the square a plane is drawn as
+constexpr double kPlaneExtent = 200;  // m, edge of the square that is drawn for a plane
 
 template <class T, class F>
 std::vector<T> collect(std::size_t n, F&& f) {
@@ -179,7 +179,7 @@ FrameTotals totals(const Simulation& s) {
     }
     const Real radius = static_cast<Real>(s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
     if (s.embedded.size() > 0) {
-        // Sheets reach past their edges; the matter of what has not begun to melt knows its volume.
+        // Sheets reach past their edges. The volume of matter that has not begun to melt is that of its elements.
         const double whole = parallel_sum(p.size(), [&](std::size_t i) {
             const Index e = s.solids.element(p.id[i]);
             if (e == kNone) return 0.0;

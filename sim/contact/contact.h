@@ -9,7 +9,7 @@
 // - Nodes are found once a step, or more often where bodies are fast. Penalties follow from sub-step to sub-step. Nodes
 //   near a surface but not in it take part, so that no contact is late.
 // - Friction follows the normal force averaged over a while. An elastic body that slides by Coulomb's law to the letter
-//   flutters at high coefficients (Adams 1995): it jumps down a slope on which it should stick. Prakash & Clifton 1993
+//   flutters at high coefficients (Adams 1995). It jumps down a slope on which it should stick. Prakash & Clifton 1993
 //   measured that friction answers a change of pressure gradually. This ends the flutter (Ranjith & Rice 2001). In the
 //   mean the friction is Coulomb's.
 // - Both bodies receive a node's force at one place when it is found, by weights that reproduce linear fields. Linear

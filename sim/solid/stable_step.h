@@ -20,11 +20,11 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 
 /// The longest sub-step [s]. Leapfrog is stable, with d the largest damping rate and velocities half a step old, for
 ///     omega^2 dt^2/4 + d dt/2 < 1
-/// 0.64 of this limit is used. omega^2 is that of the rest shape times the growth of the tangent stiffness of
-/// sigma = C eps under the largest stretch s, plus that of the springs of walls and contacts:
+/// The step uses 0.64 of this limit. Under the largest stretch s the tangent stiffness of sigma = C eps grows by
 ///     growth = (3 s^2 - 1)/2
-/// d is that of viscosity times s^2, plus the damping of walls and contacts. Bounds of bodies and of the contacts
-/// between them add up body by body.
+/// The frequency is that of the rest shape with this growth, plus the springs of walls and contacts. The damping is
+/// that of viscosity times s^2, plus the damping of walls and contacts. Bounds of bodies and of the contacts between
+/// them add up body by body.
 double stable_sub_step(const Solids& solids, bool walls);
 
 }  // namespace thixo

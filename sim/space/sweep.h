@@ -30,10 +30,10 @@ struct Sweep {
 };
 
 /// Fills place with V0, and motion but for the volumes, ghosts included. The velocity at t is the half-step velocity
-/// continued by the acceleration of the step before, of second order as dissertation 7.2 asks where a force needs it:
+/// continued by the acceleration of the step before:
 ///     v(t) = v(t - dt0/2) + dt0/2 a(t - dt0)
-/// The pressure of the implicit solver is an impulse of its step, and must not be continued. With it (`impulses`) only
-/// particles without pressure are.
+/// This is of second order, as dissertation 7.2 asks where a force needs it. The pressure of the implicit solver is an
+/// impulse of its step, and must not be continued. With it (`impulses`) only particles without pressure are continued.
 void pack_motion(const Particles& particles, double last_dt, bool impulses, Sweep& sweep);
 
 }  // namespace thixo

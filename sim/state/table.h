@@ -1,5 +1,5 @@
 // Tables: structures of arrays, each with one list of its fields. Every operation on all arrays of a table uses that
-// list, so that no array can be forgotten: length, order, removal, checkpoint, the test of thread counts.
+// list: length, order, removal, checkpoint, the test of thread counts. No array can be forgotten.
 #pragma once
 
 #include <cstddef>

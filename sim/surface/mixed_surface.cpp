@@ -9,7 +9,7 @@
 namespace thixo {
 namespace {
 
-/// Surfels of solids whose temperature has changed: the normalised interpolation of the body's particles.
+/// Sets the temperatures of solids' surfels that have changed: the normalised interpolation of the body's particles.
 void take_temperatures(const Particles& particles, Real support, const EmbeddedSurface& embedded,
                        const std::vector<Index>& source, SurfaceState& shown) {
     std::vector<Real> first;  // by body
@@ -39,7 +39,7 @@ bool melts(const Solids& solids, const SolidBody& body) {
            std::ranges::any_of(body.elements, [&](Index i) { return solids.elements.solidity(i) < 1; });
 }
 
-/// Bodies that begin to melt, `fresh`: what their surfels are now goes to the animated surface.
+/// Hands the present surfels of bodies that begin to melt over to the animated surface. `fresh` marks these bodies.
 void take_over(const EmbeddedSurface& embedded, Solids& solids, const SurfaceState& shown,
                const std::vector<Index>& source, MixedSurface& state, std::vector<std::uint8_t>& fresh) {
     fresh.assign(solids.bodies.size(), 0);
@@ -99,14 +99,14 @@ SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& soli
 
     take_temperatures(particles, support, embedded, source, shown);
 
-    Particles matter = particles;  // that has an animated surface
+    Particles matter = particles;  // the particles that have an animated surface
     std::vector<Index> members;
     for (Index k = 0; k < particles.size(); ++k) {
         const Index i = solids.element(particles.id[k]);
         const auto owner = i == kNone ? 0 : static_cast<std::size_t>(solids.elements.owner[i]);
         if (i != kNone && solids.bodies[owner].skin == Skin::embedded) continue;
         members.push_back(k);
-        // Its surfels have just been put where they are now.
+            // Its surfels are already at their present places.
         if (i != kNone && fresh[owner]) matter.surface_position[k] = matter.position[k];
     }
     keep_table_rows(matter, members);

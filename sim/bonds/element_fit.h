@@ -26,19 +26,29 @@ struct ElementFit {
     std::vector<std::pair<Real, Index>> near;  // squared distance, element within the body
 };
 
-/// Elements at their rest places.
+/// Places of elements in the rest shape.
 struct RestPlaces {
     const Elements& e;
     Vec3 operator[](std::size_t j) const { return xyz(e.rest[j]); }
 };
 
-/// Fits the elements of a body about the place x. `place` gives the elements' places, by element, in any frame that the
-/// material frame turns into by `turn`. `grid` holds the elements of this body alone, in cells of at least `support`.
-/// If fewer than eight lie within `support` [m], the nearest sixteen are taken, however far. Elements far from the
-/// nearest one in the rest shape are left out: they belong to another limb that is near by chance.
+/// The elements of a body to which a fit is made. `place` gives their places, by element, in any frame that the
+/// material frame turns into by `turn`. `grid` holds the elements of this body alone.
 template <class Places>
-void fit_elements(const SolidBody& body, const Elements& e, const Places& place, const PointGrid& grid,
-                  const Mat3& turn, Real support, const Vec3& x, ElementFit& fit) {
+struct PlacedElements {
+    const SolidBody& body;
+    const Elements& elements;
+    const Places& place;
+    const PointGrid& grid;
+    const Mat3& turn;
+};
+
+/// Fits the elements of a body about the place x. The cells of their grid have at least the size `support`. If fewer
+/// than eight lie within `support` [m], the nearest sixteen are taken, however far. Elements far from the nearest one
+/// in the rest shape are left out: they belong to another limb that is near by chance.
+template <class Places>
+void fit_elements(const PlacedElements<Places>& placed, Real support, const Vec3& x, ElementFit& fit) {
+    const auto& [body, e, place, grid, turn] = placed;
     constexpr std::size_t kEnough = 8;
     constexpr Real kPrior = Real(1e-3), kMostSlant = 2;
     fit.near.clear();

@@ -15,7 +15,7 @@ Mat3 gradient_of(const Elements& elements, std::size_t i);
 /// Completes the gradients of the elements in Bonds::flat, after find_gradients. H says nothing of the directions in
 /// which such an element has no neighbours (the last ones of a thin limb):
 ///     Q = 1 - A A+
-/// Without completion, matter across a limb would stay unturned while the limb turns. Surfels there would be pressed
+/// Without completion, matter across a limb would stay unturned while the limb turns. Surfels there would be
 /// flat and turned over. These directions therefore turn with all others:
 ///     H <- H + (R - 1) Q,   R the rotation nearest to P + H + R' Q
 /// R' is the rotation of the mean gradient of its neighbours, those first that are complete. For a rigid motion H is

@@ -35,7 +35,7 @@ inline NodeMotion motion_of_node(const ContactNodes& n, const Elements& e, const
 }
 
 /// What all nodes with one partner have in common at one instant.
-struct Pressing {
+struct NodeConditions {
     Real brake, outwards;  // braking rate [1/s], most by which unexplained depth decreases [m]
     Real dt, last;         // the step that the force acts over, the step that led here [s]
     Real width;            // of the partner's particles [m]
@@ -57,8 +57,8 @@ inline SpringForce spring_force(Real k, Real c, Real d, Real v, Real last, bool 
 }
 
 /// What nodes with a partner share, for forces over `dt` that brake over `kick`, `last` after the state before [s].
-Pressing pressing_of(const Solids& solids, std::size_t partner, double kick, double dt, double last,
-                     bool backwards = false);
+NodeConditions conditions_at(const Solids& solids, std::size_t partner, double kick, double dt, double last,
+                             bool backwards = false);
 
 /// The node's force, and its state afterwards.
 struct NodeAnswer {
@@ -69,14 +69,14 @@ struct NodeAnswer {
     Vec3 slip;  // tangential, in the partner's frame
 };
 
-/// The law of press_contacts for one node. The tangential stiffness while sliding is a secant: the force over the way
+/// The law of add_contact_forces for one node. The tangential stiffness while sliding is a secant: the force over the way
 /// that led to it. A `part` of 0 or more replaces the part that friction's limit permits.
 inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMotion& m, const Mat3& turn,
-                            const Pressing& p, Real part = -1) {
+                            const NodeConditions& p, Real part = -1) {
     NodeAnswer a{Vec3::Zero(), 0, 0, 0, n.excess[k], 0, n.normal_force[k], n.duration[k], Vec3::Zero()};
     const Vec3& normal = n.normal[k];
     const Real gap = n.gap[k] + normal.dot(m.way - n.start[k]);
-        // Excess shrinks only under a small load: bodies that part faster, or cannot part, need no help.
+    // Excess shrinks only under a small load: bodies that part faster, or cannot part, need no help.
     if (a.excess - gap < kUnexplained * p.width) a.excess = std::min(a.excess + p.outwards, Real(0));
     a.depth = std::max(a.excess - gap, Real(0));
     const Real speed = normal.dot(m.velocity), per_last = p.last > 0 ? 1 / p.last : Real(0);
@@ -97,21 +97,21 @@ inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMoti
     Vec3 slip = turn * n.slip[k] + (m.way - n.last[k]);
     slip -= normal * normal.dot(slip);
     const Vec3 sliding = m.velocity - speed * normal;
-    Vec3 rub = -n.stiffness[k] * slip - n.drag[k] * sliding;
+    Vec3 friction = -n.stiffness[k] * slip - n.drag[k] * sliding;
     a.across = n.stiffness[k] + n.drag[k] * per_last;
-    const Real size = rub.norm();
+    const Real size = friction.norm();
     a.part = part >= 0 ? part : size > most ? most / size : Real(1);
-    rub *= a.part;
+    friction *= a.part;
     a.across *= a.part;
     if (a.part < 1) {
-        slip = (n.drag[k] * (slip - p.last * sliding) - p.last * rub) / (n.drag[k] + p.last * n.stiffness[k]);
+        slip = (n.drag[k] * (slip - p.last * sliding) - p.last * friction) / (n.drag[k] + p.last * n.stiffness[k]);
     }
     a.slip = turn.transpose() * slip;
-    a.force += rub;
+    a.force += friction;
     return a;
 }
 
-inline void take_answer(const NodeAnswer& a, const Vec3& way, std::size_t k, ContactNodes& n) {
+inline void store_answer(const NodeAnswer& a, const Vec3& way, std::size_t k, ContactNodes& n) {
     n.force[k] = a.force;
     n.excess[k] = a.excess;
     n.depth[k] = a.depth;

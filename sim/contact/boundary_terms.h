@@ -36,7 +36,7 @@ void multiply_boundaries(const Solids& solids, const std::vector<Quad>& du, Boun
 void add_boundary_diagonal(const Solids& solids, const BoundaryTerms& terms, std::vector<Symmetric>& diagonal);
 
 /// Writes the state that the nodes remember after the step.
-void take_boundary_state(double dt, Solids& solids);
+void store_boundary_state(double dt, Solids& solids);
 
 inline constexpr Real kHold = 1000;
 

@@ -54,7 +54,7 @@ void find_contacts(double time, double dt, Solids& solids);
 /// sub-step permits. Soft bodies give way more slowly than fast ones come. Braking only takes energy. Depth that no
 /// approach explains has no force, but for kUnexplained widths: bodies placed into each other, or a fold of the
 /// distance. It is pushed out at no more than kOutwards widths a second, so that no body is ever launched by it.
-void press_contacts(double dt, Solids& solids);
+void add_contact_forces(double dt, Solids& solids);
 
 /// Lists the nodes by element. Finds what they add to the fastest motions (`rates`), and how hard they may brake. It
 /// must follow each change of the nodes, before the next sub-step.

@@ -123,13 +123,13 @@ std::vector<Meets> ways_to_meet(const Solids& solids) {
         if (body.empty()) continue;
         ways[b] = body.shape ? Meets::by_shape : Meets::by_elements;
         if (!solids.softening.any) continue;
-        bool whole = body.shape.has_value(), any = false;
+        bool unmolten = body.shape.has_value(), any = false;
         for (const Index i : body.elements) {
             const Real solidity = e.solidity(i);
-            whole = whole && solidity == 1;
+            unmolten = unmolten && solidity == 1;
             any = any || solidity > 0;
         }
-        ways[b] = whole ? Meets::by_shape : any ? Meets::by_elements : Meets::not_at_all;
+        ways[b] = unmolten ? Meets::by_shape : any ? Meets::by_elements : Meets::not_at_all;
     }
     return ways;
 }

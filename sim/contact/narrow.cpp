@@ -38,7 +38,8 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     const SolidBody& body = view.solids.bodies[at(partner)];
     const Real width = view.extents[at(partner)].width, margin = kContactMargin * width;
     if (!near_matter(view.solids, body, c.grid[at(partner)], x)) return std::nullopt;
-    fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.typical], x, fit);
+    fit_elements<std::vector<Vec3>>({body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn},
+                                    e.support[body.typical], x, fit);
     const Vec3 m = fit.material + body.origin;
     const Shape& shape = *body.shape;
     const Real d = shape.distance(m);

@@ -42,16 +42,16 @@ Places places_on_surfels(const PointSurfels& points, double width) {
     const Real apart = static_cast<Real>(0.8 * width / kPerWidth);
     PointGrid grid;
     grid.build(cloud.position, apart);
-    std::vector<std::uint8_t> kept(cloud.size(), 0);
+    std::vector<std::uint8_t> selected(cloud.size(), 0);
     Places out;
     out.area = points.area;
     for (std::size_t k = 0; k < cloud.size(); ++k) {
         bool crowded = false;
         grid.for_each_neighbour(cloud.position[k], apart, [&](Index j, Real) {
-            crowded = crowded || (kept[j] && cloud.normal[j].dot(cloud.normal[k]) > 0);
+            crowded = crowded || (selected[j] && cloud.normal[j].dot(cloud.normal[k]) > 0);
         });
         if (crowded) continue;
-        kept[k] = 1;
+        selected[k] = 1;
         out.place.push_back(cloud.position[k]);
         out.normal.push_back(cloud.normal[k]);
     }
@@ -73,9 +73,11 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
     const Real support = e.support[body.typical];
     PointGrid grid;
     grid.build(rest_places(body, e), support);
+    const RestPlaces rest{e};
+    const Mat3 unturned = Mat3::Identity();
     std::vector<ElementFit> fit(count);
     parallel_for(count, [&](std::size_t k) {
-        fit_elements(body, e, RestPlaces{e}, grid, Mat3::Identity(), support, s.rest[first + k], fit[k]);
+        fit_elements<RestPlaces>({body, e, rest, grid, unturned}, support, s.rest[first + k], fit[k]);
     });
     for (const ElementFit& f : fit) {
         s.weights.element.insert(s.weights.element.end(), f.element.begin(), f.element.end());
@@ -111,7 +113,8 @@ Real deepest(const ContactSamples& samples, std::size_t of, const SolidBody& bod
     return depth;
 }
 
-/// Warns of bodies that overlap at the start. They are pushed apart slowly (press_contacts), which is seldom wanted.
+/// Warns of bodies that overlap at the start. They are pushed apart slowly (add_contact_forces), which is seldom
+/// wanted.
 void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const ContactSamples& samples) {
     constexpr Real kTold = Real(0.1);  // in particle widths
     const auto source = [&](std::int32_t b) -> const scene::Body& {

@@ -33,8 +33,7 @@ void take_hold(double time, const Outside& outside, Solids& solids) {
         if (handle.elements.empty()) continue;
         if (handle.pulls()) {
             for (const Index i : handle.elements)
-                solids.external[i] +=
-                    (solids.owner(i).turn.transpose() * (handle.force / handle.mass)).cast<Real>();
+                solids.external[i] += (solids.owner(i).turn.transpose() * (handle.force / handle.mass)).cast<Real>();
             continue;
         }
         if (handle.anchor.empty())

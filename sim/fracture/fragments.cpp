@@ -100,9 +100,8 @@ void append_face(const SurfelCloud& face, std::size_t b, std::int32_t sheet, con
         s.temperature[i] = temperature;
     }
     const std::int64_t base = kFirst + kFamily * static_cast<std::int64_t>(s.families.size());
-    s.families.push_back({.first = static_cast<Index>(first),
-                          .base = base,
-                          .shift = static_cast<std::int64_t>(face.size()) - base});
+    s.families.push_back(
+        {.first = static_cast<Index>(first), .base = base, .shift = static_cast<std::int64_t>(face.size()) - base});
     matter.solids.bodies[b].cuts.push_back(sheet);
 }
 
@@ -124,13 +123,13 @@ void forget_nodes(const std::vector<std::uint8_t>& bodies, const ContactSamples&
         rows.push_back(k);
         sample.push_back(old.sample[k] - before.first[owner] + c.samples.first[owner]);
     }
-    ContactNodes kept;
-    resize_table(kept, rows.size());
-    for_each_pair(kept, old, [&](auto& to, const auto& from) {
+    ContactNodes remaining;
+    resize_table(remaining, rows.size());
+    for_each_pair(remaining, old, [&](auto& to, const auto& from) {
         for (std::size_t k = 0; k < rows.size(); ++k) to[k] = from[rows[k]];
     });
-    kept.sample = std::move(sample);
-    c.nodes = std::move(kept);
+    remaining.sample = std::move(sample);
+    c.nodes = std::move(remaining);
 }
 
 /// Keeps these elements, and the surfels bound to them. Bodies that lose an element must be bound anew.
@@ -181,7 +180,8 @@ std::size_t cut_body(std::size_t b, const Shape& cutter, const Matter& matter) {
     s.trim.emplace_back();
     s.grid.emplace_back();
     const Vec3 origin = solids.bodies[b].origin;
-    move_matter(b, to, [&](const Vec3& m) { return cutter.distance(m + origin) < 0; }, matter);
+    move_matter(
+        b, to, [&](const Vec3& m) { return cutter.distance(m + origin) < 0; }, matter);
     const std::int32_t sheet = s.sheet.empty() ? 1 : *std::ranges::max_element(s.sheet) + 1;
     append_face(face, to, sheet, matter);
     append_face(turned(face), b, sheet, matter);
@@ -194,8 +194,8 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     Elements& e = solids.elements;
     SolidBody& body = solids.bodies[b];
     // The new element moves as the matter about it: by the nearest element's displacement and its gradient.
-    const Index host = *std::ranges::min_element(
-        body.elements, {}, [&](Index i) { return (xyz(e.rest[i]) - given.place).squaredNorm(); });
+    const Index host = *std::ranges::min_element(body.elements, {},
+                                                 [&](Index i) { return (xyz(e.rest[i]) - given.place).squaredNorm(); });
     const Vec3 way = given.place - xyz(e.rest[host]);
     const Mat3 h = gradient_of(e, host);
     const Index i = append_element(e, particle, static_cast<std::int32_t>(b));
@@ -223,8 +223,7 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     p.id[k] = particle;
     p.mass[k] = given.mass;
     p.rest_volume[k] = given.volume;
-    p.position[k] =
-        (body.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])).cast<double>() + body.place).cast<Real>();
+    p.position[k] = (body.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])).cast<double>() + body.place).cast<Real>();
     solids.particle_of.push_back(k);
     bond_element(i, solids);
     solids.altered = true;

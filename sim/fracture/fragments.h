@@ -17,8 +17,8 @@ struct Matter {
     Solids& solids;
     EmbeddedSurface& embedded;
     const Smoothing& smoothing;
-    std::uint64_t seed = 1;       // of samples of surfaces
-    double surfel_spacing = 0;    // of new faces [m]; 0: a third of a particle's width, as at set-up
+    std::uint64_t seed = 1;     // of samples of surfaces
+    double surfel_spacing = 0;  // of new faces [m]; 0: a third of a particle's width, as at set-up
 };
 
 /// Splits a body. The matter of body `b` for which `goes(m)` holds, m a place of its material frame, becomes a new
@@ -35,9 +35,9 @@ std::size_t cut_body(std::size_t b, const Shape& cutter, const Matter& matter);
 /// Adds an element at the place m of the rest shape of body `b`, with a particle of this id. It moves with the matter
 /// about it. Its bonds are made, and surfels and samples of the body are bound to it. Returns its index.
 struct NewElement {
-    Vec3 place{0, 0, 0};           // m [m]
-    Real mass = 0, volume = 0;     // [kg], [m^3]
-    Real support = 0, depth = 0;   // [m]
+    Vec3 place{0, 0, 0};          // m [m]
+    Real mass = 0, volume = 0;    // [kg], [m^3]
+    Real support = 0, depth = 0;  // [m]
 };
 Index add_element(std::size_t b, const NewElement& element, std::int64_t particle, const Matter& matter);
 

@@ -69,15 +69,15 @@ int stable_steps(const HeatParams& params, Real support, double dt) {
 
 class Conduction {
   public:
-    Conduction(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-               const HeatParams& params, const Sweep& sweep, HeatScratch& scratch)
+    Conduction(Particles& particles, const SweepInput& input, const HeatParams& params, HeatScratch& scratch)
         : p_(particles),
-          neighbours_(neighbours),
-          walls_(walls),
-          smoothing_(smoothing),
+          neighbours_(input.neighbours),
+          walls_(input.walls),
+          smoothing_(input.smoothing),
           params_(params),
-          sweep_(sweep),
+          sweep_(input.sweep),
           s_(scratch) {
+        const Sweep& sweep = input.sweep;
         resize_packed(sweep.ghosts, s_.place, Quad{Real(1e9), Real(1e9), Real(1e9), 0});
         resize_packed(sweep.ghosts, s_.matter, Quad{0, 0, 0, 0});
         s_.gain.resize(p_.size());
@@ -167,11 +167,11 @@ class Conduction {
 
 }  // namespace
 
-int conduct_heat(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-                 const HeatParams& params, const Sweep& sweep, double t, double dt, HeatScratch& scratch) {
+int conduct_heat(Particles& particles, const SweepInput& input, const HeatParams& params, double t, double dt,
+                 HeatScratch& scratch) {
     if (!params.any() || particles.size() == 0) return 0;
-    const int steps = stable_steps(params, smoothing.support, dt);
-    Conduction conduction(particles, neighbours, walls, smoothing, params, sweep, scratch);
+    const int steps = stable_steps(params, input.smoothing.support, dt);
+    Conduction conduction(particles, input, params, scratch);
     for (int k = 0; k < steps; ++k) conduction.step(t + k * dt / steps, dt / steps);
     return steps;
 }

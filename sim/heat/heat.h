@@ -50,7 +50,7 @@ struct HeatScratch {
 /// (dissertation 6.17-6.19; harmonic mean: Cleary & Monaghan 1999). The heat between two particles is equal for both,
 /// so that the total heat stays. In and out: particles.temperature [degC]. Returns the number of steps. Requires the
 /// places and volumes of this step's sweep.
-int conduct_heat(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-                 const HeatParams& params, const Sweep& sweep, double t, double dt, HeatScratch& scratch);
+int conduct_heat(Particles& particles, const SweepInput& input, const HeatParams& params, double t, double dt,
+                 HeatScratch& scratch);
 
 }  // namespace thixo

@@ -37,24 +37,24 @@ class BoundedConjugateGradients {
     SolveReport solve(const SolveLimits& limits) {
         SolveReport report;
         Norms norms = measure();
-        bool fresh = true;  // the direction must be computed anew
+        bool restart = true;  // the direction must be computed anew
         while (true) {
             report.residual = norms.error / std::max<double>(1, static_cast<double>(p_.size()));
             report.converged = report.residual <= limits.tolerance;
             if (report.converged || report.iterations >= limits.iterations) return report;
             const bool grow = norms.blocked > norms.reduced;
-            if (grow || fresh) start(grow);
+            if (grow || restart) start(grow);
             const Products products = apply();
             ++report.iterations;
             if (products.curvature <= 0) return report;  // no particle can be pushed
             const double step = products.descent / products.curvature;
-            fresh = true;
+            restart = true;
             if (grow || step <= products.room) {
                 norms = move(static_cast<Real>(step));
                 if (!grow) {
                     // sum over the free particles of k r_new B d, from values that are known before and after
                     conjugate(static_cast<Real>((products.mixed - step * products.squared) / products.curvature));
-                    fresh = false;
+                    restart = false;
                 }
             } else {
                 project(static_cast<Real>(step));
@@ -183,9 +183,9 @@ void start_from(std::vector<Real>& pressure, const NeighbourLists& neighbours, c
 }  // namespace
 
 SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighbours,
-                              const std::vector<WallEffect>& walls, const Smoothing& smoothing, double kick, double dt,
-                              const SolveLimits& limits, PressureSystem& system, SolveScratch& scratch) {
-    const Real half = static_cast<Real>(kick), step = static_cast<Real>(dt);
+                              const std::vector<WallEffect>& walls, const Smoothing& smoothing,
+                              const DivergenceSolve& params, PressureSystem& system, SolveScratch& scratch) {
+    const Real half = static_cast<Real>(params.kick), step = static_cast<Real>(params.dt);
     auto& pressure = particles.pressure;
     resize_scratch(particles.size(), scratch);
     start_from(pressure, neighbours, smoothing, system);
@@ -204,7 +204,8 @@ SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighb
                               std::min(system.excess[i] + kFull, Real(0));
     });
     const SolveReport report =
-        BoundedConjugateGradients(neighbours, walls, smoothing, kick * dt, system, scratch, pressure).solve(limits);
+        BoundedConjugateGradients(neighbours, walls, smoothing, params.kick * params.dt, system, scratch, pressure)
+            .solve(params.limits);
     parallel_for(
         particles.size(), [&](std::size_t i) { particles.acceleration[i] += scratch.push[i]; }, 4096);
     return report;

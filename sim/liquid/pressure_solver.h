@@ -10,6 +10,12 @@ struct SolveLimits {
     int iterations = 0;    // at most
 };
 
+/// The step of a divergence solve [s], and the limits of the solve.
+struct DivergenceSolve {
+    double kick = 0, dt = 0;
+    SolveLimits limits;
+};
+
 /// How a solve went. One iteration is one application of the operator: two sweeps over the neighbours.
 struct SolveReport {
     int iterations = 0;
@@ -34,8 +40,8 @@ struct SolveScratch {
 /// dt, kick in s. In: particles.acceleration a of all other forces; particles.pressure of the last step, the first
 /// guess. Out: particles.pressure, and particles.acceleration with the pressure's share. Requires measure_density.
 SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighbours,
-                              const std::vector<WallEffect>& walls, const Smoothing& smoothing, double kick, double dt,
-                              const SolveLimits& limits, PressureSystem& system, SolveScratch& scratch);
+                              const std::vector<WallEffect>& walls, const Smoothing& smoothing,
+                              const DivergenceSolve& params, PressureSystem& system, SolveScratch& scratch);
 
 /// Density solve: scratch.shift, the displacements of least sum m dx^2 that correct the step of the divergence solve
 /// just made. They leave no particle denser than its rest density, to first order:

@@ -51,8 +51,7 @@ struct TensionScratch {
 ///     E = - sum_i V0_i 2 gamma_i e sum_walls beta integral over the wall of w_spiky,   e = TensionScale::adhesion      [J]
 /// Melting matter takes part with its liquid share of volume, solids not at all.
 /// In: sweep.place. Adds to particles.acceleration [m/s^2]. Does nothing where no material has tension.
-void add_tension(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-                 const TensionScale& scale, const std::vector<MaterialParams>& materials, const Sweep& sweep,
-                 TensionScratch& scratch);
+void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale,
+                 const std::vector<MaterialParams>& materials, TensionScratch& scratch);
 
 }  // namespace thixo

@@ -249,8 +249,8 @@ class Solver {
         Mat3 m;
         m << d.xx + sum_of(xx), d.xy + sum_of(xy), d.xz + sum_of(xz), 0, d.yy + sum_of(yy), d.yz + sum_of(yz), 0, 0,
             d.zz + sum_of(zz);
-        const Mat3d whole = m.selfadjointView<Eigen::Upper>().toDenseMatrix().cast<double>();
-        s_.inverse[i] = block(whole.inverse().cast<Real>());
+        const Mat3d full = m.selfadjointView<Eigen::Upper>().toDenseMatrix().cast<double>();
+        s_.inverse[i] = block(full.inverse().cast<Real>());
     }
 
     /// A q at particle i, with q packed with ghosts:
@@ -347,13 +347,13 @@ WallFriction wall_friction_of(double distance, double support) {
     return {kScale * along / (q * all), kScale * across / (q * all)};
 }
 
-ViscosityReport solve_viscosity(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
-                                const Smoothing& smoothing, const std::vector<MaterialParams>& materials,
-                                const ViscositySolve& params, const Sweep& sweep, ViscosityScratch& scratch) {
-    Solver solver(particles, neighbours, sweep, params, scratch);
-    const PairKernel kernel(smoothing);
+ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input,
+                                const std::vector<MaterialParams>& materials, const ViscositySolve& params,
+                                ViscosityScratch& scratch) {
+    Solver solver(particles, input.neighbours, input.sweep, params, scratch);
+    const PairKernel kernel(input.smoothing);
     solver.set_matter(materials, kernel);
-    solver.set_target(walls, smoothing);
+    solver.set_target(input.walls, input.smoothing);
     solver.set_pairs(kernel);
     const ViscosityReport report = solver.solve();
     solver.apply();

@@ -24,8 +24,8 @@ void pack_phases(const Particles& particles, const Solids& solids, const Smoothi
 struct ElasticState {
     std::vector<Real> density, pressure;
 };
-void keep_elastic_state(const Particles& particles, ElasticState& kept);
-void restore_elastic_state(const ElasticState& kept, Particles& particles);
+void keep_elastic_state(const Particles& particles, ElasticState& saved);
+void restore_elastic_state(const ElasticState& saved, Particles& particles);
 
 /// The kick of the liquids' leapfrog for elements, with a the acceleration by pressure and viscosity:
 ///     v <- v + kick a

@@ -66,7 +66,7 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
                 Vec3 v = before + kick * (solids.force[i] / e.mass[i] + solids.external[i]);
                 Vec3 u = xyz(e.displacement[i]);
                 if (!walls.list.empty())
-                    push_off_walls(walls, contact_law(solids, i), poses[owner], e, i, kick, drift, cursor, u, v);
+                    push_off_walls(walls, {contact_law(solids, i), poses[owner], e, i}, kick, drift, cursor, u, v);
                 else
                     u += drift * v;
                 e.acceleration[i] = (v - before) / kick;
@@ -94,7 +94,7 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
         solids.stretch2 = std::max(solids.stretch2, static_cast<double>(add_flow_forces(solids, scratch.flow_stress)));
         {
             ScopedTimer timer(report.contact_seconds);
-            press_contacts(step, solids);
+            add_contact_forces(step, solids);
         }
         leapfrog_elements(walls, step, solids);
         now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
@@ -107,20 +107,20 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
 }
 
 /// The state before a step, restored where the step fails.
-struct Kept {
+struct SavedState {
     std::vector<std::pair<Mat3d, Vec3d>> poses;
     std::vector<Quad> displacement, velocity;
     std::vector<Vec3> external;
     ContactNodes nodes;
 
-    explicit Kept(const Solids& s)
+    explicit SavedState(const Solids& s)
         : displacement(s.elements.displacement),
           velocity(s.elements.velocity),
           external(s.external),
           nodes(s.contacts.nodes) {
         for (const SolidBody& b : s.bodies) poses.emplace_back(b.turn, b.place);
     }
-    void give_back(Solids& s) const {
+    void restore(Solids& s) const {
         for (std::size_t b = 0; b < poses.size(); ++b) std::tie(s.bodies[b].turn, s.bodies[b].place) = poses[b];
         s.elements.displacement = displacement;
         s.elements.velocity = velocity;
@@ -141,7 +141,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
             ScopedTimer timer(report.contact_seconds);
             find_contacts(now, end - now, solids);
         }
-        const Kept kept(solids);
+        const SavedState saved(solids);
         double step = std::min(end, solids.contacts.next) - now;
         for (;; step = std::max(step / 2, shortest)) {
             const ImplicitReport done = step_implicitly(
@@ -152,7 +152,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
                 report.unconverged += done.converged ? 0 : 1;
                 break;
             }
-            kept.give_back(solids);
+            saved.restore(solids);
         }
         now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
         solids.last_dt = step;

@@ -34,6 +34,6 @@ StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std
 
 /// Divides the remaining time to the next frame evenly, without sliver steps: n = ceil(remaining/limit). Returns
 /// remaining/n [s].
-double divide_evenly(double rest, double limit);
+double divide_evenly(double remaining, double limit);
 
 }  // namespace thixo

@@ -79,10 +79,10 @@ void set_laws(const scene::Scene& scene, double time, const Particles& particles
             const Index i = solids.element(particles.id[k]);
             if (i == kNone) return;
             const double b = static_cast<double>(particles.melt[k]);
-            const Real rest = solids.elements.solidity(i);
+            const Real solidity = solids.elements.solidity(i);
             s.law[i] = law[static_cast<std::size_t>(particles.material[k])].at(b);
-            s.rest_law[i] = scaled(s.law[i], rest);
-            s.flow_law[i] = scaled(s.law[i], is_elastic(particles.phase[k]) ? 1 - rest : Real(0));
+            s.rest_law[i] = scaled(s.law[i], solidity);
+            s.flow_law[i] = scaled(s.law[i], is_elastic(particles.phase[k]) ? 1 - solidity : Real(0));
         },
         1024);
 }

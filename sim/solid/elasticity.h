@@ -51,6 +51,6 @@ Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradien
 Symmetric stress_of(const StressLaw& law, const Symmetric& strain);
 Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& strain);
 /// The stress of element i with gradient H [Pa]: of its elastic strain, plus that of viscosity.
-Symmetric whole_stress(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& gradient);
+Symmetric total_stress(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& gradient);
 
 }  // namespace thixo

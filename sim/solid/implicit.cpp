@@ -338,11 +338,11 @@ void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, Im
         if (std::ranges::any_of(body.elements, [&](Index i) { return solids.held[i] != 0; })) continue;
         if (body.empty()) continue;
         RigidRates left = rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * s.residual[i].cast<double>()); });
-        const RigidRates taken = rigid_rates(body, e, [&](std::size_t i) {
+        const RigidRates present = rigid_rates(body, e, [&](std::size_t i) {
             return Vec3d(static_cast<double>(e.mass[i]) *
                          (xyz(before[i]).cast<double>() - dt * s.turning[i].cast<double>()));
         });
-        left.spin += left.spin_of(s.angular[b] - taken.angular);
+        left.spin += left.spin_of(s.angular[b] - present.angular);
         parallel_for(body.size(), [&](std::size_t k) {
             const std::size_t i = body.elements[k];
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - left.centre;
@@ -406,7 +406,7 @@ ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& 
     move_held(time + dt, dt);
     const ImplicitReport report = Step(dt, tolerance, walls, before, solids, s).solve();
     keep_momenta(dt, before, solids, s);
-    take_boundary_state(dt, solids);
+    store_boundary_state(dt, solids);
     stay_out_of_walls(walls, solids);
     return report;
 }

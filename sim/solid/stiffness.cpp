@@ -20,7 +20,7 @@ Stiffness::At tangent_of(const StressLaw& law, const Elements& e, std::size_t i,
     const Mat3 h = gradient_of(e, i);
     Stiffness::At at;
     at.j = projection_of(e, i) + h;
-    at.stress = whole_stress(law, e, i, h);
+    at.stress = total_stress(law, e, i, h);
     at.dilatation =
         law.volume_stiffness > 0 && e.bonds.moment[i].full && tangent == Tangent::exact ? dilatation(h) : Real(0);
     if (tangent == Tangent::definite) at.stress = pulling(at.stress);

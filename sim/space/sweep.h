@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "pipeline/base/lanes.h"
+#include "pipeline/geometry/neighbour_lists.h"
 #include "sim/space/periodic.h"
+#include "sim/space/smoothing.h"
 #include "sim/space/walls.h"
 #include "sim/state/materials.h"
 #include "sim/state/particles.h"
@@ -27,6 +29,14 @@ struct Sweep {
 
     /// The dummy's index.
     Index nobody() const { return static_cast<Index>(ghosts.particles + ghosts.size()); }
+};
+
+/// The surroundings of particles in a sweep: neighbours, walls, kernels and the packed fields.
+struct SweepInput {
+    const NeighbourLists& neighbours;
+    const Walls& walls;
+    const Smoothing& smoothing;
+    const Sweep& sweep;
 };
 
 /// Fills place with V0, and motion but for the volumes, ghosts included. The velocity at t is the half-step velocity

@@ -19,25 +19,25 @@ namespace thixo {
 struct WallKernel {
     /// c has this value [1] and slope < 0 [1/m] at distance d. n is rounded, so that the slope is met to about 5 %.
     WallKernel(Real support_, Real d, Real share_at, Real slope_at) : support(support_) {
-        const Real rest = Real(1) - d / support;
-        power = static_cast<int>(std::round(-slope_at / share_at * support * rest));
-        amplitude = share_at / raise(rest, power);
+        const Real remaining = Real(1) - d / support;
+        power = static_cast<int>(std::round(-slope_at / share_at * support * remaining));
+        amplitude = share_at / raise(remaining, power);
     }
     Real value(Real r) const {
-        const Real rest = Real(1) - r / support;
-        if (rest <= 0) return 0;
-        return amplitude * static_cast<Real>(power * (power - 1)) / (support * support) * raise(rest, power - 2) /
+        const Real remaining = Real(1) - r / support;
+        if (remaining <= 0) return 0;
+        return amplitude * static_cast<Real>(power * (power - 1)) / (support * support) * raise(remaining, power - 2) /
                (static_cast<Real>(2 * kPi) * r);
     }
     Real share(Real d) const {
-        const Real rest = std::max(Real(1) - std::abs(d) / support, Real(0));
-        const Real beyond = amplitude * raise(rest, power);
+        const Real remaining = std::max(Real(1) - std::abs(d) / support, Real(0));
+        const Real beyond = amplitude * raise(remaining, power);
         return d < 0 ? 2 * amplitude - beyond : beyond;
     }
     /// dc/dd [1/m], never positive.
     Real slope(Real d) const {
-        const Real rest = std::max(Real(1) - std::abs(d) / support, Real(0));
-        return -amplitude * static_cast<Real>(power) / support * raise(rest, power - 1);
+        const Real remaining = std::max(Real(1) - std::abs(d) / support, Real(0));
+        return -amplitude * static_cast<Real>(power) / support * raise(remaining, power - 1);
     }
     /// The distance d at which c has a value in (0, 2 a).
     Real distance(Real share) const {

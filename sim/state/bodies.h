@@ -21,7 +21,7 @@ enum class Skin : std::uint8_t {
 /// fit the deformed body (dissertation 5.4.3), is that frame in the pose x = R m + t. Everything bound to the matter is
 /// in the material frame, and never turned in it. A body that split off shares its parent's frame.
 struct SolidBody {
-    std::int32_t id = 0;  // for ever: Particles::body of its particles, and of the frame; -1: matter of emitters
+    std::int32_t id = 0;        // for ever: Particles::body of its particles, and of the frame; -1: matter of emitters
     std::int32_t parent = -1;   // id of the body it split from; -1: none
     std::int32_t source = 0;    // index into Scene::bodies; -1: matter of emitters, which has no rest shape
     std::int32_t material = 0;  // index into Scene::materials
@@ -35,9 +35,9 @@ struct SolidBody {
     // The first rest shape, in the world at time 0: the scene's, or, for a body that has split, that of its surfels.
     // Without one the body meets others element by element.
     std::optional<Shape> shape{};
-    bool scene_shape = true;              // the shape is the scene's, unchanged by splits
+    bool scene_shape = true;           // the shape is the scene's, unchanged by splits
     std::vector<std::int32_t> cuts{};  // sheets along which the body was cut: it lies behind each
-    Vec3 origin{0, 0, 0};  // of the material frame there [m]
+    Vec3 origin{0, 0, 0};              // of the material frame there [m]
 
     std::size_t size() const { return elements.size(); }
     bool empty() const { return elements.empty(); }

@@ -40,7 +40,7 @@ struct ContactNodes {
     std::vector<Real> depth;            // the part of the depth with a force in the last sub-step [m]
     std::vector<Real> normal_force;     // its recent mean, for friction [N]
     std::vector<Real> duration;         // of that mean, no longer than `memory` [s]
-    std::vector<Vec3> slip;  // tangential: the stretch of friction's spring, in the partner's frame [m]
+    std::vector<Vec3> slip;             // tangential: the stretch of friction's spring, in the partner's frame [m]
 
     // Fields since the nodes were found. Frames do not move meanwhile.
     std::vector<std::int32_t> owner;  // index of the SolidBody of the first elements

@@ -33,7 +33,8 @@ struct DrawnBody {
         const SolidBody& body = solids.bodies[number];
         const Elements& e = solids.elements;
         const Real support = e.support[body.typical];
-        fit_elements(body, e, solids.contacts.place, solids.contacts.grid[number], pose.turn, support, x, fit);
+        fit_elements<std::vector<Vec3>>({body, e, solids.contacts.place, solids.contacts.grid[number], pose.turn},
+                                        support, x, fit);
         Vec3 m = fit.material;
         for (int k = 0; k < 8; ++k) {
             const auto u = displacement_at(embedded, solids, number, m, support);

@@ -113,8 +113,8 @@ struct PieceElements {
             for (std::size_t l = 0; l < std::min(kLanes, element.size() - k); ++l)
                 if (a[l] > 0) sum.add(a[l], field.solids.motions[element[k + l]]);
         }
-        const Real whole = sum_of(weight);
-        for (Lanes& p : sum.part) p /= whole;
+        const Real total = sum_of(weight);
+        for (Lanes& p : sum.part) p /= total;
         return sum;
     }
 };

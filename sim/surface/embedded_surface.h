@@ -37,13 +37,13 @@ struct SurfelFamily {
 /// The surfels of all solids, made from the shapes of the bodies in their order. New faces of bodies that are cut are
 /// appended. The state of the surface is that of the elements.
 struct EmbeddedSurface {
-    SurfelCloud rest;                           // in the material frame of the owner [m]
-    std::vector<std::int32_t> owner, sheet;     // index of the SolidBody; sheet of its surface, from 0 on
-    std::vector<Vec3> first;                    // m0: where the surfel was made, in the world [m]
-    std::vector<std::uint8_t> beyond;           // 1: the disc reaches past an edge of the body; the trim tree cuts it
-    std::vector<EdgeCut> edge;                  // where no trim tree cuts; along = 0: the disc is off the body
-    std::vector<Real> support;                  // of its weights: the elements', larger where too few are near [m]
-    std::vector<Real> temperature;              // degC
+    SurfelCloud rest;                        // in the material frame of the owner [m]
+    std::vector<std::int32_t> owner, sheet;  // index of the SolidBody; sheet of its surface, from 0 on
+    std::vector<Vec3> first;                 // m0: where the surfel was made, in the world [m]
+    std::vector<std::uint8_t> beyond;        // 1: the disc reaches past an edge of the body; the trim tree cuts it
+    std::vector<EdgeCut> edge;               // where no trim tree cuts; along = 0: the disc is off the body
+    std::vector<Real> support;               // of its weights: the elements', larger where too few are near [m]
+    std::vector<Real> temperature;           // degC
     std::vector<SurfelFamily> families;
     std::vector<std::optional<TrimNode>> trim;  // by body
     std::vector<PointGrid> grid;                // of every body's elements in the rest shape, in their order

@@ -226,8 +226,9 @@ void retreat_from_creases(SurfelCloud& cloud, SurfelNotes& notes, const LiquidSh
 
 void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets = sheets_of(cloud, notes, shape);
-    notes.give.resize(cloud.size());
-    for (std::size_t i = 0; i < cloud.size(); ++i) notes.give[i] = sheets[i].coat ? Real(0) : sheets[i].give;
+    notes.lift_share.resize(cloud.size());
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+        notes.lift_share[i] = sheets[i].coat ? Real(0) : sheets[i].lift_share;
     // Neighbours in a corner may have pushed coats over their crease, deeper into the walls than necessary.
     const std::vector<SheetSample> field = sheets;
     std::vector<Vec3> moved = cloud.position;

@@ -16,7 +16,7 @@ void retreat_from_creases(SurfelCloud& cloud, SurfelNotes& notes, const LiquidSh
 /// crease the first axis leads to it and is shortened. The disc then ends a little beyond it, and does not stand out of
 /// the body. Coats of two walls cross each other inside the walls and need no shortening. Surfels that were pushed over
 /// their crease return to it. Faces of partly molten matter still meet in edges, and discs end there (past_edge). Fills
-/// notes.give. Surfels of solid matter keep their axes.
+/// notes.lift_share. Surfels of solid matter keep their axes.
 void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support);
 
 /// Half-axis of a disc that ends at an edge of its body, at the distance `to`, both in radii. It reaches a little past

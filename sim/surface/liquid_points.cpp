@@ -88,7 +88,7 @@ FieldPoints in_cell_order(const std::vector<Image>& images, const Particles& par
     points.position.resize(n);
     points.particle.resize(n);
     points.weight.assign(n + PointGrid::kPadding, 0);
-    points.loose.assign(n + PointGrid::kPadding, 0);
+    points.dispersion.assign(n + PointGrid::kPadding, 0);
     if (mirrors) mirrors->resize(n);
     for (std::size_t k = 0; k < n; ++k) {
         const Image& from = images[order[k]];
@@ -157,8 +157,8 @@ void set_colours(LiquidPoints& points, Real support) {
         for (FieldPoints* of : {&part.own, &part.images})
             for (std::size_t k = 0; k < of->size(); ++k) {
                 const Real fill = points.particle_fill[of->particle[k]];
-                const Real whole = fill + Real(0.34) * support * points.particle_slope[of->particle[k]].norm();
-                of->loose[k] = clamp01(4 * (1 - whole)) * clamp01(5 * (fill - Real(0.3)));
+                const Real extended = fill + Real(0.34) * support * points.particle_slope[of->particle[k]].norm();
+                of->dispersion[k] = clamp01(4 * (1 - extended)) * clamp01(5 * (fill - Real(0.3)));
                 if (fill > 0) of->weight[k] *= std::max(Real(1), kFlatFill / fill);
             }
     }

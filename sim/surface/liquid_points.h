@@ -22,9 +22,9 @@ struct WallPlane {
 
 /// Points in the order of their grid, of cell `support`.
 struct FieldPoints {
-    std::vector<Vec3> position;  // [m]
-    std::vector<Real> weight;    // V0 phi_j [m^3], see set_colours; padded with PointGrid::kPadding zeros
-    std::vector<Real> loose;     // how far matter has dispersed, 0 to 1, see set_colours; padded in the same way
+    std::vector<Vec3> position;    // [m]
+    std::vector<Real> weight;      // V0 phi_j [m^3], see set_colours; padded with PointGrid::kPadding zeros
+    std::vector<Real> dispersion;  // how far matter has dispersed, 0 to 1, see set_colours; padded in the same way
     std::vector<Index> particle;
     PointGrid grid;
     std::size_t size() const { return position.size(); }
@@ -67,10 +67,10 @@ LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real 
 /// s_flat is the value of s in the outermost layer of a flat surface. A lone particle, a thread and a sheet then have a
 /// surface that encloses about their volume. With phi_j = 1, liquid thinner than a support would have none. This is the
 /// normalisation of CSPM (2.24), applied to the colour. Fills particle_fill and particle_slope.
-/// Fills `loose` as well. Matter disperses in sheets and jets that stretch, because SPH has no tension. Its iso-surface
-/// then encloses more than its volume. `loose` is 1 - s'_j over a quarter:
+/// Fills `dispersion` as well. Matter disperses in sheets and jets that stretch, because SPH has no tension. Its iso-surface
+/// then encloses more than its volume. `dispersion` is 1 - s'_j over a quarter:
 ///     s'_j = s_j + 0.34 h |grad s_j|
-/// s'_j is 1 inside a liquid and in its outermost layer. Threads and single drops have their volume: `loose` falls to 0
+/// s'_j is 1 inside a liquid and in its outermost layer. Threads and single drops have their volume: `dispersion` falls to 0
 /// from s_j = 0.5 to 0.3.
 void set_colours(LiquidPoints& points, Real support);
 

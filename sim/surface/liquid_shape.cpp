@@ -11,7 +11,7 @@ constexpr Real kAcross = Real(0.7);  // cosine between normals that belong to on
 
 /// Sums over field points of a v and of a q d, with a = weight q^2, v = a q, q = 1 - r^2/h^2, and d the offsets.
 struct FieldSums {
-    Lanes value{}, loose{}, gx{}, gy{}, gz{}, cx{}, cy{}, cz{};
+    Lanes value{}, dispersion{}, gx{}, gy{}, gz{}, cx{}, cy{}, cz{};
 };
 
 }  // namespace
@@ -22,11 +22,11 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
     if (!of) return sample;
     const Poly6 w(support);
     FieldSums s;
-    const Real *weight = of->own.weight.data(), *loose = of->own.loose.data();
+    const Real *weight = of->own.weight.data(), *dispersion = of->own.dispersion.data();
     for_each_near_run(of->own.grid, x, support, [&](Index slot, Lanes dx, Lanes dy, Lanes dz, Lanes r2) {
         const Lanes q = positive(1 - r2 * w.h2_inv), slope = load_lanes(weight + slot) * q * q, value = slope * q;
         s.value += value;
-        s.loose += value * load_lanes(loose + slot);
+        s.dispersion += value * load_lanes(dispersion + slot);
         s.gx += slope * dx;
         s.gy += slope * dy;
         s.gz += slope * dz;
@@ -35,7 +35,7 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
         s.cz += value * dz;
     });
     sample.value = w.scale * sum_of(s.value);
-    Real apart = w.scale * sum_of(s.loose);
+    Real apart = w.scale * sum_of(s.dispersion);
     sample.gradient = 6 * w.scale * w.h2_inv * Vec3(sum_of(s.gx), sum_of(s.gy), sum_of(s.gz));
     sample.centre = w.scale * Vec3(sum_of(s.cx), sum_of(s.cy), sum_of(s.cz));
     of->images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
@@ -46,14 +46,14 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
         const Real volume = of->images.weight[j], value = volume * w.value(r2);
         const Vec3 offset = of->images.position[j] - x;
         sample.value += value;
-        apart += value * of->images.loose[j];
+        apart += value * of->images.dispersion[j];
         sample.gradient -= volume * w.gradient_factor(r2) * offset;
         sample.centre += value * offset;
     });
     if (sample.value > 0) {
         sample.centre /= sample.value;
-        sample.give = kLeastGive + (1 - kLeastGive) * apart / sample.value;
-        sample.lift = of->lift * sample.give;
+        sample.lift_share = kLeastLiftShare + (1 - kLeastLiftShare) * apart / sample.value;
+        sample.lift = of->lift * sample.lift_share;
     }
     if (sample.near_wall) sample.out.normalize();
     return sample;
@@ -167,7 +167,7 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, co
     SheetSample sample;
     sample.phi = c.value;
     sample.centre = c.centre;
-    sample.give = c.give;
+    sample.lift_share = c.lift_share;
     sample.to_crease = std::numeric_limits<Real>::max();
     const Real per_phi = support * Real(256.0 / 315.0);
     const Real field = (c.value - iso + c.lift * c.gradient.norm()) * per_phi;

@@ -10,7 +10,7 @@ struct ColourSample {
     Real value = 0;          // phi [1]
     Vec3 gradient{0, 0, 0};  // grad phi [1/m]
     Vec3 centre{0, 0, 0};    // weighted mean of the points, relative to x [m]; zero where phi = 0
-    Real give = 0;           // share of the part's lift that applies here [1]
+    Real lift_share = 0;     // share of the part's lift that applies here [1]
     Real lift = 0;           // height of the surface over the iso-surface [m]
     bool near_wall = false;  // an image is in reach
     Vec3 out{0, 0, 0};       // unit, from the walls of the images in reach into the room
@@ -44,11 +44,11 @@ struct SheetSample {
     bool defined = false;  // false: no particle in reach, or no slope to follow
     bool coat = false;
     Real phi = 0;  // of the colour field
-    Real give = 0;
-    Vec3 centre{0, 0, 0};   // of the colour field, relative to x [m]
-    Vec3 guide{0, 0, 0};    // the way to the sheet, one Newton step of at most half a spacing [m]
-    Vec3 outward{0, 0, 0};  // unit normal of the sheet
-    Real to_crease = 0;     // distance to the crease in the sheet, < 0 beyond it; +max where none is near [m]
+    Real lift_share = 0;
+    Vec3 centre{0, 0, 0};          // of the colour field, relative to x [m]
+    Vec3 guide{0, 0, 0};           // the way to the sheet, one Newton step of at most half a spacing [m]
+    Vec3 outward{0, 0, 0};         // unit normal of the sheet
+    Real to_crease = 0;            // distance to the crease in the sheet, < 0 beyond it; +max where none is near [m]
     Vec3 towards_crease{0, 0, 0};  // unit tangent
     Real stand_off = 0;            // distance that surfels keep from it, in radii
 };
@@ -73,7 +73,7 @@ inline constexpr Real kDeepest = Real(0.8);
 inline constexpr Real kLeastSlope = Real(0.15);
 
 /// Share of the lift that matter without dispersion has.
-inline constexpr Real kLeastGive = Real(0.2);
+inline constexpr Real kLeastLiftShare = Real(0.2);
 
 struct LiquidShape {
     const LiquidPoints& points;

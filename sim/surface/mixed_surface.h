@@ -29,8 +29,7 @@ inline constexpr std::int64_t kFirstAnimated = std::int64_t(1) << 40;
 /// They are resampled to the same extent. A body that has frozen throughout is a solid again, and its surfels follow
 /// the rest shape in which it froze.
 SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& solids, Particles& particles,
-                                   const Walls& walls, const scene::Surface& params, Real spacing, Real support,
-                                   const std::vector<Mould>& moulds, MixedSurface& state, SurfaceState& shown,
+                                   const SurfaceSetting& setting, MixedSurface& state, SurfaceState& shown,
                                    std::vector<Index>& source);
 
 }  // namespace thixo

@@ -40,9 +40,10 @@ struct Pull {
 };
 
 /// Guiding and attracting forces: those of the particles.
-Fate pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape,
-                       WallNote& wall, ColourNote& colour, Real radius) {
-    const SheetSample at = shape.sheet(s, n, component, wall, colour);
+Fate pull_of_particles(Pull& pull, const WorkingSurfels& all, Index i, const LiquidShape& shape) {
+    const Vec3& n = all.normal[i];
+    const Real radius = all.radius[i];
+    const SheetSample at = shape.sheet(all.position[i], n, all.component[i], all.wall[i], all.colour[i]);
     if (!at.coat && at.phi > kDeepest) return Fate::buried;
     if (!at.defined || at.outward.dot(n) < 0) return Fate::lost;       // the side that it belonged to is gone
     if (at.to_crease < -Real(0.7) * shape.spacing) return Fate::lost;  // far beyond the edge of its sheet
@@ -91,9 +92,16 @@ Vec3 repulsion(const WorkingSurfels& all, Index i, const std::array<Index, kNear
     return force * all.radius[i];
 }
 
-/// Calls f(w, x, y, z, nx, ny, nz, smooth, counts) for runs of the neighbours of surfel i. Weights are w_poly6 over the
-/// support up to a factor, zero for those of another side. Then come offsets, normals, and the last components of
-/// Surroundings' quads.
+/// A run of neighbours of a surfel. Weights are w_poly6 over the support up to a factor, zero for those of another
+/// side.
+struct WeightedRun {
+    Lanes weight;
+    Lanes x, y, z;         // offsets [m]
+    Lanes nx, ny, nz;      // normals
+    Lanes smooth, counts;  // the last components of Surroundings' quads
+};
+
+/// Calls f(WeightedRun) for runs of the neighbours of surfel i.
 template <class F>
 void for_each_weighted_run(const Surroundings& around, Index i, Real support, F&& f) {
     const Quad p = around.place[i], n = around.facing[i];
@@ -108,17 +116,16 @@ void for_each_weighted_run(const Surroundings& around, Index i, Real support, F&
         z -= p.z;
         const Lanes q = positive(1 - (x * x + y * y + z * z) * per_h2), agree = nx * n.x + ny * n.y + nz * n.z;
         const Lanes w = agree >= kAgree ? q * q * q : Lanes{};
-        f(w, x, y, z, nx, ny, nz, smooth, counts);
+        f(WeightedRun{w, x, y, z, nx, ny, nz, smooth, counts});
     });
 }
 
 /// The smoothing force: the average of the neighbouring surfels.
 void pull_of_average(Pull& pull, Index i, const WorkingSurfels& all, const Surroundings& around, Real support) {
     SurfelSums sums;
-    for_each_weighted_run(around, i, support,
-                          [&](Lanes w, Lanes x, Lanes y, Lanes z, Lanes nx, Lanes ny, Lanes nz, Lanes, Lanes) {
-                              sums.add(w, x, y, z, nx, ny, nz);
-                          });
+    for_each_weighted_run(around, i, support, [&](const WeightedRun& run) {
+        sums.add(run.weight, run.x, run.y, run.z, run.nx, run.ny, run.nz);
+    });
     SurfelAverage average = sums.average();
     average.add(1, Vec3(0, 0, 0), all.normal[i]);  // the surfel itself
     pull.n_smooth = average.unit_normal();
@@ -128,17 +135,26 @@ void pull_of_average(Pull& pull, Index i, const WorkingSurfels& all, const Surro
 /// Mean of psi_orth(s_j) - s_j over the neighbours of i and itself.
 Real mean_smooth(const Surroundings& around, Index i, Real support) {
     Lanes weight{}, sum{};
-    for_each_weighted_run(around, i, support,
-                          [&](Lanes w, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes smooth, Lanes counts) {
-                              weight += w * counts;
-                              sum += w * counts * smooth;
-                          });
+    for_each_weighted_run(around, i, support, [&](const WeightedRun& run) {
+        weight += run.weight * run.counts;
+        sum += run.weight * run.counts * run.smooth;
+    });
     return (around.place[i].w + sum_of(sum)) / (1 + sum_of(weight));
 }
 
-/// Moves one surfel by a step. Returns how far a point of its disc moves.
-Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, const scene::Surface& k, Real damping,
-          Real radius, Real most_lag) {
+/// What all surfels share in one iteration.
+struct IterationParams {
+    const scene::Surface& params;
+    Real damping;   // a [1]
+    Real most_lag;  // [m]
+};
+
+/// Moves surfel i by a step, with `smooth` as f_smooth along the normal. Returns how far a point of its disc moves.
+Real step(const WorkingSurfels& all, Index i, const Pull& pull, Real smooth, Real smoothness,
+          const IterationParams& iteration) {
+    Vec3 &s = all.position[i], &n = all.normal[i];
+    const Real radius = all.radius[i], most_lag = iteration.most_lag, damping = iteration.damping;
+    const scene::Surface& k = iteration.params;
     const Real k_guide = Real(k.guide), k_attract = Real(k.attract) * smoothness,
                k_smooth = Real(k.smooth) * smoothness;
     const Real k_ext = pull.mould.weight;
@@ -231,9 +247,7 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             if (!active[k]) return;
             const auto i = static_cast<Index>(k);
             pulls[i] = Pull{};
-            all.lost[i] =
-                static_cast<char>(pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape,
-                                                    all.wall[i], all.colour[i], all.radius[i]));
+            all.lost[i] = static_cast<char>(pull_of_particles(pulls[i], all, i, shape));
             if (all.lost[i]) return;
             if (!pulls[i].coat && smoothness[i] > 0)
                 pull_of_average(pulls[i], i, all, around, per_radius * all.radius[i]);
@@ -253,8 +267,7 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             const bool smooths = !pulls[i].coat && smoothness[i] > 0;
             const Real smooth =
                 smooths ? pulls[i].smooth - mean_smooth(around, i, per_radius * all.radius[i]) : Real(0);
-            moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping,
-                            all.radius[i], kMostLag * shape.spacing);
+            moved[i] = step(all, i, pulls[i], smooth, smoothness[i], {params, damping, kMostLag * shape.spacing});
         };
         parallel_for(n, move, kGrain);
         report.largest_move = parallel_reduce(

@@ -181,18 +181,20 @@ void settle_over_dry_spot(Proposal& p, const LiquidShape& shape, Real full) {
 /// How well other surfels cover the circle of a radius about surfel i.
 struct Surround {
     Vec3 a, b;                    // axes of the tangent plane
+    Real melt;                    // of the matter about surfel i
     Real side;                    // cosine between normals of surfels that cover for each other
     Real clearance[kDirections];  // squared distance to the nearest surfel, in radii of surfel i
 
-    Surround(Index i, const Cover& cover, Real melt) : Surround(cover.normal[i], melt) {
+    Surround(Index i, const Cover& cover, Real melt_) : Surround(cover.normal[i], melt_) {
         cover.grid.for_each_neighbour(cover.position[i], 2 * cover.radius[i], [&](Index j, Real) {
             if (j != i) add(i, j, cover);
         });
     }
     /// From the surfels listed about the old index `was`, now at `now[j]` if they still exist. The nearest mostly
     /// suffice.
-    Surround(Index i, const Cover& cover, const SurfelLists& lists, Index was, const std::vector<Index>& now, Real melt)
-        : Surround(cover.normal[i], melt) {
+    Surround(Index i, const Cover& cover, const SurfelLists& lists, Index was, const std::vector<Index>& now,
+             Real melt_)
+        : Surround(cover.normal[i], melt_) {
         for (const Index j : lists.nearest(was))
             if (j != kNone && now[j] != kNone) add(i, now[j], cover);
         if (clearance[least_covered()] <= square(kSparse)) return;
@@ -215,7 +217,7 @@ struct Surround {
     }
 
   private:
-    Surround(const Vec3& n, Real melt) : side(same_side(melt)) {
+    Surround(const Vec3& n, Real melt_) : melt(melt_), side(same_side(melt_)) {
         orthonormal_basis(n, a, b);
         std::fill_n(clearance, kDirections, std::numeric_limits<Real>::max());
     }
@@ -230,9 +232,9 @@ bool keeps_apart(Proposal& p, Real beside, const Cover& cover) {
 }
 
 /// A proposal for the least covered point of the circle about surfel i that can have a surfel, if it is too little
-/// covered. `melt` is that of the matter about i.
+/// covered.
 Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, const Cover& cover,
-                       const LiquidShape& shape, Real per_radius, Real full, Real melt) {
+                       const LiquidShape& shape, Real per_radius, Real full) {
     // Where the surface bends sharply every try is a search for it.
     int tries = cover.radius[i] < full ? 2 : 8;
     for (int k = around.least_covered(); tries-- > 0 && around.clearance[k] > square(kSparse);
@@ -243,7 +245,7 @@ Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, co
         p.component = cover.component[i];
         p.body = surface.body[i];
         p.radius = cover.radius[i];
-        p.melt = melt;
+        p.melt = around.melt;
         const Proposal start = p;
         settle(p, cover, shape, per_radius, full);
         const bool sheet_ends = p.apart < start.apart;
@@ -369,27 +371,27 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
         cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i],
                                       [&](Index j, Real r2) { crowded[i] |= char(crowds(j, i, r2)); });
     });
-    std::vector<Index> kept;
-    kept.reserve(surface.size());
+    std::vector<Index> remaining;
+    remaining.reserve(surface.size());
     for (Index i = 0; i < surface.size(); ++i) {
         if (crowded[i] && !gone[i] && notes.melt[i] > 0)
             cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i], [&](Index j, Real r2) {
                 if (!gone[j] && crowds(j, i, r2)) gone[i] = 1;
             });
-        if (!gone[i]) kept.push_back(i);
+        if (!gone[i]) remaining.push_back(i);
     }
     now.assign(surface.size(), kNone);
-    for (Index k = 0; k < kept.size(); ++k) now[kept[k]] = k;
-    const std::size_t deleted = surface.size() - kept.size();
+    for (Index k = 0; k < remaining.size(); ++k) now[remaining[k]] = k;
+    const std::size_t deleted = surface.size() - remaining.size();
     if (deleted == 0) return 0;
-    keep_table_rows(surface, kept);
-    keep_rows(notes.component, kept);
-    keep_rows(notes.curvature, kept);
-    keep_rows(notes.radius, kept);
-    keep_rows(notes.wall, kept);
-    keep_rows(notes.colour, kept);
-    keep_rows(notes.melt, kept);
-    notes.lost.assign(kept.size(), 0);
+    keep_table_rows(surface, remaining);
+    keep_rows(notes.component, remaining);
+    keep_rows(notes.curvature, remaining);
+    keep_rows(notes.radius, remaining);
+    keep_rows(notes.wall, remaining);
+    keep_rows(notes.colour, remaining);
+    keep_rows(notes.melt, remaining);
+    notes.lost.assign(remaining.size(), 0);
     return deleted;
 }
 
@@ -427,7 +429,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
             const Surround around = round == 0 && listed_all && i < before
                                         ? Surround(i, cover, notes.lists, old[i], now, notes.melt[i])
                                         : Surround(i, cover, notes.melt[i]);
-            proposals[k] = beside_surfel(i, around, surface, cover, shape, per_radius, full, notes.melt[i]);
+            proposals[k] = beside_surfel(i, around, surface, cover, shape, per_radius, full);
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();

@@ -20,9 +20,9 @@ struct SurfelNotes {
     std::vector<WallNote> wall;
     std::vector<ColourNote> colour;
     std::vector<Real> melt;  // of the matter about it; 0: it belongs to a solid, and resampling leaves it alone [1]
-    std::vector<Real> give;  // share of the lift of each, once all have their places
-    std::vector<char> lost;  // to be deleted
-    SurfelLists lists;       // of the present surfels, without those just lost and found
+    std::vector<Real> lift_share;  // share of the lift of each, once all have their places
+    std::vector<char> lost;        // to be deleted
+    SurfelLists lists;             // of the present surfels, without those just lost and found
 };
 
 /// Radius of a surfel: `full`, or half of the surface's radius of curvature where that is smaller, but at least 0.6 of

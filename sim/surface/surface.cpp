@@ -60,9 +60,11 @@ void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNo
 
 }  // namespace
 
-SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
-                             const scene::Surface& params, Real spacing, Real support, const std::vector<Mould>& moulds,
+SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const SurfaceSetting& setting,
                              Zombies* zombies) {
+    const Walls& walls = setting.walls;
+    const scene::Surface& params = setting.params;
+    const Real spacing = setting.spacing, support = setting.support;
     const Real full_radius = Real(params.radius) * spacing;
     const bool first = surface.size() == 0;
     SurfaceReport report;
@@ -106,7 +108,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     const SurfelCloud displaced = all_liquid ? SurfelCloud{} : cloud;
     const RelaxReport relaxed = relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature,
                                        notes.wall, notes.colour, notes.lists, notes.melt, notes.lost},
-                                      shape, params, moulds);
+                                      shape, params, setting.moulds);
     if (!all_liquid) blend_with_solid(displaced, cloud, notes);
     book(report.seconds.relaxing);
     report.iterations = relaxed.iterations;
@@ -117,8 +119,8 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
     book(report.seconds.fitting);
-    const bool calm = 100 * (report.inserted + report.deleted) < surface.size();
-    hold_volume(surface, particles, notes, full_radius, spacing, calm);
+    const bool steady = 100 * (report.inserted + report.deleted) < surface.size();
+    hold_volume(surface, particles, notes, full_radius, spacing, steady);
     book(report.seconds.volume);
     if (zombies) {
         project_zombies(surface, notes.component, notes.melt, Real(params.support) * full_radius, *zombies);

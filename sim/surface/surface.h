@@ -72,12 +72,19 @@ struct SurfaceReport {
 
 struct Zombies;
 
+/// The constant input of an update. `spacing` is the particle spacing [m], `support` the particle kernel support h [m].
+/// The moulds are those of `params`.
+struct SurfaceSetting {
+    const Walls& walls;
+    const scene::Surface& params;
+    Real spacing, support;
+    const std::vector<Mould>& moulds;
+};
+
 /// Brings the surface up to date with the particles: displace, deform by the potentials, constrain, resample. The first
 /// call (no surfels yet) makes one surfel for each surface particle and refines. Sets particles.surface_position =
-/// position. `spacing` is the particle spacing [m], `support` the particle kernel support h [m]. `moulds` are those of
-/// `params`. `zombies`, where matter has melted, move with the surface and give surfels their m0.
-SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
-                             const scene::Surface& params, Real spacing, Real support,
-                             const std::vector<Mould>& moulds = {}, Zombies* zombies = nullptr);
+/// position. Where matter has melted, `zombies` move with the surface and give surfels their m0.
+SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const SurfaceSetting& setting,
+                             Zombies* zombies = nullptr);
 
 }  // namespace thixo

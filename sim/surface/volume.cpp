@@ -17,7 +17,7 @@ namespace {
 constexpr Real kOwnArea = Real(0.75);
 
 /// Updates without a measurement after a very small change: a measurement costs an eighth of an update.
-constexpr std::int32_t kCalm = 3;
+constexpr std::int32_t kSkippedMeasurements = 3;
 
 /// Relative error of a volume from which on the surface cannot be closed.
 constexpr double kOpen = 0.15;
@@ -132,15 +132,15 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 }
 
 double matter_volume(const Particles& p, std::size_t j) {
-    const double rest = static_cast<double>(p.rest_volume[j]), b = static_cast<double>(p.melt[j]);
-    if (!(b < 1) || !(p.density[j] > 0)) return rest;
+    const double unstrained = static_cast<double>(p.rest_volume[j]), b = static_cast<double>(p.melt[j]);
+    if (!(b < 1) || !(p.density[j] > 0)) return unstrained;
     const double now = static_cast<double>(p.mass[j]) / static_cast<double>(p.density[j]);
-    return b * rest + (1 - b) * std::clamp(now, 0.5 * rest, rest);
+    return b * unstrained + (1 - b) * std::clamp(now, 0.5 * unstrained, unstrained);
 }
 
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
-                 bool calm) {
-    if (calm && surface.unmeasured > 0) {
+                 bool steady) {
+    if (steady && surface.unmeasured > 0) {
         --surface.unmeasured;
         return;
     }
@@ -154,7 +154,7 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
     });
     const std::vector<double> volume = volume_by_component(s, surface.surfels, component, radius);
     surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
-    const std::vector<Real> whole(component.size(), 1);
+    const std::vector<Real> ones(component.size(), 1);
     Real largest = 0;
     for (std::size_t c = 0; c < volume.size(); ++c) {
         const auto in_c = static_cast<std::int32_t>(c);
@@ -164,11 +164,11 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         const auto area_of = [&](const std::vector<Real>& part) {
             return parallel_sum(component.size(), [&](std::size_t i) {
                 return component[i] == in_c && s.area[i] > 0
-                           ? static_cast<double>(part[i] * notes.give[i] * kOwnArea * square(notes.radius[i]))
+                           ? static_cast<double>(part[i] * notes.lift_share[i] * kOwnArea * square(notes.radius[i]))
                            : 0.0;
             });
         };
-        const double area = area_of(whole), melted = area_of(notes.melt);
+        const double area = area_of(ones), melted = area_of(notes.melt);
         if (!(area > 0) || !(matter > 0)) continue;
         // An open surface, as where a floor is just wetted, has no meaningful volume.
         if (std::abs(volume[c] - matter) > kOpen * matter) continue;
@@ -180,7 +180,7 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         largest = std::max(largest, std::abs(lift - surface.lift[c]));
         surface.lift[c] = lift;
     }
-    surface.unmeasured = largest < step / 20 ? kCalm : 0;
+    surface.unmeasured = largest < step / 20 ? kSkippedMeasurements : 0;
 }
 
 }  // namespace thixo

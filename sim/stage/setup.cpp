@@ -9,8 +9,8 @@
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/volume_sampling.h"
-#include "sim/liquid/tension.h"
 #include "sim/bonds/members.h"
+#include "sim/liquid/tension.h"
 #include "sim/phase/phases.h"
 #include "sim/solid/laws.h"
 #include "sim/space/sampling.h"
@@ -291,7 +291,7 @@ Simulation make_simulation(const scene::Scene& scene) {
                     .materials = resolve_materials(scene.materials, static_cast<Real>(speed), strategy),
                     .heat = make_heat(scene),
                     .moulds = make_moulds(scene),
-                    .outside = {.gravity = scene.world.gravity.cast<Real>()},
+                    .outside = outside_of(scene.world),
                     .periodic = make_periodic(scene.world, smoothing.support),
                     .expected_speed = speed,
                     .emitters = {}};

@@ -73,7 +73,7 @@ void cantilever(benchmark::State& state) {
     for (auto _ : state) {
         Simulation s =
             beam(static_cast<double>(state.range(2)), 0, std::pow(10.0, static_cast<double>(state.range(0))), implicit);
-        ImplicitScratch& i = s.solids.implicit;
+        ImplicitScratch& i = s.solid_scratch.implicit;
         i.two_levels = state.range(3) == 2;
         const double begin = wall_seconds();
         fixture::steps(s, 1, 1e-9);  // prepares what later steps reuse

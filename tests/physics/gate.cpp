@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "pipeline/contract/scene_io.h"
+#include "sim/stage/probes.h"
 
 namespace thixo::gate {
 namespace {

@@ -291,9 +291,8 @@ TEST_P(Cracks, LeaveNothingStaleOfWhatWasComputedForTheBondsOfBefore) {
         Simulation s = make_simulation(scene);
         fixture::steps(s, 5, 1e-3);
         const Elements& e = s.solids.elements;
-        set_visibility(s.solids.elements, [&](Index i, Index j) {
-            return (e.rest[i].x < 0) == (e.rest[j].x < 0) ? Real(1) : Real(0.25);
-        });
+        set_visibility(s.solids.elements,
+                       [&](Index i, Index j) { return (e.rest[i].x < 0) == (e.rest[j].x < 0) ? Real(1) : Real(0.25); });
         if (forget) {
             s.solid_scratch = {};
             s.solids.rates_version = 0;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/solid/laws.h"
 #include "sim/state/solids.h"
 #include "tests/sim/solid/blocks.h"
 

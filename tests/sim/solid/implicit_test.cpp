@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/parallel.h"
+#include "sim/solid/laws.h"
 #include "sim/solid/stable_step.h"
 #include "tests/sim/identity.h"
 #include "tests/sim/solid/rubber.h"

@@ -10,6 +10,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/shapes.h"
 #include "sim/bonds/gradients.h"
+#include "sim/solid/laws.h"
 #include "tests/sim/identity.h"
 #include "tests/sim/solid/blocks.h"
 #include "tests/sim/solid/rubber.h"

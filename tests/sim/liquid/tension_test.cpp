@@ -13,8 +13,8 @@ namespace {
 void pull(Simulation& s) {
     evaluate(s);
     for (Vec3& a : s.particles.acceleration) a.setZero();
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials,
-                s.sweep, s.tension);
+    add_tension(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.tension,
+                s.problem.materials, s.tension);
 }
 
 // Two liquids side by side in a shaken ball.

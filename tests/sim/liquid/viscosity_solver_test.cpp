@@ -41,8 +41,9 @@ ViscosityReport solve_alone(Simulation& s, double dt, double tolerance) {
     evaluate(s);
     Particles& p = s.particles;
     for (std::size_t i = 0; i < p.size(); ++i) p.acceleration[i] = p.viscous_acceleration[i] = Vec3::Zero();
-    const ViscosityReport report = solve_viscosity(p, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials,
-                                                   {.kick = dt, .tolerance = tolerance}, s.sweep, s.viscosity);
+    const ViscosityReport report =
+        solve_viscosity(p, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.materials,
+                        {.kick = dt, .tolerance = tolerance}, s.viscosity);
     for (std::size_t i = 0; i < p.size(); ++i) p.velocity[i] += static_cast<Real>(dt) * p.acceleration[i];
     return report;
 }

@@ -263,7 +263,7 @@ TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {
     std::size_t within = 0;
     const Real size = stress.cwiseAbs().maxCoeff(), width = std::cbrt(e.volume[0]);
     for (std::size_t i = 0; i < e.size(); ++i) {
-        const Symmetric found = whole_stress(s.solids.laws[0], e, i, gradient_of(e, i));
+        const Symmetric found = total_stress(s.solids.laws[0], e, i, gradient_of(e, i));
         const Real all[6] = {found.xx, found.yy, found.zz, found.xy, found.yz, found.zx};
         for (int k = 0; k < 6; ++k) EXPECT_NEAR(all[k], stress[k], 1e-3f * size);  // a gradient's rounding over 1 %
         // Two supports below the surface a uniform stress gives no force.

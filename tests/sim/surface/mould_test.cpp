@@ -19,7 +19,7 @@ SurfaceState beside_face(double height, Real weight, const scene::Surface& param
     const Shape box = transformed(thixo::box({20 * d, 20 * d, 4 * d}, 0), 1, Quatd::Identity(), {0, 0, height + 2 * d});
     const std::vector<Mould> moulds{{box, weight, Real(0.5 * d)}};
     SurfaceState s;
-    for (int k = 0; k < 12; ++k) update_surface(s, p, Walls{}, params, Real(kSpacing), Real(kSupport), moulds);
+    for (int k = 0; k < 12; ++k) update_surface(s, p, {Walls{}, params, Real(kSpacing), Real(kSupport), moulds});
     return s;
 }
 

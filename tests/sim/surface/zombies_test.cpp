@@ -51,7 +51,7 @@ Painted flow(bool with_zombies, double melt) {
     for (int k = 1; k <= kUpdates; ++k) {
         for (std::size_t j = 0; j < first.size(); ++j)
             p.particles.position[j] = carried(first[j], double(k) / kUpdates);
-        update_surface(p.surface, p.particles, Walls{}, {}, Real(kSpacing), Real(kSupport), {},
+        update_surface(p.surface, p.particles, {Walls{}, {}, Real(kSpacing), Real(kSupport), {}},
                        with_zombies ? &p.zombies : nullptr);
     }
     return p;

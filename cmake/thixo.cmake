@@ -13,8 +13,8 @@ if(THIXO_SANITIZE)
   target_link_options(thixo_options INTERFACE -fsanitize=${THIXO_SANITIZE})
 endif()
 
-# Headers that nearly every file parses, once for all: saves a third to a half of a file's compile time. ccache needs
-# CCACHE_SLOPPINESS=pch_defines,time_macros with it, which the launcher sets.
+# Headers that nearly every file parses are precompiled. This saves a third to a half of a file's compile time.
+# With it ccache needs the setting that the launcher makes: CCACHE_SLOPPINESS=pch_defines,time_macros.
 option(THIXO_PCH "Precompile Eigen, fmt, GoogleTest and the standard library" OFF)
 function(thixo_precompiled name header_target)
   if(THIXO_PCH)
@@ -30,8 +30,9 @@ if(THIXO_PCH)
 endif()
 
 # thixo_library(NAME SOURCES ... LINK ... [PRIVATE_LINK ...] [DOUBLE])
-# DOUBLE adds NAME_double, the same sources with double state (Real = double), for tests of laws; the libraries in LINK that have
-# a _double variant are replaced by it.
+#
+# DOUBLE adds NAME_double: the same sources with double state (Real = double), for tests of laws. It links the _double
+# variants of libraries in LINK, where they have one.
 function(thixo_library name)
   cmake_parse_arguments(A "DOUBLE" "" "SOURCES;LINK;PRIVATE_LINK" ${ARGN})
   add_library(${name} STATIC ${A_SOURCES})

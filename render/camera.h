@@ -14,9 +14,9 @@ struct Camera {
     float aperture = 0, focus = 1;                           // m
     int width = 1, height = 1;
 
-    /// Through the point (x, y) in pixels from the top left; `lens` is uniform in the unit square.
     /// Angle of a pixel in the middle of the picture [rad].
     float pixel_angle() const { return 2 * half_width / float(width); }
+    /// Through the point (x, y) in pixels from the top left; `lens` is uniform in the unit square.
     Ray ray(float x, float y, const Vec2f& lens) const;
 };
 

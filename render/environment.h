@@ -8,9 +8,9 @@
 namespace thixo::render {
 
 /// A picture in longitude and latitude: columns go round from +x over -y, rows from +z down. Between texel centres the
-/// light is bilinear. Directions are chosen by cells of one texel, evenly in solid angle within a cell, with a chance
-/// proportional to the mean luminance of the bilinear light in the cell times its solid angle (Pharr, Jakob & Humphreys
-/// 2023, 12.5): where light comes from, there is a chance.
+/// light is bilinear. Directions are chosen by cells of one texel, evenly in solid angle within a cell (Pharr, Jakob &
+/// Humphreys 2023, 12.5). The chance of a cell is proportional to the mean luminance of the bilinear light in it times
+/// its solid angle. Where light comes from, there is a chance.
 class Environment {
   public:
     /// Radiance [W/(m^2 sr)], row by row from the top. Requires width * height values, all finite, none negative.

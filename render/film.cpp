@@ -31,39 +31,19 @@ class FlushDenormals {
     unsigned before_;
 };
 
-/// What the samples of a pixel have come to so far.
-struct Pixel {
-    Vec3d sum{0, 0, 0}, squares{0, 0, 0}, normal{0, 0, 0}, albedo{0, 0, 0};
-    int samples = 0, covered = 0;
-    float depth = kFar;
-
-    Vec3d mean() const { return sum / samples; }
-    /// Variance of the mean.
-    Vec3d variance() const {
-        if (samples < 2) return Vec3d::Zero();
-        return (squares / samples - mean().cwiseProduct(mean())).cwiseMax(0.0) / (samples - 1);
-    }
-};
-
 void add_sample(Pixel& pixel, const World& world, const PixelFilter& filter, const FilmSettings& settings, int x,
                 int y) {
     Sampler sampler(settings.seed, std::uint32_t(x), std::uint32_t(y), std::uint32_t(pixel.samples));
     const Vec2f offset = filter.offset(sampler.next2()), lens = sampler.next2();
     const Ray ray = world.camera.ray(float(x) + 0.5f + offset.x(), float(y) + 0.5f + offset.y(), lens);
     FirstHit first;
-    const Vec3d c = radiance(world, ray, sampler, first, settings.strategy).cast<double>();
-    ++pixel.samples;
-    pixel.sum += c;
-    pixel.squares += c.cwiseProduct(c);
-    if (!first.found) return;
-    ++pixel.covered;
-    pixel.normal += first.normal.cast<double>();
-    pixel.albedo += first.albedo.cast<double>();
-    if (first.depth > 0) pixel.depth = std::min(pixel.depth, first.depth);
+    const Vec3f light = radiance(world, ray, sampler, first, settings.strategy);
+    pixel.add(light, first, world.settings.transparent_background);
 }
 
-/// Noise of a pixel as the eye has it: the standard error of its mean over what a display makes of it (square root;
-/// below kDark the eye sees no relative noise).
+/// Noise of a pixel as the eye has it: the standard error of its mean over what a display makes of it,
+///   error / (2 sqrt(max(mean, kDark)))   [1].
+/// Below kDark the eye sees no relative noise.
 double visible_noise(const Pixel& pixel) {
     constexpr double kDark = 0.02;
     const double mean = luminance(pixel.mean().cast<float>().eval());
@@ -89,46 +69,24 @@ void sample_tile(std::span<Pixel> pixels, const World& world, const PixelFilter&
     }
 }
 
-struct Channels {  // pointers into the image, fixed once all channels exist
-    float *rgb[3], *alpha, *depth, *normal[3], *albedo[3], *variance[3], *samples;
-};
+/// The values of a pass, a pointer for each of its channels.
+using Channels = std::array<std::array<float*, 3>, kPassCount>;
 
 Channels add_channels(Image& image) {
-    const char* const rgb[] = {"R", "G", "B"};
-    const char* const xyz[] = {"X", "Y", "Z"};
-    for (const char* c : rgb) image.add(c, true);
-    image.add("A", true);
-    image.add("Z", false);
-    for (const char* c : xyz) image.add(std::string("N.") + c, true);
-    for (const char* c : rgb) image.add(std::string("albedo.") + c, true);
-    for (const char* c : rgb) image.add(std::string("variance.") + c, false);
-    image.add("samples", false);
-    Channels channels;
-    const auto find = [&](const std::string& name) { return image.find(name)->values.data(); };
-    for (int k = 0; k < 3; ++k) {
-        channels.rgb[k] = find(rgb[k]);
-        channels.normal[k] = find(std::string("N.") + xyz[k]);
-        channels.albedo[k] = find(std::string("albedo.") + rgb[k]);
-        channels.variance[k] = find(std::string("variance.") + rgb[k]);
-    }
-    channels.alpha = find("A");
-    channels.depth = find("Z");
-    channels.samples = find("samples");
+    for (const Pass& pass : kPasses)
+        for (int k = 0; k < pass.channels(); ++k) image.add(pass.channel(k), pass.half);
+    Channels channels{};  // found when all are there: adding moves them
+    for (std::size_t p = 0; p < kPassCount; ++p)
+        for (int k = 0; k < kPasses[p].channels(); ++k)
+            channels[p][std::size_t(k)] = image.find(kPasses[p].channel(k))->values.data();
     return channels;
 }
 
-void store(const Channels& channels, std::size_t i, const Pixel& pixel, bool transparent) {
-    const double n = pixel.samples;
-    const Vec3d mean = pixel.mean(), variance = pixel.variance();
-    for (int k = 0; k < 3; ++k) {
-        channels.rgb[k][i] = float(mean[k]);
-        channels.normal[k][i] = float(pixel.normal[k] / n);
-        channels.albedo[k][i] = float(pixel.albedo[k] / n);
-        channels.variance[k][i] = float(variance[k]);
+void store(const Channels& channels, std::size_t i, const Pixel& pixel) {
+    for (std::size_t p = 0; p < kPassCount; ++p) {
+        const Vec3d value = pixel.value(p);
+        for (int k = 0; k < kPasses[p].channels(); ++k) channels[p][std::size_t(k)][i] = float(value[k]);
     }
-    channels.alpha[i] = transparent ? float(pixel.covered / n) : 1.0f;
-    channels.depth[i] = pixel.depth;
-    channels.samples[i] = float(pixel.samples);
 }
 
 }  // namespace
@@ -164,8 +122,7 @@ Image render(const World& world, const FilmSettings& settings, const std::functi
             for (int y = std::max(top, s.y0); y < std::min(bottom, s.y1); ++y)
                 for (int x = std::max(left, s.x0); x < std::min(right, s.x1); ++x, ++done)
                     store(channels, std::size_t(y - s.y0) * std::size_t(width) + std::size_t(x - s.x0),
-                          pixels[std::size_t(y - top) * std::size_t(right - left) + std::size_t(x - left)],
-                          world.settings.transparent_background);
+                          pixels[std::size_t(y - top) * std::size_t(right - left) + std::size_t(x - left)]);
             if (interrupted() || (progress && !progress(done, width * height))) stopped = true;
         },
         1);

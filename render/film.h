@@ -5,12 +5,9 @@
 #include <vector>
 
 #include "pipeline/contract/image.h"
-#include "render/path.h"
+#include "render/passes.h"
 
 namespace thixo::render {
-
-/// Depth where nothing is hit.
-inline constexpr float kFar = 1e10f;
 
 struct FilmSettings {
     int samples = 16;                    // at most, where there is a noise target
@@ -20,11 +17,10 @@ struct FilmSettings {
     Strategy strategy = Strategy::both;
 };
 
-/// Renders with all threads. A pixel is a function of scene, seed, samples, noise target and its own coordinates: the
-/// same bits at any thread count and for any crop, for tiles are those of the whole picture. Channels: R G B A
-/// (scene-linear, premultiplied), Z (depth along the view axis, nearest sample, kFar where nothing is), N.X/Y/Z (mean),
-/// albedo.R/G/B (mean), variance.R/G/B (of the mean), samples. `progress` is called with pixels done out of all from
-/// any thread and returns false to stop; then InterruptedError is thrown.
+/// Renders with all threads. A pixel is a function of scene, seed, samples, noise target and its own coordinates. It
+/// has the same bits at any thread count and for any crop, since tiles are those of the whole picture. The channels are
+/// those of kPasses. `progress` is called with pixels done out of all from any thread. It returns false to stop; then
+/// InterruptedError is thrown.
 Image render(const World& world, const FilmSettings& settings, const std::function<bool(int, int)>& progress = {});
 
 }  // namespace thixo::render

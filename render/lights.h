@@ -30,8 +30,10 @@ struct Light {
 /// An environment needs its picture.
 Light make_light(const scene::Light& light, std::shared_ptr<const Environment> environment = nullptr);
 
-/// Radiance from direction d of a light at infinity: zero outside a sun's disc; of a sky
-/// zenith (horizon + (1 - horizon) d.z) for d.z >= 0, zenith ground below; of an environment its picture's.
+/// Radiance from direction d of a light at infinity. Of a sun: zero outside its disc. Of an environment: its picture's.
+/// Of a sky:
+///   zenith (horizon + (1 - horizon) d.z)   for d.z >= 0,
+///   zenith ground                          below   [W/(m^2 sr)]
 Vec3f infinite_radiance(const Light& light, const Vec3f& d);
 
 struct LightSample {

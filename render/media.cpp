@@ -5,11 +5,11 @@ namespace thixo::render {
 Index medium_of(const World& world, const Interior& interior) {
     Index best = kNone;
     for (int i = 0; i < interior.count(); ++i)
-        if (best == kNone || world.material(interior[i]).priority > world.material(best).priority) best = interior[i];
+        if (best == kNone || world.medium(interior[i]).priority > world.medium(best).priority) best = interior[i];
     return best;
 }
 
-float ior_of(const World& world, Index medium) { return medium == kNone ? 1.0f : world.material(medium).ior; }
+float ior_of(const World& world, Index medium) { return medium == kNone ? 1.0f : world.medium(medium).ior; }
 
 namespace {
 
@@ -29,7 +29,7 @@ Vec3f absorb(const World& world, Interior& interior, const Ray& ray, float from,
     if (interior.count() == 0) return Vec3f::Ones();
     const Index medium = medium_of(world, interior);
     const float end = std::min(to, way_out(world.rays->bounds(medium), ray));
-    const Vec3f left = (-world.material(medium).absorption.array() * std::max(0.0f, end - from)).exp().matrix();
+    const Vec3f left = (-world.medium(medium).absorption.array() * std::max(0.0f, end - from)).exp().matrix();
     for (int i = interior.count() - 1; i >= 0; --i)
         if (way_out(world.rays->bounds(interior[i]), ray) < to) interior.remove(interior[i]);
     return left;

@@ -17,11 +17,11 @@ struct FirstHit {
 /// Which ways to sample light take part. `both` is for pictures; the single ones give the same mean, and test it.
 enum class Strategy { both, lights, surfaces };
 
-/// Radiance along a camera ray: path tracing with next-event estimation, both joined by the power heuristic (Veach
-/// 1997). settings.straight_shadows: light reaches shaded points straight through smooth dielectrics, less what Fresnel
-/// reflection and absorption take; paths that would bring the same light by refraction are left out, and so are
-/// reflections of suns and area lights in dielectrics (caustics). Off: such light arrives by refraction and reflection
-/// alone.
+/// Radiance along a camera ray [W/(m^2 sr)]: path tracing with next-event estimation, both joined by the power
+/// heuristic (Veach 1997). With settings.straight_shadows light reaches shaded points straight through smooth
+/// dielectrics. It loses what Fresnel reflection and absorption take. Paths that would bring the same light by
+/// refraction are left out, and so are reflections of suns and area lights in dielectrics (caustics). Without it such
+/// light arrives by refraction and reflection alone.
 Vec3f radiance(const World& world, const Ray& camera_ray, Sampler& sampler, FirstHit& first,
                Strategy strategy = Strategy::both);
 

@@ -10,13 +10,16 @@ namespace thixo::render {
 
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// x(t) = origin + t direction, tmin <= t <= tmax. Requires a unit direction: t is in metres.
+/// Points of a ray are
+///   x(t) = origin + t direction,   tmin <= t <= tmax   [m].
+/// Requires a unit direction.
 struct Ray {
     Vec3f origin{0, 0, 0};
     Vec3f direction{0, 0, 1};
     float tmin = 0;
     float tmax = kInfinity;
     bool bounced = false;  // it starts where one has just bounced off (see kStart in surfel_blend.cpp)
+    float time = 0;        // part of the shutter's time, 0 to 1; all rays of a path have one
 };
 
 /// The closed objects a ray is inside of, in the order of entering. What does not fit is dropped: eight nested objects
@@ -76,8 +79,8 @@ inline Vec3f leave(const Hit& hit, const Vec3f& direction) {
     return hit.position + hit.geometric * (hit.geometric.dot(direction) > 0 ? hit.offset : -hit.offset);
 }
 
-/// Where a ray that came along `direction` and goes through the surface starts: a rounding before it, so that it meets
-/// whatever touches the surface there. The surface itself it cannot meet again: it is on the other side now
+/// Where a ray that came along `direction` and goes through the surface starts. It is a rounding before the surface, so
+/// that the ray meets whatever touches it there. The surface itself it cannot meet again: it is on the other side now
 /// (RayScene::intersect).
 inline Vec3f pass(const Hit& hit, const Vec3f& direction) {
     return hit.position + hit.geometric * (hit.geometric.dot(direction) > 0 ? -hit.rounding : hit.rounding);

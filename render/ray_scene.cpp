@@ -187,8 +187,8 @@ void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const 
     hit.offset = 2e-3f * found.radius + hit.rounding;
 }
 
-/// Means over the surfels of the hit; m0 corrected from their mean place to the hit by its derivatives in the tangent
-/// plane, fitted to them by least squares: an affine m0 is met exactly, so textures do not swim.
+/// Means over the surfels of the hit. m0 is corrected from their mean place to the hit by its derivatives in the
+/// tangent plane, fitted to them by least squares. An affine m0 is met exactly, so textures do not swim.
 void RayScene::Impl::blend_attributes(const SurfelHit& found, Hit& hit) const {
     Attributes& at = hit.attributes = {};
     Vec3f a, b;
@@ -255,7 +255,7 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
 bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const {
     Ray window = ray;
     const Gathering from{packed, window, interior, surfels.object};
-    // A window that held discs but no surface ends at most a support's length on; a ray that never gets through a
+    // A window that held discs but no surface ends at most a support's length on. A ray that never gets through a
     // thousand of them is inside damaged data, and is let go.
     for (int windows = 0; windows < 1000; ++windows) {
         Query query;
@@ -270,7 +270,7 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
                      ray.direction.x(),
                      ray.direction.y(),
                      ray.direction.z(),
-                     0,
+                     ray.time,
                      ray.tmax,
                      0xffffffffu,
                      0,
@@ -283,8 +283,7 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         const bool mesh_found = found.hit.geomID != RTC_INVALID_GEOMETRY_ID && found.ray.tfar < window_end;
         const float end = std::min(mesh_found ? found.ray.tfar : ray.tmax, window_end);
         SurfelHit surfel;
-        if (faced && first_crossing(packed.blocks(), window, interior, surfels.object, trims, query.candidates, end,
-                                    attributes, surfel)) {
+        if (faced && first_crossing(from, trims, query.candidates, end, attributes, surfel)) {
             surfel_hit(ray, interior, surfel, hit);
             if (attributes) blend_attributes(surfel, hit);
             return true;

@@ -43,8 +43,8 @@ class RayScene {
     RayScene(const RayScene&) = delete;
     RayScene& operator=(const RayScene&) = delete;
 
-    /// The nearest hit in [tmin, tmax]. `interior` names the objects the ray is inside of: surfels and solid meshes of
-    /// those are hit from inside only, all others from outside only (docs/surfels.md), so that rays may start a little
+    /// The nearest hit in [tmin, tmax]. `interior` names the objects the ray is inside of. Surfels and solid meshes of
+    /// those are hit from inside only, all others from outside only (docs/surfels.md). So rays may start a little
     /// before the surface they leave through. Finds the attributes where they are asked for.
     bool intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes = false) const;
 

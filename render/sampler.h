@@ -10,8 +10,8 @@
 
 namespace thixo::render {
 
-/// Owen-scrambled Sobol points, padded: every pair of dimensions is the (0,2)-sequence of Sobol's first two, its index
-/// shuffled and its values scrambled by hashes of pixel and pair (Burley 2020, "Practical hash-based Owen scrambling").
+/// Owen-scrambled Sobol points, padded: every pair of dimensions is the (0,2)-sequence of Sobol's first two. Hashes of
+/// pixel and pair shuffle its index and scramble its values (Burley 2020, "Practical hash-based Owen scrambling").
 class Sampler {
   public:
     Sampler(std::uint64_t seed, std::uint32_t x, std::uint32_t y, std::uint32_t sample)
@@ -28,7 +28,7 @@ class Sampler {
 
   private:
     /// Second dimension of the Sobol sequence with its bits reversed: the Pascal matrix modulo 2. Binomial (k, j) is
-    /// odd where j has no bit that k has not (Lucas), so that bit j is the parity of all index bits k that hold j.
+    /// odd where j has no bit that k has not (Lucas). So bit j is the parity of all index bits k that hold j.
     static std::uint32_t sobol_y_reversed(std::uint32_t v) {
         v ^= v >> 1 & 0x55555555u;
         v ^= v >> 2 & 0x33333333u;

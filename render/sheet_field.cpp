@@ -120,9 +120,9 @@ void SheetField::gather(std::size_t begin, std::size_t end, const Vec3f& x, Sums
     if (side > -widest_) gather(middle + 1, end, x, sums);
 }
 
-/// `away`: how far x is from the range's box along each axis; its square is the least that a disc of the range can be
-/// away (Arya and Mount 1993). By bundles: of discs that all have x on one side the nearest need not be found, as long
-/// as all others that could be nearer say the same; where they do not, that is disputed.
+/// `away`: how far x is from the range's box along each axis. Its square is the least that a disc of the range can be
+/// away (Arya and Mount 1993). The search goes by bundles: of discs that all have x on one side the nearest need not be
+/// found. That holds as long as all others that could be nearer say the same; where they do not, that is disputed.
 template <bool by_bundles>
 void SheetField::nearest(std::size_t begin, std::size_t end, std::size_t node, const Vec3f& x, Vec3f& away,
                          Nearest& best) const {

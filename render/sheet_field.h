@@ -12,9 +12,9 @@ class SheetField {
   public:
     /// The surfels `members` of the cloud, all of one sheet.
     SheetField(const SurfelCloud& cloud, const std::vector<Index>& members);
-    /// About the signed distance from x [m], > 0 before the sheet: the algebraic sphere that the ray's blend fits,
-    /// where surfels' supports hold x; elsewhere a plane with x on the side on which the nearest surfel has it. A sheet
-    /// without surfels bounds nothing.
+    /// About the signed distance from x [m], > 0 before the sheet. Where surfels' supports hold x it is that of the
+    /// algebraic sphere that the ray's blend fits. Elsewhere it is that of a plane with x on the side on which the
+    /// nearest surfel has it. A sheet without surfels bounds nothing.
     float distance(const Vec3f& x) const;
 
   private:

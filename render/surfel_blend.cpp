@@ -11,57 +11,46 @@ namespace {
 
 constexpr int kCapacity = Candidates::kCapacity;
 
-/// Candidates that blend into one surface, prepared along the ray: x = reference + tau d, everything relative to the
-/// reference.
+/// Where on the ray tau is zero.
+struct Reference {
+    Vec3f position;   // [m]
+    Vec3f direction;  // of the ray, unit
+    float t;          // [m]
+};
+
+/// Candidates that blend into one surface, prepared along the ray.
 struct Group {
-    alignas(32) float qa[kCapacity], qb[kCapacity], qc[kCapacity];  // 1 - |M (x - s)|^2 = (qa tau + qb) tau + qc
-    alignas(32) float s[3][kCapacity], n[3][kCapacity], sn[kCapacity], ss[kCapacity];  // s.n, s.s
-    alignas(32) float agreement[kCapacity];  // weight by angle to the mean normal
-    float enter[kCapacity];                  // tau at which its support begins
-    Index member[kCapacity];                 // index in the candidates
+    FitLanes lanes[kCapacity / kFloatLanes];
+    IndexLanes source[kCapacity / kFloatLanes];
+    float enter[kCapacity];  // tau at which a surfel's support begins
     int count = 0;
     float start = 0, end = 0;     // tau, the union of the supports
-    float radius = 0;             // mean of sqrt(|t1||t2|)
+    float radius = 0;             // mean of sqrt(|t1||t2|) [m]
     float away = 0, towards = 0;  // largest and smallest n.d
     std::uint32_t layer = 0;
     Index object = 0;
+
+    std::span<const FitLanes> prepared() const { return {lanes, std::size_t((count + kFloatLanes - 1) / kFloatLanes)}; }
 };
 
 /// Surfaces one window can hold; of more, which takes a heap of crossed discs, the weakest are left out.
 constexpr int kMaxGroups = 12;
 
-__m256 weights(const Group& g, int i, __m256 tau) {
-    const __m256 q = _mm256_fmadd_ps(_mm256_fmadd_ps(_mm256_load_ps(g.qa + i), tau, _mm256_load_ps(g.qb + i)), tau,
-                                     _mm256_load_ps(g.qc + i));
-    const __m256 positive = _mm256_max_ps(q, _mm256_setzero_ps());
-    return _mm256_mul_ps(_mm256_mul_ps(positive, positive), _mm256_mul_ps(positive, _mm256_load_ps(g.agreement + i)));
-}
-
-Fit fit(const Group& g, const Vec3f& d, float tau_scalar) {
-    const __m256 tau = _mm256_set1_ps(tau_scalar);
-    FitSums sums;
-    for (int i = 0; i < g.count; i += kLanes) {
-        const __m256 w = weights(g, i, tau);
-        sums.w = _mm256_add_ps(sums.w, w);
-        sums.sn = _mm256_fmadd_ps(w, _mm256_load_ps(g.sn + i), sums.sn);
-        sums.ss = _mm256_fmadd_ps(w, _mm256_load_ps(g.ss + i), sums.ss);
-        for (int k = 0; k < 3; ++k) {
-            sums.s[k] = _mm256_fmadd_ps(w, _mm256_load_ps(g.s[k] + i), sums.s[k]);
-            sums.n[k] = _mm256_fmadd_ps(w, _mm256_load_ps(g.n[k] + i), sums.n[k]);
-        }
-    }
-    return sums.fit(d, tau_scalar, g.radius);
-}
+Fit fit(const Group& g, const Vec3f& d, float tau) { return fit(g.prepared(), d, tau, g.radius); }
 
 Vec3f normal_of(const SurfelBlock& block, int lane) {
     const float h = block.height[lane];
     return {block.to_unit[2][0][lane] * h, block.to_unit[2][1][lane] * h, block.to_unit[2][2][lane] * h};
 }
+Vec3f centre_of(const SurfelBlock& block, int lane) {
+    return {block.centre[0][lane], block.centre[1][lane], block.centre[2][lane]};
+}
 
-void append(Group& g, const SurfelBlock& block, int lane, const Vec3f& reference, const Vec3f& d, const Vec3f& normal,
-            float agreement, const Candidate& candidate, float t_reference, Index member) {
-    const int i = g.count++;
-    const Vec3f s = Vec3f(block.centre[0][lane], block.centre[1][lane], block.centre[2][lane]) - reference;
+void append(Group& g, const Reference& reference, const SurfelBlock& block, const Candidate& candidate,
+            const Vec3f& normal, float agreement) {
+    const int i = g.count++, lane = candidate.surfel % kFloatLanes, at = i % kFloatLanes;
+    FitLanes& l = g.lanes[i / kFloatLanes];
+    const Vec3f &d = reference.direction, s = centre_of(block, lane) - reference.position;
     float a = 0, b = 0, c = 0;
     for (int row = 0; row < 3; ++row) {
         const Vec3f m(block.to_unit[row][0][lane], block.to_unit[row][1][lane], block.to_unit[row][2][lane]);
@@ -70,20 +59,20 @@ void append(Group& g, const SurfelBlock& block, int lane, const Vec3f& reference
         b += e * p;
         c += p * p;
     }
-    g.qa[i] = -a;
-    g.qb[i] = 2 * b;
-    g.qc[i] = 1 - c;
+    l.qa[at] = -a;
+    l.qb[at] = 2 * b;
+    l.qc[at] = 1 - c;
     for (int k = 0; k < 3; ++k) {
-        g.s[k][i] = s[k];
-        g.n[k][i] = normal[k];
+        l.s[k][at] = s[k];
+        l.n[k][at] = normal[k];
     }
-    g.sn[i] = s.dot(normal);
-    g.ss[i] = s.squaredNorm();
-    g.agreement[i] = agreement;
-    g.member[i] = member;
-    g.enter[i] = candidate.enter - t_reference;
+    l.sn[at] = s.dot(normal);
+    l.ss[at] = s.squaredNorm();
+    l.agreement[at] = agreement;
+    g.source[i / kFloatLanes][at] = block.source[lane];
+    g.enter[i] = candidate.enter - reference.t;
     g.start = std::min(g.start, g.enter[i]);
-    g.end = std::max(g.end, candidate.leave - t_reference);
+    g.end = std::max(g.end, candidate.leave - reference.t);
     g.radius += block.height[lane];
     g.away = std::max(g.away, normal.dot(d));
     g.towards = std::min(g.towards, normal.dot(d));
@@ -91,10 +80,12 @@ void append(Group& g, const SurfelBlock& block, int lane, const Vec3f& reference
 
 void pad(Group& g) {
     g.radius /= kHeight * float(g.count);
-    for (int i = g.count; i % kLanes != 0; ++i) {
-        g.qa[i] = g.qb[i] = g.agreement[i] = g.sn[i] = g.ss[i] = 0;
-        g.qc[i] = -1;
-        for (int k = 0; k < 3; ++k) g.s[k][i] = g.n[k][i] = 0;
+    for (int i = g.count; i % kFloatLanes != 0; ++i) {
+        FitLanes& l = g.lanes[i / kFloatLanes];
+        const int at = i % kFloatLanes;
+        l.qa[at] = l.qb[at] = l.agreement[at] = l.sn[at] = l.ss[at] = 0;
+        l.qc[at] = -1;
+        for (int k = 0; k < 3; ++k) l.s[k][at] = l.n[k][at] = 0;
     }
 }
 
@@ -122,10 +113,10 @@ float refine(const Group& g, const Vec3f& d, float a, float fa, float b, float f
     return t;
 }
 
-/// True where a crossing of one surface lies beyond the edge it makes with another of the same object: in front of that
-/// other surface, with the surfels that carry the crossing behind it. (Across a narrow gap both are in front.) Edges
-/// come out sharp; they are closed since each side may stand out by kOverlap radii, which is also more than the two
-/// differ where they are parts of one smooth surface.
+/// True where a crossing of one surface lies beyond the edge it makes with another of the same object. It is then in
+/// front of that other surface, and the surfels that carry the crossing are behind it. (Across a narrow gap both are in
+/// front.) Edges come out sharp. They are closed, since each side may stand out by kOverlap radii. The two differ by
+/// less than that where they are parts of one smooth surface.
 constexpr float kOverlap = 0.05f;
 bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, const Vec3f& d, float tau,
                  const Fit& at) {
@@ -141,7 +132,7 @@ bool beyond_edge(std::span<const Group> groups, const Group& own, bool trimmed, 
 }
 
 /// Right where a ray has bounced off uneven surfels, f may turn against it although the fitted normal says that it gets
-/// away; it would then be caught there. A crossing within this many radii that the normal contradicts is none.
+/// away. It would be caught there. A crossing within this many radii that the normal contradicts is none.
 constexpr float kStart = 0.3f;  // radii
 
 /// Where the next support begins, at t or behind it.
@@ -152,16 +143,30 @@ float next_support(const Group& g, float t) {
     return next;
 }
 
-/// Walks along the ray by the distance f tells, until f changes to the sign of the other side.
-bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& trims, const Ray& ray, float t_start,
-                 float t_reference, float end, bool inside, float& tau, Fit& at) {
+/// What the groups of one window lie along.
+struct Window {
+    const Gathering& from;
+    const Trims& trims;
+    std::span<const Group> groups;
+    Reference reference;
+    float end = 0;  // tau
+};
+struct Crossing {
+    float tau = 0;
+    Fit at;
+};
+
+/// Walks along the ray from tau = start by the distance f tells, until f changes to the sign of the other side.
+bool crossing_of(const Window& window, const Group& g, float start, bool inside, Crossing& found) {
+    const Ray& ray = window.from.ray;
     const Vec3f& d = ray.direction;
-    const float start = t_start - t_reference;
     const float begin = std::max(start, g.start);
-    const bool trimmed = trims.trimmed(g.object);
-    end = std::min(end, g.end);
+    const bool trimmed = window.trims.trimmed(g.object);
+    const float end = std::min(window.end, g.end);
     const float sign = inside ? -1.0f : 1.0f;
     const float step_min = 0.12f * g.radius, step_max = 0.6f * g.radius;
+    float& tau = found.tau;
+    Fit& at = found.at;
     float t = begin, t_before = 0, f_before = -1;  // f_before > 0: on the near side
     while (begin <= end) {
         const Fit here = fit(g, d, t);
@@ -169,8 +174,9 @@ bool crossing_of(std::span<const Group> groups, const Group& g, const Trims& tri
         if (here.weight > 0 && f <= 0 && f_before > 0) {
             tau = refine(g, d, t_before, f_before * sign, t, f * sign, at);
             const bool against = ray.bounced && tau - start < kStart * g.radius && sign * at.gradient.dot(d) > 0;
-            if (at.weight > 0 && !against && !beyond_edge(groups, g, trimmed, d, tau, at) &&
-                (!trimmed || trims.keeps(g.object, g.layer, ray.origin + (t_reference + tau) * d, g.radius)))
+            if (at.weight > 0 && !against && !beyond_edge(window.groups, g, trimmed, d, tau, at) &&
+                (!trimmed ||
+                 window.trims.keeps(g.object, g.layer, ray.origin + (window.reference.t + tau) * d, g.radius)))
                 return true;
         }
         f_before = here.weight > 0 ? f : -1;
@@ -191,10 +197,10 @@ struct Work {
     bool open[kCapacity];   // not in a group yet
 };
 
-float peak_weight(const SurfelBlock& block, int lane, const Ray& ray, const Candidate& c, float begin, float end) {
-    const float t = std::clamp(0.5f * (c.enter + c.leave), begin, end);
-    const Vec3f y =
-        Vec3f(block.centre[0][lane], block.centre[1][lane], block.centre[2][lane]) - (ray.origin + t * ray.direction);
+float peak_weight(const SurfelBlock& block, const Ray& ray, const Candidate& c, float end) {
+    const int lane = c.surfel % kFloatLanes;
+    const float t = std::clamp(0.5f * (c.enter + c.leave), ray.tmin, end);
+    const Vec3f y = centre_of(block, lane) - (ray.origin + t * ray.direction);
     float r2 = 0;
     for (int row = 0; row < 3; ++row)
         r2 += square(block.to_unit[row][0][lane] * y.x() + block.to_unit[row][1][lane] * y.y() +
@@ -203,14 +209,13 @@ float peak_weight(const SurfelBlock& block, int lane, const Ray& ray, const Cand
 }
 
 /// The open candidates that agree with the strongest of them.
-void next_group(std::span<const SurfelBlock> blocks, const Ray& ray, const Candidates& candidates, Work& work, int seed,
-                float t_reference, Group& g) {
+void next_group(std::span<const SurfelBlock> blocks, const Candidates& candidates, const Reference& reference, int seed,
+                Work& work, Group& g) {
     Vec3f mean = Vec3f::Zero();
     for (int i = 0; i < candidates.count; ++i)
         if (work.open[i] && work.layer[i] == work.layer[seed] && work.normal[i].dot(work.normal[seed]) > 0.5f)
             mean += work.peak[i] * work.normal[i];
     mean.normalize();
-    const Vec3f reference = ray.origin + t_reference * ray.direction;
     g.count = 0;
     g.start = kInfinity;
     g.end = g.away = -kInfinity;
@@ -223,87 +228,80 @@ void next_group(std::span<const SurfelBlock> blocks, const Ray& ray, const Candi
         if (cosine <= kLimitCosine && i != seed) continue;
         const float a = clamp01((cosine - kLimitCosine) / (kFullCosine - kLimitCosine));
         const Candidate& c = candidates.list[i];
-        append(g, blocks[c.surfel / kLanes], c.surfel % kLanes, reference, ray.direction, work.normal[i],
-               std::max(a * a * (3 - 2 * a), 1e-6f), c, t_reference, Index(i));
+        append(g, reference, blocks[c.surfel / kFloatLanes], c, work.normal[i], std::max(a * a * (3 - 2 * a), 1e-6f));
         work.open[i] = false;
     }
     pad(g);
 }
 
-void note_weights(const Group& g, std::span<const SurfelBlock> blocks, const Candidates& candidates, float tau,
-                  SurfelHit& hit) {
-    alignas(32) float w[kCapacity];
-    float total = 0;
-    for (int i = 0; i < g.count; i += kLanes) _mm256_store_ps(w + i, weights(g, i, _mm256_set1_ps(tau)));
-    for (int i = 0; i < g.count; ++i) total += w[i];
-    hit.count = 0;
-    for (int i = 0; i < g.count; ++i) {
-        if (w[i] <= 0) continue;
-        const Index surfel = candidates.list[g.member[i]].surfel;
-        hit.source[hit.count] = blocks[surfel / kLanes].source[surfel % kLanes];
-        hit.weight[hit.count++] = w[i] / total;
-    }
-}
-
-}  // namespace
-
-bool first_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
-                    std::span<const Index> object, const Trims& trims, Candidates& candidates, float end,
-                    bool want_weights, SurfelHit& hit) {
-    if (!candidates.listed && smooth_crossing(blocks, ray, interior, object, trims, candidates, end, want_weights, hit))
-        return true;
-    candidates.make_list(ray.tmin);
-    // In the order of the surfels, not of the traversal: sums must not depend on it.
+/// Keeps the candidates that begin before `end`, in the order of the surfels and not of the traversal: sums must not
+/// depend on it.
+void sort_candidates(Candidates& candidates, float end) {
     int kept = 0;
     for (int i = 0; i < candidates.count; ++i)
         if (candidates.list[i].enter <= end) candidates.list[kept++] = candidates.list[i];
     candidates.count = kept;
-    if (kept == 0) return false;
     std::sort(candidates.list, candidates.list + kept,
               [](const Candidate& a, const Candidate& b) { return a.surfel < b.surfel; });
+}
 
-    Work work;
-    float t_reference = kInfinity;
-    for (int i = 0; i < kept; ++i) {
+/// Looks at every candidate once; returns where on the ray the first of them begins, but not before the window [m].
+float look_at(const Gathering& from, const Candidates& candidates, float end, Work& work) {
+    const std::span<const SurfelBlock> blocks = from.packed.blocks();
+    float first = kInfinity;
+    for (int i = 0; i < candidates.count; ++i) {
         const Candidate& c = candidates.list[i];
-        const SurfelBlock& block = blocks[c.surfel / kLanes];
-        const int lane = c.surfel % kLanes;
+        const SurfelBlock& block = blocks[c.surfel / kFloatLanes];
+        const int lane = c.surfel % kFloatLanes;
         work.layer[i] = block.layer[lane];
         work.normal[i] = normal_of(block, lane);
-        work.peak[i] = peak_weight(block, lane, ray, c, ray.tmin, end);
+        work.peak[i] = peak_weight(block, from.ray, c, end);
         work.open[i] = true;
-        t_reference = std::min(t_reference, c.enter);
+        first = std::min(first, c.enter);
     }
-    t_reference = std::max(t_reference, ray.tmin);
+    return std::max(first, from.ray.tmin);
+}
+
+}  // namespace
+
+bool first_crossing(const Gathering& from, const Trims& trims, Candidates& candidates, float end, bool want_sources,
+                    SurfelHit& hit) {
+    if (!candidates.listed && smooth_crossing(from, trims, candidates, end, want_sources, hit)) return true;
+    const Ray& ray = from.ray;
+    candidates.make_list(ray.tmin);
+    sort_candidates(candidates, end);
+    if (candidates.count == 0) return false;
+    Work work;
+    const float t_reference = look_at(from, candidates, end, work);
+    const Reference reference{ray.origin + t_reference * ray.direction, ray.direction, t_reference};
 
     std::array<Group, kMaxGroups> store;
     int count = 0;
     for (; count < kMaxGroups; ++count) {
         int seed = -1;
-        for (int i = 0; i < kept; ++i)
+        for (int i = 0; i < candidates.count; ++i)
             if (work.open[i] && (seed < 0 || work.peak[i] > work.peak[seed])) seed = i;
         if (seed < 0) break;
-        next_group(blocks, ray, candidates, work, seed, t_reference, store[std::size_t(count)]);
-        store[std::size_t(count)].object = object[work.layer[seed]];
+        Group& g = store[std::size_t(count)];
+        next_group(from.packed.blocks(), candidates, reference, seed, work, g);
+        g.object = from.object[work.layer[seed]];
     }
-    const std::span<const Group> groups(store.data(), std::size_t(count));
+    const Window window{from, trims, {store.data(), std::size_t(count)}, reference, end - t_reference};
 
     bool found = false;
-    for (const Group& g : groups) {
-        const bool inside = interior.count() > 0 && interior.contains(g.object);
+    for (const Group& g : window.groups) {
+        const bool inside = from.interior.count() > 0 && from.interior.contains(g.object);
         if (inside ? g.away < 0 : g.towards > 0) continue;  // f only moves away from the crossing looked for
-        float tau = 0;
-        Fit at;
-        if (!crossing_of(groups, g, trims, ray, candidates.start(ray, g.radius), t_reference, end - t_reference, inside,
-                         tau, at))
-            continue;
-        if (found && t_reference + tau >= hit.t) continue;
+        Crossing crossing;
+        if (!crossing_of(window, g, candidates.start(ray, g.radius) - t_reference, inside, crossing)) continue;
+        if (found && t_reference + crossing.tau >= hit.t) continue;
         found = true;
-        hit.t = t_reference + tau;
-        hit.normal = at.gradient.normalized();
+        hit.t = t_reference + crossing.tau;
+        hit.normal = crossing.at.gradient.normalized();
         hit.radius = g.radius;
         hit.layer = g.layer;
-        if (want_weights) note_weights(g, blocks, candidates, tau, hit);
+        const auto source = [&](std::size_t row) -> const IndexLanes& { return g.source[row]; };
+        if (want_sources) note_sources(g.prepared(), crossing.tau, source, hit);
     }
     return found;
 }

@@ -1,6 +1,5 @@
 #include "render/surfel_blocks.h"
 
-#include <immintrin.h>
 #include <oneapi/tbb/parallel_invoke.h>
 
 #include <algorithm>
@@ -37,26 +36,24 @@ struct Extent {
     float lower, length;
 };
 Extent extent(std::span<const Place> places) {
-    __m128 lower = _mm_set1_ps(3e38f), upper = _mm_set1_ps(-3e38f);
+    FourFloats lower = FourFloats{} + 3e38f, upper = -lower;
     for (const Place& p : places) {
-        const __m128 x = _mm_load_ps(p.x);
-        lower = _mm_min_ps(lower, x);
-        upper = _mm_max_ps(upper, x);
+        FourFloats x;
+        std::memcpy(&x, &p, sizeof x);
+        lower = smaller(lower, x);
+        upper = larger(upper, x);
     }
-    alignas(16) float low[4], high[4];
-    _mm_store_ps(low, lower);
-    _mm_store_ps(high, upper);
     int axis = 0;
     for (int k = 1; k < 3; ++k)
-        if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
-    return {axis, low[axis], high[axis] - low[axis]};
+        if (upper[k] - lower[k] > upper[axis] - lower[axis]) axis = k;
+    return {axis, lower[axis], upper[axis] - lower[axis]};
 }
 
 /// Up to here a histogram costs more than it saves.
 constexpr std::size_t kSmall = 96;
 
-/// As std::nth_element into `to`, but without a branch to guess: by a histogram into what is below, in, and above the
-/// bin of the median, which alone is then sorted out.
+/// As std::nth_element into `to`, but without a branch to guess. A histogram sorts into what is below, in, and above
+/// the bin of the median, which alone is then sorted out.
 void part(std::span<const Place> from, std::span<Place> to, std::size_t middle, const Extent& e) {
     constexpr int bins = 64;
     std::array<std::uint32_t, bins + 1> ends{};
@@ -82,17 +79,17 @@ void sort_block(std::span<Place> places) {
     });
 }
 
-/// Splits at the median of the longest side, in whole blocks, down to single blocks: patches that are about square make
-/// boxes that overlap less than runs of a space-filling curve (measured: about half the block tests per ray that Morton
-/// order costs). `places` are in `spare` after every large split; they end where they began.
+/// Splits at the median of the longest side, in whole blocks, down to single blocks. Patches that are about square make
+/// boxes that overlap little: a ray tests about half as many blocks as along a space-filling curve. `places` are in
+/// `spare` after every large split; they end where they began.
 void split(std::span<Place> places, std::span<Place> spare, bool in_spare) {
     const std::size_t count = places.size();
     if (in_spare && count <= kSmall) {
         std::copy(spare.begin(), spare.end(), places.begin());
         in_spare = false;
     }
-    if (count <= kLanes) return sort_block(places);
-    const std::size_t middle = (count + kLanes - 1) / kLanes / 2 * kLanes;
+    if (count <= kFloatLanes) return sort_block(places);
+    const std::size_t middle = (count + kFloatLanes - 1) / kFloatLanes / 2 * kFloatLanes;
     const std::span<Place> now = in_spare ? spare : places;
     const Extent e = extent(now);
     if (count <= kSmall || !(e.length > 1e-30f && e.length < 1e30f)) {
@@ -196,20 +193,21 @@ SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_
     const std::vector<Place> order = spatial_order(cloud);
     SurfelBlocks packed;
     packed.dropped = cloud.size() - order.size();
-    packed.bounds.resize((order.size() + kLanes - 1) / kLanes);
+    packed.bounds.resize((order.size() + kFloatLanes - 1) / kFloatLanes);
     packed.storage = std::make_unique_for_overwrite<SurfelBlock[]>(packed.bounds.size());
     packed.summary = std::make_unique_for_overwrite<BlockSummary[]>(packed.bounds.size());
     parallel_for(packed.bounds.size(), [&](std::size_t b) {
         Box3& bounds = packed.bounds[b];
         bounds = {Vec3f::Constant(3e38f), Vec3f::Constant(-3e38f)};
-        for (int lane = 0; lane < kLanes; ++lane) {
-            const std::size_t k = b * kLanes + lane;
+        for (int lane = 0; lane < kFloatLanes; ++lane) {
+            const std::size_t k = b * kFloatLanes + lane;
             if (k < order.size())
                 set_lane(packed.storage[b], lane, cloud, order[k].surfel, layer[order[k].surfel], bounds);
             else
                 clear_lane(packed.storage[b], lane);
         }
-        packed.summary[b] = summarise(packed.storage[b], int(std::min<std::size_t>(kLanes, order.size() - b * kLanes)));
+        packed.summary[b] =
+            summarise(packed.storage[b], int(std::min<std::size_t>(kFloatLanes, order.size() - b * kFloatLanes)));
     });
     return packed;
 }

@@ -1,4 +1,4 @@
-// Surfels as the ray tracer holds them: blocks of eight near neighbours, structure of arrays, one AVX2 lane each.
+// Surfels as the ray tracer holds them: blocks of eight near neighbours.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "pipeline/base/lanes.h"
 #include "pipeline/geometry/shape.h"
 #include "pipeline/geometry/surfel.h"
 
@@ -16,17 +17,16 @@ namespace thixo::render {
 inline constexpr float kReach = 1.25f;
 inline constexpr float kHeight = 1.1f;
 
-inline constexpr int kLanes = 8;
-
-struct alignas(32) SurfelBlock {
-    float centre[3][kLanes];       // s [m]
-    float to_unit[3][3][kLanes];   // rows map x - s into the support's unit ball [1/m]; row 2 is along the normal
-    float height[kLanes];          // half-axis along the normal [m]; unit normal = height * row 2
-    std::uint32_t layer[kLanes];   // only surfels of one layer blend: a body, or a sheet of a body
-    std::uint32_t source[kLanes];  // index in the cloud; kNone in an unused lane
+/// One lane is one surfel.
+struct SurfelBlock {
+    FloatLanes centre[3];      // s [m]
+    FloatLanes to_unit[3][3];  // rows map x - s into the support's unit ball [1/m]; row 2 is along the normal
+    FloatLanes height;         // half-axis along the normal [m]; unit normal = height * row 2
+    IndexLanes layer;          // only surfels of one layer blend: a body, or a sheet of a body
+    IndexLanes source;         // index in the cloud; kNone in an unused lane
 };
 
-/// What most rays need not look into a block for: its unit normals lie in this ball, so that n.d is within radius of
+/// What saves most rays a look into a block. Its unit normals lie in this ball, so that n.d is within radius of
 /// centre.d.
 struct BlockSummary {
     float centre[3], radius;

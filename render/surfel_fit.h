@@ -1,12 +1,32 @@
-// The algebraic sphere that weighted points and normals fit (Guennebaud & Gross 2007, beta = 1).
+// The one fit that every surfel hit rests on. Surfels have weights at a point of a ray; an algebraic sphere fits the
+// weighted places and normals (Guennebaud & Gross 2007, beta = 1).
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <span>
 
-#include "pipeline/base/math.h"
-#include "render/lanes.h"
+#include "pipeline/base/lanes.h"
+#include "render/surfel_hit.h"
 
 namespace thixo::render {
+
+/// Eight surfels prepared along a ray. Points are
+///   x = reference + tau d        [m],
+/// and places are relative to the reference. A lane that takes no part weighs nothing at any tau.
+struct FitLanes {
+    FloatLanes qa, qb, qc;  // 1 - |M (x - s)|^2 = (qa tau + qb) tau + qc
+    FloatLanes s[3], n[3];  // place [m], unit normal
+    FloatLanes sn, ss;      // s.n [m], s.s [m^2]
+    FloatLanes agreement;   // factor of the weight, by the angle between the surfel's normal and their mean
+};
+
+/// Weights at tau:
+///   w = agreement (1 - |M (x - s)|^2)^3   inside of the support, 0 outside.
+inline FloatLanes weights(const FitLanes& l, FloatLanes tau) {
+    const FloatLanes q = positive(multiply_add(multiply_add(l.qa, tau, l.qb), tau, l.qc));
+    return (q * q) * (q * l.agreement);
+}
 
 /// The fit at one point x of a ray.
 struct Fit {
@@ -19,26 +39,31 @@ struct Fit {
 
 /// Sums over surfels, eight at a time: of the weights w, and of w times s (place), n (normal), s.n and s.s.
 struct FitSums {
-    __m256 w = _mm256_setzero_ps();
-    __m256 s[3] = {w, w, w}, n[3] = {w, w, w};
-    __m256 sn = w, ss = w;
+    FloatLanes w{};
+    FloatLanes s[3]{}, n[3]{}, sn{}, ss{};
 
-    /// The sphere seen from x = tau d, places being relative to tau = 0. Its curvature is at most one over `radius`.
+    void add(const FitLanes& l, FloatLanes weight) {
+        w += weight;
+        sn = multiply_add(weight, l.sn, sn);
+        ss = multiply_add(weight, l.ss, ss);
+        for (int k = 0; k < 3; ++k) {
+            s[k] = multiply_add(weight, l.s[k], s[k]);
+            n[k] = multiply_add(weight, l.n[k], n[k]);
+        }
+    }
+
+    /// The sphere seen from x = reference + tau d. Its curvature is at most one over `radius` [m].
     Fit fit(const Vec3f& d, float tau, float radius) const {
         Fit result;
-        result.weight = sum(w);
+        result.weight = sum_of(w);
         if (!(result.weight > 1e-12f)) return {};
-        // Eight sums at once: pairs are added three times over.
-        const __m256 a = _mm256_hadd_ps(_mm256_hadd_ps(s[0], s[1]), _mm256_hadd_ps(s[2], n[0])),
-                     b = _mm256_hadd_ps(_mm256_hadd_ps(n[1], n[2]), _mm256_hadd_ps(sn, ss));
-        const __m256 total = _mm256_add_ps(_mm256_permute2f128_ps(a, b, 0x20), _mm256_permute2f128_ps(a, b, 0x31));
-        alignas(32) float mean[8];
-        _mm256_store_ps(mean, _mm256_mul_ps(total, _mm256_set1_ps(1 / result.weight)));
+        alignas(32) float mean[kFloatLanes];
+        store(sums_of_eight({s[0], s[1], s[2], n[0], n[1], n[2], sn, ss}) * float_lanes(1 / result.weight), mean);
         const Vec3f place(mean[0], mean[1], mean[2]), normal(mean[3], mean[4], mean[5]);
         const Vec3f centre = place - tau * d;
         result.centre = centre;
-        const float along = mean[6] - place.dot(normal);     // mean of y.n less mean y . mean n
-        const float spread = mean[7] - place.squaredNorm();  // variance of y
+        const float along = mean[6] - place.dot(normal);     // mean of s.n less mean s . mean n
+        const float spread = mean[7] - place.squaredNorm();  // variance of s
         const float limit = 1.0f / radius;                   // of the curvature: a sphere of one surfel
         const float curvature = result.curvature =
             std::clamp(along / std::max(spread, 1e-3f * radius * radius), -limit, limit);
@@ -47,5 +72,30 @@ struct FitSums {
         return result;
     }
 };
+
+inline Fit fit(std::span<const FitLanes> surfels, const Vec3f& d, float tau, float radius) {
+    FitSums sums;
+    for (const FitLanes& l : surfels) sums.add(l, weights(l, float_lanes(tau)));
+    return sums.fit(d, tau, radius);
+}
+
+/// Notes in the hit which surfels placed it, with their weights at tau, which then sum to one. source(i) gives the
+/// surfels' indices in the cloud for the lanes of surfels[i]. False: none weighs anything there.
+template <class Source>
+bool note_sources(std::span<const FitLanes> surfels, float tau, Source&& source, SurfelHit& hit) {
+    hit.count = 0;
+    float total = 0;
+    for (std::size_t i = 0; i < surfels.size(); ++i) {
+        const FloatLanes w = weights(surfels[i], float_lanes(tau));
+        for (unsigned lanes = bits(w > 0); lanes != 0; lanes &= lanes - 1) {
+            const int lane = std::countr_zero(lanes);
+            hit.source[hit.count] = source(i)[lane];
+            hit.weight[hit.count++] = w[lane];
+            total += w[lane];
+        }
+    }
+    for (int k = 0; k < hit.count; ++k) hit.weight[k] /= total;
+    return hit.count > 0;
+}
 
 }  // namespace thixo::render

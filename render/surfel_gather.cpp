@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "render/lanes.h"
-
 namespace thixo::render {
 namespace {
 
@@ -30,54 +28,45 @@ void insert(Candidates& found, const Candidate& candidate, float tmin) {
     if (begin(dropped) > tmin) found.end = std::min(found.end, begin(dropped));
 }
 
+/// Product of a row of M, or of the normal, with a vector.
+FloatLanes dot(const FloatLanes (&m)[3], FloatLanes x, FloatLanes y, FloatLanes z) {
+    return multiply_add(m[0], x, multiply_add(m[1], y, m[2] * z));
+}
+
 /// Lanes whose supports the ray crosses within [tmin, end]; `disc`: whose discs it hits. Fills all of the row but block
 /// and lanes.
 unsigned cross(const SurfelBlock& block, const Ray& ray, float end, Row& row, unsigned& disc) {
-    const __m256 dx = _mm256_set1_ps(ray.direction.x()), dy = _mm256_set1_ps(ray.direction.y()),
-                 dz = _mm256_set1_ps(ray.direction.z());
-    const __m256* const normal = reinterpret_cast<const __m256*>(block.to_unit[2]);
-    const __m256 along = _mm256_fmadd_ps(normal[0], dx, _mm256_fmadd_ps(normal[1], dy, _mm256_mul_ps(normal[2], dz)));
-    row.facing = _mm256_mul_ps(along, _mm256_load_ps(block.height));
-    __m256 x = _mm256_sub_ps(_mm256_load_ps(block.centre[0]), _mm256_set1_ps(ray.origin.x()));
-    __m256 y = _mm256_sub_ps(_mm256_load_ps(block.centre[1]), _mm256_set1_ps(ray.origin.y()));
-    __m256 z = _mm256_sub_ps(_mm256_load_ps(block.centre[2]), _mm256_set1_ps(ray.origin.z()));
+    const FloatLanes dx = float_lanes(ray.direction.x()), dy = float_lanes(ray.direction.y()),
+                     dz = float_lanes(ray.direction.z());
+    FloatLanes e[3];  // direction in the support's unit space
+    e[2] = dot(block.to_unit[2], dx, dy, dz);
+    row.facing = e[2] * block.height;
+    FloatLanes x = block.centre[0] - float_lanes(ray.origin.x()), y = block.centre[1] - float_lanes(ray.origin.y()),
+               z = block.centre[2] - float_lanes(ray.origin.z());
     // Measured from the ray's nearest point to the centre: far origins would cost all the digits of the discriminant.
-    const __m256 near = _mm256_fmadd_ps(x, dx, _mm256_fmadd_ps(y, dy, _mm256_mul_ps(z, dz)));
-    x = _mm256_fnmadd_ps(near, dx, x);
-    y = _mm256_fnmadd_ps(near, dy, y);
-    z = _mm256_fnmadd_ps(near, dz, z);
-    __m256 p[3], e[3];  // centre and direction in the support's unit space
-    e[2] = along;
+    row.near = multiply_add(x, dx, multiply_add(y, dy, z * dz));
+    x = negative_multiply_add(row.near, dx, x);
+    y = negative_multiply_add(row.near, dy, y);
+    z = negative_multiply_add(row.near, dz, z);
+    FloatLanes p[3];  // centre in the support's unit space
     for (int k = 0; k < 3; ++k) {
-        const __m256 mx = _mm256_load_ps(block.to_unit[k][0]), my = _mm256_load_ps(block.to_unit[k][1]),
-                     mz = _mm256_load_ps(block.to_unit[k][2]);
-        p[k] = _mm256_fmadd_ps(mx, x, _mm256_fmadd_ps(my, y, _mm256_mul_ps(mz, z)));
-        if (k < 2) e[k] = _mm256_fmadd_ps(mx, dx, _mm256_fmadd_ps(my, dy, _mm256_mul_ps(mz, dz)));
+        p[k] = dot(block.to_unit[k], x, y, z);
+        if (k < 2) e[k] = dot(block.to_unit[k], dx, dy, dz);
     }
-    const __m256 one = _mm256_set1_ps(1.0f);
-    const __m256 a = _mm256_fmadd_ps(e[0], e[0], _mm256_fmadd_ps(e[1], e[1], _mm256_mul_ps(e[2], e[2])));
-    const __m256 b = _mm256_fmadd_ps(e[0], p[0], _mm256_fmadd_ps(e[1], p[1], _mm256_mul_ps(e[2], p[2])));
-    const __m256 c =
-        _mm256_sub_ps(_mm256_fmadd_ps(p[0], p[0], _mm256_fmadd_ps(p[1], p[1], _mm256_mul_ps(p[2], p[2]))), one);
-    const __m256 discriminant = _mm256_fnmadd_ps(a, c, _mm256_mul_ps(b, b));
-    const __m256 crossed = _mm256_cmp_ps(discriminant, _mm256_setzero_ps(), _CMP_GT_OQ);
+    row.a = multiply_add(e[0], e[0], multiply_add(e[1], e[1], e[2] * e[2]));
+    row.b = multiply_add(e[0], p[0], multiply_add(e[1], p[1], e[2] * p[2]));
+    row.c = multiply_add(p[0], p[0], multiply_add(p[1], p[1], p[2] * p[2])) - 1.0f;
+    const FloatLanes discriminant = negative_multiply_add(row.a, row.c, row.b * row.b);
+    const LaneMask crossed = discriminant > 0;
     if (bits(crossed) == 0) return 0;
-    const __m256 root = _mm256_sqrt_ps(_mm256_max_ps(discriminant, _mm256_setzero_ps()));
-    const __m256 inverse = _mm256_div_ps(one, a);
-    row.enter = _mm256_fmadd_ps(_mm256_sub_ps(b, root), inverse, near);
-    row.leave = _mm256_fmadd_ps(_mm256_add_ps(b, root), inverse, near);
-    row.near = near;
-    row.a = a;
-    row.b = b;
-    row.c = c;
-    const __m256 plane = _mm256_div_ps(p[2], e[2]);  // inf or NaN for a ray in the plane: compares false below
-    const __m256 u = _mm256_fnmadd_ps(plane, e[0], p[0]), v = _mm256_fnmadd_ps(plane, e[1], p[1]);
-    const __m256 rim = _mm256_fmadd_ps(u, u, _mm256_mul_ps(v, v));
-    row.plane = _mm256_add_ps(near, plane);
-    disc = bits(_mm256_and_ps(_mm256_cmp_ps(rim, _mm256_set1_ps(kDisc2), _CMP_LT_OQ),
-                              _mm256_cmp_ps(row.plane, _mm256_set1_ps(ray.tmin), _CMP_GE_OQ)));
-    return bits(_mm256_and_ps(crossed, _mm256_and_ps(_mm256_cmp_ps(row.leave, _mm256_set1_ps(ray.tmin), _CMP_GE_OQ),
-                                                     _mm256_cmp_ps(row.enter, _mm256_set1_ps(end), _CMP_LE_OQ))));
+    const FloatLanes half = root(positive(discriminant)), inverse = 1.0f / row.a;
+    row.enter = multiply_add(row.b - half, inverse, row.near);
+    row.leave = multiply_add(row.b + half, inverse, row.near);
+    const FloatLanes plane = p[2] / e[2];  // inf or NaN for a ray in the plane: compares false below
+    const FloatLanes u = negative_multiply_add(plane, e[0], p[0]), v = negative_multiply_add(plane, e[1], p[1]);
+    row.plane = row.near + plane;
+    disc = bits((multiply_add(u, u, v * v) < kDisc2) & (row.plane >= ray.tmin));
+    return bits(crossed & (row.leave >= ray.tmin) & (row.enter <= end));
 }
 
 /// Lanes whose object the ray is inside of.
@@ -87,25 +76,22 @@ unsigned inside_lanes(const Gathering& from, Index block) {
     const std::uint32_t layer = from.packed.summary[block].layer;
     if (layer != kNone) return inside(layer) ? 0xffu : 0;
     unsigned lanes = 0;
-    for (int lane = 0; lane < kLanes; ++lane)
+    for (int lane = 0; lane < kFloatLanes; ++lane)
         if (inside(from.packed.storage[block].layer[lane])) lanes |= 1u << lane;
     return lanes;
 }
 
-/// No more than this n.d have the normals of a block, measured towards the side the ray is going to, of those that look
-/// most against it.
+/// A bound of n.d, measured towards the side the ray is going to: no normal of the block has less.
 float most_facing(const BlockSummary& block, const Vec3f& d, bool inside) {
     const float along = block.centre[0] * d.x() + block.centre[1] * d.y() + block.centre[2] * d.z();
     return (inside ? -along : along) - block.radius;
 }
 
 void add_to_list(Candidates& found, const Row& row, float tmin) {
-    alignas(32) float enter[kLanes], leave[kLanes];
-    _mm256_store_ps(enter, row.enter);
-    _mm256_store_ps(leave, row.leave);
     for (unsigned lanes = row.lanes; lanes != 0; lanes &= lanes - 1) {
         const int lane = std::countr_zero(lanes);
-        if (enter[lane] <= found.end) insert(found, {row.block * kLanes + Index(lane), enter[lane], leave[lane]}, tmin);
+        if (row.enter[lane] <= found.end)
+            insert(found, {row.block * kFloatLanes + Index(lane), row.enter[lane], row.leave[lane]}, tmin);
     }
 }
 
@@ -130,10 +116,8 @@ void gather_lanes(const Gathering& from, Index block_index, unsigned inside, Can
     row.lanes = cross(block, ray, std::min(ray.tmax, found.end), row, disc);
     if (row.lanes == 0) return;
     // A ray outside an object can only enter it, one inside only leave it: n.d towards the side it is going to.
-    const __m256 zero = _mm256_setzero_ps();
-    unsigned facing = row.lanes & bits(_mm256_cmp_ps(row.facing, zero, _CMP_LT_OQ));
-    if (inside != 0)
-        facing = (facing & ~inside) | (row.lanes & inside & bits(_mm256_cmp_ps(row.facing, zero, _CMP_GT_OQ)));
+    unsigned facing = row.lanes & bits(row.facing < 0);
+    if (inside != 0) facing = (facing & ~inside) | (row.lanes & inside & bits(row.facing > 0));
     found.faced |= facing != 0;
     if ((disc & facing) != 0) found.end = std::min(found.end, least(row.leave, disc & facing));
     row.block = block_index;

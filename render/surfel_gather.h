@@ -2,8 +2,6 @@
 // hits.
 #pragma once
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <span>
 
@@ -14,23 +12,24 @@ namespace thixo::render {
 
 /// A surfel whose support the ray crosses in [enter, leave].
 struct Candidate {
-    Index surfel;  // block * kLanes + lane
+    Index surfel;  // block * kFloatLanes + lane
     float enter, leave;
 };
 
-/// The eight surfels of a block as the ray crosses them: 1 - |M (x - s)|^2 = 2 b u - a u^2 - c, u = t - near.
+/// The eight surfels of a block as the ray crosses them:
+///   1 - |M (x - s)|^2 = 2 b u - a u^2 - c,   u = t - near.
 struct Row {
-    __m256 enter, leave;
-    __m256 plane;   // where the ray meets the disc's plane
-    __m256 facing;  // n.d
-    __m256 near, a, b, c;
+    FloatLanes enter, leave;
+    FloatLanes plane;   // where the ray meets the disc's plane
+    FloatLanes facing;  // n.d
+    FloatLanes near, a, b, c;
     Index block;
     unsigned lanes;  // a bit for each that is a candidate
 };
 
 /// Candidates of one window [ray.tmin, end]. Once it is complete, every surfel whose support begins before `end` is
-/// here; `end` is where the ray leaves the support of the first disc it hits from the side it is on, so that the
-/// surface is met before it or not in this window.
+/// here. The window ends where the ray leaves the support of the first disc that it hits from its own side. So the
+/// surface is met before the end, or not in this window.
 struct Candidates {
     static constexpr int kCapacity = 64, kRows = 12, kAverted = 32;
     Row rows[kRows];
@@ -49,8 +48,9 @@ struct Candidates {
     /// ends where the first dropped one begins. The result does not depend on the order of the rows.
     void make_list(float tmin);
 
-    /// From where on crossings are of this window. Seams of windows overlap: the fit before one and that after it, by
-    /// other candidates, differ by less than a thousandth of a radius, and what is crossed between them is in neither.
+    /// From where on crossings are of this window. Seams of windows overlap. The fits before and after a seam use other
+    /// candidates. They differ by less than a thousandth of a radius, and what is crossed between them would be in
+    /// neither window.
     float start(const Ray& ray, float radius) const { return std::max(begin, ray.tmin - kSeam * radius); }
     static constexpr float kSeam = 0.02f;
 };

@@ -1,20 +1,17 @@
 // The common case of a blended hit: one smooth patch that faces the ray.
 #pragma once
 
-#include <span>
-
 #include "render/surfel_hit.h"
 #include "render/trim.h"
 
 namespace thixo::render {
 
-/// The crossing of the candidates where they are one surface without doubt: all of one layer, normals within 35 degrees
-/// of each other, all facing the ray by more than 6 degrees. f then falls all along the ray, so a root is the first
-/// crossing; Newton's steps find it from where the ray meets the discs. The same surface as first_crossing's in all
-/// other cases: weights and fit are the same, the root is as exact. False: not this case, or no root found; `hit` is
-/// untouched.
-bool smooth_crossing(std::span<const SurfelBlock> blocks, const Ray& ray, const Interior& interior,
-                     std::span<const Index> object, const Trims& trims, const Candidates& candidates, float end,
-                     bool want_weights, SurfelHit& hit);
+/// The crossing of the candidates where they are one surface without doubt. They are all of one layer, their normals
+/// lie within 35 degrees of each other, and all face the ray by more than 6 degrees. f then falls all along the ray, so
+/// a root is the first crossing. Newton's steps find it from where the ray meets the discs. It is the same surface as
+/// first_crossing's in all other cases: weights and fit are the same, the root is as exact. False: not this case, or no
+/// root found; `hit` is untouched.
+bool smooth_crossing(const Gathering& from, const Trims& trims, const Candidates& candidates, float end,
+                     bool want_sources, SurfelHit& hit);
 
 }  // namespace thixo::render

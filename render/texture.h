@@ -14,8 +14,8 @@ class Texture {
     /// Linear colours, row by row from the top. Requires width * height values.
     Texture(int width, int height, std::vector<Vec3f> colours);
 
-    /// Filtered over about `footprint`, as a part of the picture's width and height: bilinear in the two levels whose
-    /// texels are next to that size, mixed. 0: bilinear in the picture itself; exact at texel centres.
+    /// Filtered over about `footprint`, as a part of the picture's width and height. It mixes the two levels whose
+    /// texels are next to that size, bilinear in each. 0: bilinear in the picture itself; exact at texel centres.
     Vec3f colour(const Vec2f& uv, const Vec2f& footprint) const;
 
     int width() const { return levels_.front().width; }

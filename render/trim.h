@@ -10,13 +10,13 @@
 
 namespace thixo::render {
 
-/// A crossing may stand out over a crease by this part of the surfels' radius: more than the field told here and the
-/// one the ray walks in differ by, so that no ray slips through between two sheets. A ray that cuts a corner there
-/// enters by the one sheet and does not meet the other.
+/// A crossing may stand out over a crease by this part of the surfels' radius. The field told here and the one the ray
+/// walks in differ by less, so that no ray slips through between two sheets. A ray that cuts a corner there enters by
+/// the one sheet and does not meet the other.
 inline constexpr float kTrimOverlap = 1e-3f;
 
-/// The trees of all objects, over layers. Sheets that are taken away from the body face the other way: they are turned,
-/// so that every surfel's normal leads out of the body and the trees are unions and intersections alone.
+/// The trees of all objects, over layers. Sheets that are taken away from the body face the other way. They are turned,
+/// so that every surfel's normal leads out of the body, and the trees are unions and intersections alone.
 class Trims {
   public:
     Trims() = default;

@@ -41,13 +41,6 @@ inline Vec3f sample_cone(const Vec2f& u, float height) {
     return {d.x() * scale, d.y() * scale, 1 - h};
 }
 
-/// Weight of the first of two ways to sample the same thing (Veach 1997, power heuristic).
-inline float mis_weight(float pdf, float other) {
-    if (!std::isfinite(pdf)) return 1;
-    const float a = pdf * pdf, b = other * other;
-    return a + b > 0 ? a / (a + b) : 0;
-}
-
 inline float luminance(const Vec3f& c) { return 0.2126f * c.x() + 0.7152f * c.y() + 0.0722f * c.z(); }
 
 }  // namespace thixo::render

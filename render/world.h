@@ -32,6 +32,8 @@ struct World {
     Interior camera_interior;  // the objects the camera is inside of
 
     const Material& material(Index object) const { return materials[material_of[object]]; }
+    /// Of an object that a ray can be inside of.
+    const Dielectric& medium(Index object) const { return std::get<Dielectric>(material(object).surface); }
 };
 
 }  // namespace thixo::render

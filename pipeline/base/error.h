@@ -1,4 +1,4 @@
-// Failures a user meets, one type each, mapped to exit codes by main alone. A broken promise of our own is an
+// Failures that a user meets: one type each. Only main maps them to exit codes. A broken promise of our own is an
 // assertion.
 #pragma once
 
@@ -21,7 +21,8 @@ enum ExitCode : int {
     kTerminated = 143,
 };
 
-/// A failure with its exit code. what() is the stable first line: what, where, what to do; more lines may follow.
+/// A failure with its exit code. The first line of what() is stable: what happened, where, what to do. More lines may
+/// follow.
 class Error : public std::runtime_error {
   public:
     Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
@@ -60,8 +61,9 @@ struct InterruptedError : Error {
     explicit InterruptedError(int signal_number);
 };
 
-/// Runs a program's body, prints any failure to stderr as "program: message" and returns the exit code. What the file
-/// system refuses in passing is told by its path, as a ResourceError. So is an answer on stdout that cannot be written.
+/// Runs a program's body, prints any failure to stderr as "program: message" and returns the exit code. An error of
+/// std::filesystem that nobody caught counts as a ResourceError; its message names the path. So does an answer on
+/// stdout that cannot be written, and a thread that the system refuses.
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv);
 
 [[noreturn]] void assertion_failed(const char* file, int line, const char* expression, const std::string& message);
@@ -72,8 +74,8 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
         if (!(expression)) ::thixo::assertion_failed(__FILE__, __LINE__, #expression, fmt::format(__VA_ARGS__)); \
     } while (false)
 
-/// Installs handlers that only note SIGINT and SIGTERM; loops ask interrupted() at safe points. A write beyond the
-/// limit on file sizes (ulimit -f) fails from then on, as on a full disk, where it would have ended the process.
+/// Installs handlers that only note SIGINT and SIGTERM; loops ask interrupted() at safe points. SIGXFSZ is ignored: a
+/// write beyond the limit on file sizes (ulimit -f) then fails as on a full disk.
 void catch_interrupts();
 /// 0, or the number of the signal that arrived.
 int interrupted();

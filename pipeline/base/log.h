@@ -25,13 +25,14 @@ void log_warning(fmt::format_string<A...> f, A&&... a) {
 /// 0:07, 12:34, 1:02:03
 std::string clock_text(double seconds);
 
-/// Progress of one stage: a bar with the time left on a terminal, one plain line a frame when piped. With machine set
-/// (a stage under the driver) lines read "@progress <stage> <done> <total> <note>", which the driver turns into its own
-/// bar.
+/// Progress of one stage: a bar with the remaining time on a terminal, one plain line per frame when piped. The driver
+/// starts its stages with `machine` set. They then print lines that the driver turns into its own bar:
+///     @progress <stage> <done> <total> <note>
 class Progress {
   public:
     Progress(std::string stage, int total, bool machine = false);
-    /// The first update says what was there before the work; the time left is that of the frames after it.
+    /// The first update says how many frames existed before the work began. Later ones estimate the remaining time from
+    /// the frames that were made since.
     void update(int done, const std::string& note);
     void finish();
 

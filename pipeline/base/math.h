@@ -16,7 +16,7 @@ using Vec2 = Eigen::Matrix<Real, 2, 1>;
 using Vec3 = Eigen::Matrix<Real, 3, 1>;
 using Mat3 = Eigen::Matrix<Real, 3, 3>;
 
-// Types that do not change with the build: what scenes (double) and caches (float) hold.
+// Types that are the same in every build: scenes hold double, caches hold float.
 using Vec2f = Eigen::Vector2f;
 using Vec3f = Eigen::Vector3f;
 using Vec2d = Eigen::Vector2d;
@@ -25,7 +25,7 @@ using Mat3d = Eigen::Matrix3d;
 using Mat3f = Eigen::Matrix3f;
 using Quatd = Eigen::Quaterniond;
 
-/// Index of a particle, surfel, vertex: 32 bits hold every scene of this system (2^31 elements).
+/// Index of a particle, surfel or vertex. Scenes have at most 2^31 of each.
 using Index = std::uint32_t;
 inline constexpr Index kNone = 0xffffffffu;
 

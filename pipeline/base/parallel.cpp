@@ -13,7 +13,7 @@ struct Threads {
     oneapi::tbb::task_arena arena;
     int count = oneapi::tbb::info::default_concurrency();
 };
-// One a process, as the cores are. On the heap for ever: TBB's own statics may go first at exit.
+// The process has one. It is never destroyed, because TBB's own static objects may be destroyed before it at exit.
 Threads& threads() {
     static Threads& all = *new Threads;
     return all;

@@ -17,7 +17,7 @@ namespace thixo {
 void set_thread_count(int threads);
 int thread_count();
 
-/// The arena of thread_count() slots in which every loop runs; TBB's own has never more slots than the machine has
+/// The arena of thread_count() slots in which every loop runs. TBB's default arena would be limited to the number of
 /// cores.
 oneapi::tbb::task_arena& thread_arena();
 
@@ -43,7 +43,7 @@ void parallel_chunks(std::size_t n, F&& f, std::size_t chunk = kChunk) {
     });
 }
 
-/// Reduction in a fixed order: term(i) is folded by combine(T, T) within fixed chunks, then over the chunks.
+/// Reduction in a fixed order: combine(T, T) folds term(i) within fixed chunks, then the results of the chunks.
 template <class T, class Term, class Combine>
 T parallel_reduce(std::size_t n, T identity, Term&& term, Combine&& combine) {
     std::vector<T> partial((n + kChunk - 1) / kChunk, identity);

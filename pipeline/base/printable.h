@@ -1,4 +1,4 @@
-// Text from files on its way to a terminal.
+// Makes text from files safe for a terminal.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace thixo {
 
-/// The text with every control character but the end of a line and the tab written as \xNN: names that come from files
-/// must not steer a terminal.
+/// The text with control characters written as \xNN, except tabs and ends of lines. Names from files must not control a
+/// terminal.
 std::string printable(std::string_view text);
 
 }  // namespace thixo

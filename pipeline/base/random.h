@@ -1,4 +1,4 @@
-// Counter-based random numbers: a pure function of (seed, id, step, use), so that order and threads cannot matter.
+// Counter-based random numbers: a pure function of (seed, id, step, use), which no order or thread count can change.
 #pragma once
 
 #include <cstdint>

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "pipeline/check/compare_frames.h"
+#include "pipeline/check/compare_manifests.h"
 #include "pipeline/check/compare_pictures.h"
 #include "pipeline/check/difference_picture.h"
 #include "pipeline/check/inputs.h"
@@ -30,7 +31,7 @@ FrameReport one_problem(const std::string& name, const std::string& problem, boo
     return report;
 }
 
-// One side alone; still read, so that an extra frame that is damaged is called damaged.
+// The report of a file that only one side has. The file is read all the same, so that damage is reported as damage.
 FrameReport unpaired(const std::string& name, bool in_a, const std::function<void()>& read) {
     try {
         read();
@@ -91,17 +92,21 @@ void check_caches(const CheckArgs& args, const std::vector<int>* frames, CheckRe
             continue;
         }
         try {
-            report.frames.push_back(compare_frames(name, a.load_frame(number), b->load_frame(number)));
+            FrameReport frame = compare_frames(name, a.load_frame(number), b->load_frame(number));
+            for (std::string& problem : compare_entries(*a.manifest().find(number), *b->manifest().find(number)))
+                frame.problems.push_back(std::move(problem));
+            report.frames.push_back(std::move(frame));
         } catch (const CacheError& e) {
             report.frames.push_back(one_problem(name, e.what(), true));
         }
     }
+    if (b) report.notes = manifest_notes(a.manifest(), b->manifest());
     const auto asset_names = [](const Manifest& m) {
         std::vector<std::string> names;
         for (const CacheFile& f : m.assets) names.push_back(f.name);
         return names;
     };
-    // Assets are named by their content: equal names are equal bytes once load_asset has verified them.
+    // An asset's name is the checksum of its content. Once load_asset has verified both, equal names mean equal bytes.
     for (const auto& [name, in_a, in_b] :
          pair_names(asset_names(a.manifest()), b ? asset_names(b->manifest()) : std::vector<std::string>())) {
         const std::string hash = fs::path(name).stem().string();

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <optional>
 #include <type_traits>
 
 namespace thixo {
@@ -21,23 +22,54 @@ bool equal_bits(const std::array<double, N>& a, const std::array<double, N>& b) 
     return std::memcmp(a.data(), b.data(), sizeof a) == 0;
 }
 
-bool equal(const FrameBody& a, const FrameBody& b) {
-    return a.id == b.id && a.parent == b.parent && a.name == b.name && a.material == b.material;
+bool equal(const TrimNode& a, const TrimNode& b) {
+    const auto& [op, sheet, parts] = a;
+    return op == b.op && sheet == b.sheet &&
+           std::equal(parts.begin(), parts.end(), b.parts.begin(), b.parts.end(),
+                      [](const TrimNode& x, const TrimNode& y) { return equal(x, y); });
 }
 
-bool equal(const FrameObstacle& a, const FrameObstacle& b) {
-    return a.name == b.name && a.look == b.look && a.asset == b.asset && equal_bits(a.transform, b.transform) &&
-           equal_bits(a.velocity, b.velocity) && equal_bits(a.angular_velocity, b.angular_velocity);
+bool equal(const std::optional<TrimNode>& a, const std::optional<TrimNode>& b) {
+    return a && b ? equal(*a, *b) : a.has_value() == b.has_value();
+}
+
+struct FieldResult {
+    const char* name;
+    bool equal;
+};
+
+// Each structured binding below names all fields of its struct. A field that is added therefore fails to compile here
+// until it is compared.
+
+std::vector<FieldResult> compare_fields(const FrameBody& a, const FrameBody& b) {
+    const auto& [id, parent, name, material, trim] = a;
+    return {{"id", id == b.id},
+            {"parent", parent == b.parent},
+            {"name", name == b.name},
+            {"material", material == b.material},
+            {"trim tree", equal(trim, b.trim)}};
+}
+
+std::vector<FieldResult> compare_fields(const FrameObstacle& a, const FrameObstacle& b) {
+    const auto& [name, look, asset, transform, velocity, angular_velocity] = a;
+    return {{"name", name == b.name},
+            {"look", look == b.look},
+            {"asset", asset == b.asset},
+            {"transform", equal_bits(transform, b.transform)},
+            {"velocity", equal_bits(velocity, b.velocity)},
+            {"angular velocity", equal_bits(angular_velocity, b.angular_velocity)}};
 }
 
 template <class T>
 void compare_lists(const char* what, const std::vector<T>& a, const std::vector<T>& b,
                    std::vector<std::string>& problems) {
-    if (a.size() != b.size())
+    if (a.size() != b.size()) {
         problems.push_back(fmt::format("{} {}, the reference {}", a.size(), what, b.size()));
-    else
-        for (std::size_t i = 0; i < a.size(); ++i)
-            if (!equal(a[i], b[i])) problems.push_back(fmt::format("{}: '{}' differs", what, a[i].name));
+        return;
+    }
+    for (std::size_t i = 0; i < a.size(); ++i)
+        for (const FieldResult& field : compare_fields(a[i], b[i]))
+            if (!field.equal) problems.push_back(fmt::format("{}: '{}' differs in {}", what, a[i].name, field.name));
 }
 
 void compare_numbers(const char* what, double a, double b, std::vector<std::string>& problems) {
@@ -51,22 +83,26 @@ void compare_vectors(const char* what, const std::array<double, 3>& a, const std
         compare_numbers(fmt::format("{}.{}", what, "xyz"[k]).c_str(), a[k], b[k], problems);
 }
 
-void compare_totals(const FrameTotals& a, const FrameTotals& b, std::vector<std::string>& problems) {
-    compare_numbers("mass", a.mass, b.mass, problems);
-    compare_vectors("momentum", a.momentum, b.momentum, problems);
-    compare_vectors("angular momentum", a.angular_momentum, b.angular_momentum, problems);
-    compare_numbers("kinetic energy", a.kinetic_energy, b.kinetic_energy, problems);
-    compare_numbers("potential energy", a.potential_energy, b.potential_energy, problems);
-    compare_numbers("particle volume", a.particle_volume, b.particle_volume, problems);
-    compare_numbers("surface volume", a.surface_volume, b.surface_volume, problems);
-    compare_numbers("density error", a.density_error, b.density_error, problems);
-    if (a.air != b.air) problems.push_back(fmt::format("{} air particles, the reference {}", a.air, b.air));
-    if (a.virtual_particles != b.virtual_particles)
-        problems.push_back(
-            fmt::format("{} virtual particles, the reference {}", a.virtual_particles, b.virtual_particles));
+void compare_counts(const char* what, std::int64_t a, std::int64_t b, std::vector<std::string>& problems) {
+    if (a != b) problems.push_back(fmt::format("{} {}, the reference {}", a, what, b));
 }
 
-// Points in the order they are compared in, and the number that names each.
+void compare_totals(const FrameTotals& a, const FrameTotals& b, std::vector<std::string>& problems) {
+    const auto& [mass, momentum, angular_momentum, kinetic_energy, potential_energy, particle_volume, surface_volume,
+                 density_error, air, virtual_particles] = a;
+    compare_numbers("mass", mass, b.mass, problems);
+    compare_vectors("momentum", momentum, b.momentum, problems);
+    compare_vectors("angular momentum", angular_momentum, b.angular_momentum, problems);
+    compare_numbers("kinetic energy", kinetic_energy, b.kinetic_energy, problems);
+    compare_numbers("potential energy", potential_energy, b.potential_energy, problems);
+    compare_numbers("particle volume", particle_volume, b.particle_volume, problems);
+    compare_numbers("surface volume", surface_volume, b.surface_volume, problems);
+    compare_numbers("density error", density_error, b.density_error, problems);
+    compare_counts("air particles", air, b.air, problems);
+    compare_counts("virtual particles", virtual_particles, b.virtual_particles, problems);
+}
+
+// The order in which points are compared, and the number that names each in messages.
 struct Order {
     std::vector<std::size_t> points;
     std::vector<std::int64_t> ids;
@@ -94,7 +130,7 @@ Order order_of(const PointSet& points) {
     return order;
 }
 
-// Largest difference of two values by component; 0 where one is not finite (that is counted on its own).
+// Largest difference of two values over their components. It is 0 where one is not finite: those are counted apart.
 template <class T>
 double distance(const T& a, const T& b) {
     if constexpr (std::is_same_v<T, Vec3f>) {
@@ -138,13 +174,13 @@ void compare_values(const std::string& name, const std::vector<T>& a, const Orde
     report.attributes.push_back(d);
 }
 
-// True where the points of both can be paired.
+// Whether the points of both sides can be paired.
 bool pairs_up(const std::string& what, const Order& a, const Order& b, std::vector<std::string>& problems) {
     if (a.points.size() != b.points.size()) {
         problems.push_back(fmt::format("{} {}, the reference {}", a.points.size(), what, b.points.size()));
         return false;
     }
-    if (a.by_id != b.by_id) return false;  // reported with the attributes' names
+    if (a.by_id != b.by_id) return false;  // compare_points reports the attribute
     const auto [x, y] = std::mismatch(a.ids.begin(), a.ids.end(), b.ids.begin());
     if (x == a.ids.end()) return true;
     problems.push_back(fmt::format("{}: other ids, the first {} in place of {}", what, *x, *y));
@@ -178,13 +214,16 @@ void compare_points(const std::string& what, const PointSet& a, const PointSet& 
 FrameReport compare_frames(const std::string& name, const Frame& a, const Frame& b) {
     FrameReport report;
     report.name = name;
-    compare_numbers("time", a.time, b.time, report.problems);
-    compare_numbers("spacing", a.spacing, b.spacing, report.problems);
-    compare_lists("bodies", a.bodies, b.bodies, report.problems);
-    compare_lists("obstacles", a.obstacles, b.obstacles, report.problems);
-    compare_totals(a.totals, b.totals, report.problems);
-    compare_points("particles", a.particles, b.particles, report);
-    compare_points("surfels", a.surfels, b.surfels, report);
+    const auto& [number, time, spacing, particles, surfels, bodies, obstacles, totals] = a;
+    if (number != b.number)
+        report.problems.push_back(fmt::format("its number is {}, the reference {}", number, b.number));
+    compare_numbers("time", time, b.time, report.problems);
+    compare_numbers("spacing", spacing, b.spacing, report.problems);
+    compare_lists("bodies", bodies, b.bodies, report.problems);
+    compare_lists("obstacles", obstacles, b.obstacles, report.problems);
+    compare_totals(totals, b.totals, report.problems);
+    compare_points("particles", particles, b.particles, report);
+    compare_points("surfels", surfels, b.surfels, report);
     return report;
 }
 

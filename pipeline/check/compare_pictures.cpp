@@ -42,7 +42,7 @@ struct ChannelSums {
     double rel_mse() const { return finite ? relative / static_cast<double>(finite) : 0; }
 };
 
-// Adds one channel to the difference; `touched` marks the pixels that differ in any.
+// Adds one channel to the difference. `touched` marks the pixels that differ in any channel.
 void compare_channel(const ImageChannel& a, const ImageChannel& b, int width, std::vector<bool>& touched,
                      PictureDifference& d) {
     ChannelSums sums;

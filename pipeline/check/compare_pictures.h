@@ -1,4 +1,4 @@
-// Two pictures, bit by bit and by size of error.
+// Compares two pictures bit by bit, or by the size of the error.
 #pragma once
 
 #include "pipeline/check/report.h"
@@ -6,9 +6,10 @@
 
 namespace thixo {
 
-/// A against the reference B. Problems: another size, channels missing, extra or stored in another type, values that
-/// are not finite (in either), and bits that differ; with max_rel_mse > 0 differing bits pass while no channel's relMSE
-/// is above it. Header texts are not compared: they name what a frame was made from.
+/// Compares A with the reference B. Problems are another size, and channels that are missing, extra or stored in
+/// another type. So are values in A or B that are not finite, and bits that differ. With max_rel_mse > 0, bits may
+/// differ as long as no channel's relMSE is above it. Header texts are not compared: they name what a frame was made
+/// from.
 FrameReport compare_pictures(const std::string& name, const Image& a, const Image& b, double max_rel_mse);
 
 }  // namespace thixo

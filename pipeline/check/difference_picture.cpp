@@ -47,7 +47,7 @@ Rgb shown(const Image& image, std::size_t i) {
     return colour;
 }
 
-// Black, dark red, orange, white; what is not finite is cyan.
+// From black over dark red and orange to white. Values that are not finite are cyan.
 Rgb heat(const Difference& d, float largest) {
     if (!d.finite) return {0, 1, 1};
     if (!d.any) return {0, 0, 0};

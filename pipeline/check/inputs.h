@@ -1,4 +1,4 @@
-// What the two paths of a check are, and which file belongs to which.
+// Finds out what the two paths of a check are, and pairs their files.
 #pragma once
 
 #include <filesystem>
@@ -17,11 +17,11 @@ const char* name_of(CheckKind kind);
 /// The frame number of a file name, 12 of beauty.0012.exr; -1 where it has none.
 int frame_number_of(const std::string& file_name);
 
-/// Names of the *.exr files in the folder, ascending; with `frames` only those of these numbers. A folder that is not
-/// there has none.
+/// Names of the *.exr files in the folder, ascending. With `frames` only the files of these frames count. A folder that
+/// does not exist has none.
 std::vector<std::string> picture_names(const std::filesystem::path& folder, const std::vector<int>* frames);
 
-/// A name in A, in B or in both.
+/// A name that is in A, in B or in both.
 template <class Name>
 struct Paired {
     Name name;

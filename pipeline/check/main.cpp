@@ -1,4 +1,4 @@
-// thixo-check: do two results agree?
+// The program thixo-check, which compares two results.
 #include <cstdio>
 
 #include "pipeline/base/log.h"

@@ -74,6 +74,7 @@ std::string print_text(const CheckReport& report) {
         text += fmt::format("{}: {}\n", f.name, fmt::join(f.problems, "; "));
         text += numbers(f);
     }
+    for (const std::string& note : report.notes) text += fmt::format("note, not compared: {}\n", note);
     if (report.updated) {
         text += lines_of(report.update);
         const Update& u = report.update;
@@ -97,10 +98,11 @@ std::string print_json(const CheckReport& report) {
                      {"damaged", report.damaged()},
                      {"frames", Json::array()}};
     for (const FrameReport& f : report.frames) document["frames"].push_back(json_of(f));
+    document["notes"] = report.notes;
     if (report.updated)
         document["updated"] = {
             {"added", report.update.added}, {"replaced", report.update.replaced}, {"removed", report.update.removed}};
-    // Paths are bytes, JSON is UTF-8: what is not becomes the replacement character.
+    // Paths are bytes and JSON is UTF-8. Bytes that are no UTF-8 become the replacement character.
     return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -1,4 +1,4 @@
-// What a check found, and how it is told to a person and to a program.
+// What a check found, and its two forms: text for a person, JSON for a program.
 #pragma once
 
 #include <cstddef>
@@ -9,26 +9,29 @@
 
 namespace thixo {
 
-/// How far two pictures of one size are apart; A - B over all channels that both have. Pixels with a value that is not
-/// finite count as different where their bits differ, and enter no mean.
+/// The difference A - B of two pictures of one size, over all channels that both have. Pixels with a value that is not
+/// finite count as different where their bits differ. They enter no mean.
 struct PictureDifference {
     std::size_t pixels_different = 0;  // with at least one channel whose bits differ
     double max_abs = 0;
-    int worst_x = -1,
-        worst_y = -1;  // where max_abs is, from the top left; the first different pixel where max_abs is 0; -1: none
+    // The pixel of max_abs, counted from the top left. Where max_abs is 0 it is the first pixel that differs; -1: none.
+    int worst_x = -1, worst_y = -1;
     std::string worst_channel;
-    double rel_mse = 0;  // largest of the channels': mean of (a - b)^2/(b^2 + 0.01)
-    double psnr =
-        std::numeric_limits<double>::infinity();     // dB, smallest of the channels': 10 log10(max(1, max |b|)^2/MSE)
+    // Largest of the channels' relMSE:
+    //     mean of (a - b)^2/(b^2 + 0.01)
+    double rel_mse = 0;
+    // Smallest of the channels' peak signal-to-noise ratios [dB]:
+    //     10 log10(max(1, max |b|)^2/MSE)
+    double psnr = std::numeric_limits<double>::infinity();
     std::size_t not_finite_a = 0, not_finite_b = 0;  // values
 };
 
-/// How far an attribute of two point sets is apart, point by point in the order of their ids.
+/// The difference of one attribute of two point sets, whose points are paired by their ids.
 struct AttributeDifference {
     std::string name;            // particles.P, surfels.N, ...
     std::size_t different = 0;   // points whose bits differ
     double max_abs = 0;          // over components
-    std::int64_t worst_id = -1;  // the point where max_abs is; its place where the points have no ids
+    std::int64_t worst_id = -1;  // id of the point of max_abs; where points have no ids, its place in the order
 };
 
 /// One frame (or file) of A against its partner of the same name.
@@ -51,6 +54,7 @@ struct CheckReport {
     std::string kind;        // pictures, cache
     double max_rel_mse = 0;  // 0: exact
     std::vector<FrameReport> frames;
+    std::vector<std::string> notes;  // differences of two manifests that do not make the check fail
     bool updated = false;
     Update update;
 
@@ -58,13 +62,18 @@ struct CheckReport {
     bool damaged() const;
 };
 
-/// Lines for a person: one a failing frame with its numbers, and a last one that sums up.
+/// Lines for a person: each failing frame with its numbers, each note, and a last one that sums up.
 std::string print_text(const CheckReport& report);
 
-/// One JSON document: {"a", "b", "kind", "tier": "exact" or "rel_mse", "max_rel_mse", "same", "damaged", "frames":
-/// [{"name", "same", "damaged", "problems", and for pictures "pixels_different", "max_abs", "rel_mse", "psnr" (null:
-/// infinite), "worst": {"x", "y", "channel"}, "not_finite": [a, b], for caches "attributes": [{"name", "different",
-/// "max_abs", "worst_id"}]}], "updated": {"added", "replaced", "removed"} after an update}, ending in a newline.
+/// One JSON document that ends in a newline. Keys in brackets are there for pictures (p), caches (c) or after an update
+/// (u) alone. A psnr of null is infinite.
+///     {"a", "b", "kind", "tier": "exact" or "rel_mse", "max_rel_mse", "same", "damaged",
+///      "frames": [{"name", "same", "damaged", "problems": [text],
+///                  (p) "pixels_different", "max_abs", "rel_mse", "psnr", "worst": {"x", "y", "channel"},
+///                      "not_finite": [in a, in b],
+///                  (c) "attributes": [{"name", "different", "max_abs", "worst_id"}]}],
+///      "notes": [text],
+///      (u) "updated": {"added": [name], "replaced": [name], "removed": [name]}}
 std::string print_json(const CheckReport& report);
 
 }  // namespace thixo

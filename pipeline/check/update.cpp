@@ -60,7 +60,7 @@ Update update_picture(const fs::path& a, const fs::path& b) {
 Update update_cache(const fs::path& a, const fs::path& b) {
     const CacheReader from(a);
     std::vector<std::string> old_names;
-    // A new reference has the shape of A: an output folder holds its cache in cache/.
+    // A new reference gets the layout of A: an output folder holds its cache in cache/.
     fs::path folder = from.folder().lexically_normal() == fs::path(a).lexically_normal() ? b : b / "cache";
     if (CacheReader::exists(b)) {
         const CacheReader to(b);

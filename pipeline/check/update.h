@@ -9,17 +9,17 @@
 
 namespace thixo {
 
-/// Copies the pictures `names_a` of folder a over folder b, each file whole, and removes those of `names_b` that a has
-/// not. Files of equal bytes stay untouched. Throws ResourceError; files done before it stay done.
+/// Copies the pictures `names_a` of folder a into folder b and removes the files `names_b` that a does not have. Each
+/// file is written whole; files of equal bytes stay untouched. Throws ResourceError, and what was copied by then stays.
 Update update_pictures(const std::filesystem::path& a, const std::vector<std::string>& names_a,
                        const std::filesystem::path& b, const std::vector<std::string>& names_b);
 
 /// Copies one picture over another.
 Update update_picture(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// Copies cache a over b, an output folder or cache folder (made where it is not there): first the files of the
-/// manifest, then the manifest, then away with files that only the old manifest named. Throws ResourceError and
-/// CacheError.
+/// Copies cache a over b, an output folder or cache folder, which is made where it does not exist. The files of the
+/// manifest come first, then the manifest. Files that only the old manifest lists are removed last. Throws
+/// ResourceError and CacheError.
 Update update_cache(const std::filesystem::path& a, const std::filesystem::path& b);
 
 }  // namespace thixo

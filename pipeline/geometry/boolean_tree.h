@@ -1,23 +1,23 @@
-// What a boolean tree of sheets does with one of them where the sides of some others are not certain.
+// Evaluates a boolean tree of sheets where the side of some sheets is not certain.
 #pragma once
 
 namespace thixo {
 
-/// A set of the ways a part of the tree can come out, over all choices of what is not certain.
+/// A set of outcomes: every value that a part of the tree can take over all choices of the uncertain sides.
 enum Outcome : unsigned {
     kOutside = 1,  ///< false
     kInside = 2,   ///< true
-    kOwnSide = 4   ///< as the sheet in question: its own side decides
+    kOwnSide = 4   ///< equal to the side of the sheet in question
 };
 
-/// Outcomes of a tree of unions and intersections, leaf(node) being those of its leaves. Exact where every sheet occurs
-/// once.
+/// Outcomes of a tree of unions and intersections. leaf(node) gives the outcomes of a leaf. The set is exact where
+/// every sheet occurs once.
 template <class Tree, class Leaf>
 unsigned outcomes(const Tree& tree, Leaf&& leaf) {
     if (tree.parts.empty()) return leaf(tree);
     const bool any = tree.op == Tree::Op::any;
-    // In a union what is inside any part is inside, and what is outside of one part is as the others; in an
-    // intersection the other way round.
+    // In a union, inside of one part decides, and outside of one part leaves the decision to the others. In an
+    // intersection the two are exchanged.
     const unsigned settles = any ? kInside : kOutside, yields = any ? kOutside : kInside;
     unsigned result = yields;
     for (const Tree& part : tree.parts) {
@@ -31,7 +31,7 @@ unsigned outcomes(const Tree& tree, Leaf&& leaf) {
     return result;
 }
 
-/// The outcomes of another sheet's side at signed distance d, uncertain to `tolerance`.
+/// The outcomes of another sheet's side. Its signed distance d is uncertain by `tolerance`.
 template <class Number>
 unsigned outcome_of_side(Number d, Number tolerance) {
     return (d < tolerance ? kInside : 0u) | (d > -tolerance ? kOutside : 0u);

@@ -1,4 +1,4 @@
-// A surface that knows its own points: quicker to sample than by a distance, and with its own normals.
+// A surface that gives its own points and normals. Sampling it is quicker than sampling by a distance.
 #pragma once
 
 #include "pipeline/base/math.h"
@@ -9,10 +9,10 @@ class DirectSurface {
   public:
     virtual ~DirectSurface() = default;
     virtual double area() const = 0;  // [m^2]
-    /// The point at the part u of the area (in the surface's own order) and places v, w across: even by area where u, v
-    /// and w are even in [0, 1).
+    /// The point of the parameters u, v, w in [0, 1). The parameter u is the part of the area that comes before the
+    /// point, in the surface's own order; v and w run across. Even parameters give points that are even by area.
     virtual void point(double u, double v, double w, Vec3& x, Vec3& normal) const = 0;
-    /// x brought to the closest point, with the normal there.
+    /// The point of the surface that is closest to x, with its normal.
     virtual void project(Vec3& x, Vec3& normal) const = 0;
 };
 

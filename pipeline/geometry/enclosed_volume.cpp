@@ -15,8 +15,8 @@ namespace thixo {
 namespace {
 
 constexpr float kUnknown = -1;
-// Cells whose centre is this near to a surfel are looked at, in edges: with surfels no farther apart than discs that
-// overlap no path from face to face leads through the surface beside them, and what the surface cuts is among them.
+// Cells whose centre is this near to a surfel are tested, in cell edges. Where discs overlap, these cells hold all that
+// the surface cuts. No path from face to face of other cells then crosses the surface.
 constexpr Real kBand = Real(1.3);
 constexpr int kBits = 21;  // of a cell's coordinate in its key
 constexpr double kMostCells = (1 << kBits) - 1;
@@ -50,7 +50,7 @@ Lattice lattice_around(std::span<const Vec3> positions, Real support) {
     return lattice;
 }
 
-/// The distinct keys put in, by an open-addressed table.
+/// A set of keys in an open-addressed table.
 class KeySet {
   public:
     explicit KeySet(std::size_t expected) : slot_(64, kNoKey) { grow(2 * expected); }
@@ -104,29 +104,30 @@ std::vector<std::uint64_t> band_of(const Lattice& lattice, std::span<const Vec3>
     return std::move(set).sorted();
 }
 
-/// Part of a cell on the inner side of a plane `value` cell edges outside its centre, as a ramp. A cut oblique to the
-/// axes has another profile, but the ramp's error is odd in `value` and cancels over the cells of a surface.
+/// The part of a cell on the inner side of a plane. The plane lies `value` cell edges outside the cell's centre, and
+/// the part falls linearly with it. An oblique cut has another profile. The error is odd in `value`, and so it cancels
+/// over the cells of a surface.
 float inner_part(Real value) { return static_cast<float>(clamp01(Real(0.5) - value)); }
 
-/// F and what it is made of as one side of the surface has it, at a point; see ImplicitSurface::Sample.
+/// F at a point and its terms, from the surfels of one side of the surface; see ImplicitSurface::Sample.
 struct Side {
     bool defined = false;
     Real value = 0, planes = 0;  // [m]
     Vec3 average{0, 0, 0};       // a, relative to the point [m]
     Vec3 normal{0, 0, 0};        // unit
     Real slope = 0;              // |grad F|
-    /// Part of a cell inside of it.
+    /// The part of a cell that lies inside the surface.
     float part(Real edge) const {
-        // On a bent surface the average of the surfels lies on its hollow side, the average of their planes as far on
-        // the other: the mean of the two distances is free of that error, which would be a per cent of a drop's volume.
+        // On a curved surface the average of the surfels lies on the hollow side. The average of their planes lies as
+        // far on the other side. The mean of the two distances is free of this error of a per cent of a drop's volume.
         if (slope > Real(0.2)) return inner_part((value + planes) / ((slope + 1) * edge));
-        return value < 0 ? 1.0f : 0.0f;  // on a ridge of F, as far from the surface as it goes
+        return value < 0 ? 1.0f : 0.0f;  // on a ridge of F, at the largest distance from the surface
     }
-    /// Whether all within an edge is on one side of it, too.
+    /// Whether all points within a cell edge are on one side.
     bool far(Real edge) const { return slope > Real(0.2) && std::abs(value + planes) > (slope + 1) * edge; }
 };
 
-/// The surfels about a cell, relative to its centre, and those beyond the last far away.
+/// The surfels around a cell, relative to its centre. Unused places are filled with surfels that are far away.
 struct Near {
     std::vector<Real> x, y, z, nx, ny, nz;
     std::size_t count = 0;
@@ -141,14 +142,14 @@ struct Near {
     }
 };
 
-constexpr Real kOneSide = Real(0.9);   // agreement of normals from which on a cell sees one side alone
-constexpr Real kOpposite = Real(0.5);  // cosine between the normals of two sides, at least, reversed
+constexpr Real kOneSide = Real(0.9);   // normals that agree by more than this belong to one side
+constexpr Real kOpposite = Real(0.5);  // least cosine between a normal and a reversed normal of the other side
 
 class CellParts {
   public:
     CellParts(std::span<const Vec3> positions, std::span<const Vec3> normals, Real support)
         : support_(support), edge_(support / 2), per_h2_(1 / square(support)) {
-        // A refined cell's parts are looked at from their own centres.
+        // The parts of a refined cell are evaluated at their own centres.
         grid_.build(positions, support + Real(0.44) * edge_);
         for (auto* a : {&nx_, &ny_, &nz_}) a->resize(positions.size() + PointGrid::kPadding, 0);
         for (Index s = 0; s < positions.size(); ++s) {
@@ -159,7 +160,7 @@ class CellParts {
         }
     }
 
-    /// Part of a cell inside, in eight parts where the cell sees more than one side, or a small drop.
+    /// The part of a cell that lies inside. Cells that see two sides, or a small drop, are evaluated in eight parts.
     float part(const Vec3& centre, Near& near) const {
         SurfelSums sums;
         for_each_near_run(grid_, centre, support_, [&](Index s, Lanes x, Lanes y, Lanes z, Lanes r2) {
@@ -168,7 +169,7 @@ class CellParts {
         });
         const SurfelAverage all = sums.average();
         if (!(all.weight > 0)) return kUnknown;
-        // One side is no ridge: F has a slope of one.
+        // With one side there is no ridge: F has a slope of one.
         if (all.normal.norm() > kOneSide * all.weight)
             return inner_part((all.planes / all.weight + all.value()) / (2 * edge_));
         gather(centre, near);
@@ -205,7 +206,7 @@ class CellParts {
             f(k, x, y, z, positive(1 - (x * x + y * y + z * z) * per_h2_));
         }
     }
-    /// Of the nearest; false where none is within the support.
+    /// Evaluates the nearest surfel. False where none is within the support.
     bool nearest_normal(const Near& near, const Vec3& at, Vec3& n) const {
         Lanes most{}, which{};
         Lanes number;
@@ -222,7 +223,7 @@ class CellParts {
         n = {near.nx[i], near.ny[i], near.nz[i]};
         return true;
     }
-    /// Of the surfels with n.reference >= least, or with a negative sign <= -least.
+    /// Evaluates the surfels with n.reference >= least, or, where `sign` is negative, with n.reference <= -least.
     Side side(const Near& near, const Vec3& at, const Vec3& reference, Real least) const {
         const auto agrees = [&](std::size_t k, Lanes a) {
             const Lanes along = reference.x() * load_lanes(&near.nx[k]) + reference.y() * load_lanes(&near.ny[k]) +
@@ -247,8 +248,9 @@ class CellParts {
         s.average = all.position / weight;
         s.planes = all.planes / weight;
         s.value = -s.normal.dot(s.average);
-        // grad F = n - (grad a)^T n + (grad n)^T (x - a), with grad a = sum (s_i - a) grad w_i^T / sum w_i and
-        // grad n = (1 - n n^T) sum n_i grad w_i^T / |sum w_i n_i|
+        //     grad F = n - (grad a)^T n + (grad n)^T (x - a)
+        //     grad a = sum (s_i - a) grad w_i^T / sum w_i
+        //     grad n = (1 - n n^T) sum n_i grad w_i^T / |sum w_i n_i|
         const Vec3 tilt = (s.average + s.value * s.normal) / length;
         Lanes gx{}, gy{}, gz{};
         for_each_of(near, at, [&](std::size_t k, Lanes x, Lanes y, Lanes z, Lanes q) {
@@ -264,9 +266,9 @@ class CellParts {
         s.slope = (s.normal - 6 * per_h2_ * (bend + s.value / weight * slope)).norm();
         return s;
     }
-    /// Where a cell sees two sides, of a sheet or across a gap, they are not averaged. The side of the nearest surfel
-    /// leads; where the other lies behind it, inside is what is inside of both, where it lies before it, what is inside
-    /// of either. `settled`: no part of the cell has another answer.
+    /// The answer where a cell sees two sides, of a sheet or across a gap. The two are not averaged. The side of the
+    /// nearest surfel comes first. Where the other side lies behind it, inside means inside of both. Where the other
+    /// side lies before it, inside means inside of either. `settled`: no part of the cell has another answer.
     float of_two_sides(const Near& near, const Vec3& at, Real edge, bool& settled) const {
         Vec3 n;
         settled = false;
@@ -287,16 +289,16 @@ class CellParts {
     std::vector<Real> nx_, ny_, nz_;  // by slot
 };
 
-/// Cells side by side along x of which nothing is known, between two that are known.
+/// A run of undecided cells along x, between two decided cells.
 struct Gap {
     std::uint64_t first, last;  // x
     Index parent;
     std::int64_t votes = 0;  // > 0: the rim is inside
-    bool border = false;     // it is open to the outside
+    bool border = false;     // the region is joined to the border
 };
 
-/// The cells between those beside the surface: regions that are joined to the border are outside, closed ones take the
-/// side most of their rim is on. Returns how many are inside.
+/// Decides the cells that are not beside the surface and returns how many are inside. Regions that are joined to the
+/// border are outside. A closed region takes the side of the larger part of its rim.
 class Gaps {
   public:
     Gaps(const std::vector<std::uint64_t>& keys, const std::vector<float>& part) : keys_(keys), part_(part) {
@@ -339,7 +341,7 @@ class Gaps {
         while (gaps_[g].parent != g) g = gaps_[g].parent = gaps_[gaps_[g].parent].parent;
         return g;
     }
-    /// The gaps of row r with what lies beside them in the row of a key.
+    /// Joins the gaps of row r with the cells beside them in the row of a key.
     void join(std::size_t r, std::uint64_t beside) {
         const auto other = std::lower_bound(rows_.begin(), rows_.end() - 1, beside,
                                             [](const Row& row, std::uint64_t key) { return row.key < key; });

@@ -15,8 +15,8 @@ float crowding(Real r2, Real reach) {
     return a > 0 ? a4 * a4 : 0;
 }
 
-/// Points by weight, to a thousandth of the greatest: a stack for each step of it. Weights only fall, so that a point
-/// is looked at again when its turn comes, and put where it belongs by then.
+/// A queue of points by weight: one stack for each thousandth of the greatest weight. Weights only fall. A point whose
+/// turn comes is therefore tested again and moved to the stack that it belongs to by then.
 class Crowded {
   public:
     explicit Crowded(const std::vector<float>& weight) : next_(weight.size(), kNone), first_(kLevels, kNone) {
@@ -86,14 +86,14 @@ std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const 
 
 void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
            Real spacing, int sweeps) {
-    constexpr int kExact = 2;  // sweeps at the end that bring points onto the face, not only near it
+    constexpr int kExact = 2;  // last sweeps, which bring points onto the face and not only near it
     const Real reach = Real(1.8) * spacing;
     const auto settle = [&](bool exactly, const Vec3& normal, Vec3& x, Vec3& n) {
         return (exactly ? project_onto(face, spacing, x, n) : bring_near(face, spacing, spacing / 2, x, n)) &&
                n.dot(normal) >= Real(0.5);
     };
     PointGrid grid;
-    // What was thinned out may lie near the face alone.
+    // The points may lie near the face, not on it.
     parallel_for(positions.size(), [&](std::size_t i) {
         if (fixed[i] || sweeps == 0) project_onto(face, spacing, positions[i], normals[i]);
     });
@@ -116,7 +116,7 @@ void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& no
             Vec3 x = positions[i] + (length > most ? most / length : Real(1)) * push, n;
             const bool exactly = sweep >= sweeps - kExact;
             if (!settle(exactly, normals[i], x, n)) {
-                x = positions[i];  // as it was, but on the face
+                x = positions[i];  // the old place, but on the face
                 if (!exactly || !settle(true, normals[i], x, n)) return;
             }
             moved[i] = x;

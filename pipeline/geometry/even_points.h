@@ -8,15 +8,18 @@
 
 namespace thixo {
 
-/// Indices of the `count` points, ascending, that are left when the most crowded is taken away again and again
-/// (weighted sample elimination, Yuksel 2015: weights (1 - d/(2 r))^8, r the distance of a hexagonal lattice). Points
-/// whose normals are more than 90 degrees apart do not see each other: they lie on two sides. `spacing` [m]: the root
-/// of the area per point that is left.
+/// Weighted sample elimination (Yuksel 2015): removes the most crowded point until `count` points remain. Returns their
+/// indices, ascending. A point at distance d adds to the crowding, with r the distance of a hexagonal lattice [m], by
+///     (1 - d/(2 r))^8
+/// Points whose normals are more than 90 degrees apart lie on two sides and do not crowd each other. `spacing` [m] is
+/// the root of the area per remaining point.
 std::vector<Index> even_subset(std::span<const Vec3> positions, std::span<const Vec3> normals, std::size_t count,
                                Real spacing);
 
-/// Pushes points of a face apart along it: every sweep moves each by the sum of its neighbours' repulsion (1 - d/R)^2
-/// and brings it back near the face, the last ones onto it. Points with `fixed` stay but for being brought onto it.
+/// Pushes the points of a face apart along it. Every sweep moves each point by the sum of its neighbours' repulsions
+///     (1 - d/R)^2
+/// and brings it back near the face; the last sweeps bring it onto the face. Points with `fixed` are only brought onto
+/// the face.
 void relax(const Face& face, std::vector<Vec3>& positions, std::vector<Vec3>& normals, const std::vector<char>& fixed,
            Real spacing, int sweeps);
 

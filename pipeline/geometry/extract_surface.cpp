@@ -32,7 +32,7 @@ SignGrid sample_signs(const Shape& shape, double cell) {
     if (!bounds) throw InputError("an unbounded shape has no closed surface; intersect it with a box");
     SignGrid grid;
     grid.cell = cell;
-    // An odd fraction of a cell keeps nodes off the planes that people put shapes on.
+    // An odd fraction of a cell keeps nodes off the round numbers where faces of shapes often lie.
     grid.origin = bounds->lower.cast<double>() - cell * Vec3d(1.37, 1.41, 1.43);
     const Eigen::Array3d count = ((bounds->upper.cast<double>() - grid.origin).array() / cell).ceil() + 2;
     if (!(count.prod() < double(1u << 28)))
@@ -63,8 +63,8 @@ SignGrid sample_signs(const Shape& shape, double cell) {
     return grid;
 }
 
-/// Grid edges with a change of sign, ascending; edge 3 node + axis runs from the node along the axis. Its rank here is
-/// its vertex.
+/// Grid edges with a change of sign, ascending. Edge number 3 node + axis runs from the node along the axis. Its rank
+/// in this list is the number of its vertex.
 std::vector<std::size_t> crossing_edges(const SignGrid& grid) {
     std::vector<std::size_t> edges;
     for (std::size_t k = 0; k < grid.inside.size(); ++k)
@@ -78,8 +78,8 @@ std::vector<std::size_t> crossing_edges(const SignGrid& grid) {
     return edges;
 }
 
-/// The root on a crossing edge by bisection with secant steps (Illinois), kept off the edge's ends so that no two
-/// vertices fall together.
+/// The root on a crossing edge by the Illinois method (bisection with secant steps). It is kept off the edge's ends, so
+/// that no two vertices coincide.
 Vec3f root_on_edge(const Shape& shape, const SignGrid& grid, std::size_t edge) {
     const Vec3d p = grid.position(edge / 3), along = grid.cell * Vec3d::Unit(static_cast<int>(edge % 3));
     const auto f = [&](double t) { return double(shape.distance((p + t * along).cast<Real>())); };
@@ -94,7 +94,7 @@ Vec3f root_on_edge(const Shape& shape, const SignGrid& grid, std::size_t edge) {
     return (p + std::clamp(t, 1e-3, 1 - 1e-3) * along).cast<float>();
 }
 
-// Corners of a cell are numbered by their bits (x, y, z); faces counter-clockwise seen from outside.
+// Corners of a cell are numbered by their bits (x, y, z). Faces run counter-clockwise as seen from outside.
 constexpr int kFaces[6][4] = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
 
 /// Number of the cell's edge between two neighbouring corners: 3 lower corner + axis.
@@ -103,10 +103,10 @@ int local_edge(int a, int b) {
     return 3 * std::min(a, b) + (bit == 1 ? 0 : bit == 2 ? 1 : 2);
 }
 
-/// The loops in which the surface crosses a cell: next[e] is the crossing edge after e, -1 where e is none. On every
-/// face, each run of inside corners is cut off by a segment from the edge where it begins to the edge where it ends.
-/// The cell across the face makes the same segments the other way round: the mesh is closed, and its triangles turn
-/// counter-clockwise seen from outside.
+/// The loops in which the surface crosses a cell: next[e] is the crossing edge after e, -1 where e is no crossing. On
+/// every face a segment cuts off each run of inside corners, from the edge where the run begins to the edge where it
+/// ends. The cell across the face makes the same segments in the other direction. So the mesh is closed, and its
+/// triangles turn counter-clockwise as seen from outside.
 std::array<signed char, 24> cell_loops(const std::array<bool, 8>& inside) {
     std::array<signed char, 24> next;
     next.fill(-1);
@@ -129,7 +129,7 @@ Vec3f projected(const Shape& shape, const Vec3f& start, double cell, float reach
     return start + move * std::min(1.f, reach / std::max(move.norm(), 1e-30f));
 }
 
-/// A mesh in the making: vertices on grid edges, then the centres of fans.
+/// A mesh under construction: vertices on grid edges, then the centres of fans.
 struct Extraction {
     TriangleMesh mesh;
     std::vector<float> reach;  // [m] how far each centre may move before its fan folds: half the loop's radius
@@ -174,7 +174,7 @@ void add_cell(Extraction& out, const SignGrid& grid, const std::vector<std::size
     }
 }
 
-/// Cells that a crossing edge touches, each once, ascending.
+/// The cells that a crossing edge touches: each once, ascending.
 std::vector<std::size_t> crossed_cells(const SignGrid& grid, const std::vector<std::size_t>& edges) {
     std::vector<std::size_t> cells;
     for (const std::size_t edge : edges) {
@@ -186,7 +186,7 @@ std::vector<std::size_t> crossed_cells(const SignGrid& grid, const std::vector<s
     return cells;
 }
 
-/// Normals from the distance; where it has no gradient, from the triangles.
+/// Normals from the gradient of the distance, or from the triangles where it has no gradient.
 void add_normals(TriangleMesh& mesh, const Shape& shape, double cell) {
     mesh.normals.resize(mesh.vertices.size());
     parallel_for(mesh.vertices.size(), [&](std::size_t i) {

@@ -12,11 +12,11 @@
 namespace thixo {
 namespace {
 
-constexpr int kPerCell = 3;           // points tried in a cell
+constexpr int kPerCell = 3;           // random points in a cell
 constexpr double kLayer = 0.25;       // half thickness of the layer, in cells
-constexpr Real kStep = Real(0.05);    // of differences, in spacings
-constexpr Real kBeside = Real(0.05);  // of a point where its side is asked, in spacings
-constexpr Real kSteeper = 2;          // that the distance may be in places of a cell than in others
+constexpr Real kStep = Real(0.05);    // for differences, in spacings
+constexpr Real kBeside = Real(0.05);  // how far beside a point its side is evaluated, in spacings
+constexpr Real kSteeper = 2;          // factor by which the slope of a distance may vary within a cell
 constexpr Real kRounded = Real(1.001);
 constexpr double kMostCells = 1e8;  // of one face
 constexpr double kPerBlock = 8;     // spacings an edge of a block that leaves parts of a shape out
@@ -29,7 +29,7 @@ InputError too_many(double spacing) {
     return InputError("a surface at spacing {} m needs too many surfels; ask for fewer or a larger spacing", spacing);
 }
 
-/// Cubes of the final edge that the layer about the face may pass through, near the solid's surface.
+/// The cubes of the final edge that the layer around the face may cross, near the solid's surface.
 class CellSearch {
   public:
     CellSearch(const FacedSolid& solid, const Face& face, double spacing, double reach)
@@ -52,7 +52,7 @@ class CellSearch {
     }
     const std::vector<Cell>& cells() const { return cells_; }
     Vec3 centre(const Cell& c) const { return (lower(c) + Vec3d::Constant(size_ / 2)).cast<Real>(); }
-    /// Of the centre of cell i from the face.
+    /// Distance of the centre of cell i from the face.
     Real distance(std::size_t i) const { return distance_[i]; }
     double edge() const { return edge_; }
     Vec3d lower(const Cell& c) const { return origin_ + size_ * Vec3d(c.x, c.y, c.z); }
@@ -117,8 +117,8 @@ struct Candidate {
 
 using Found = std::vector<std::vector<Candidate>>;  // by chunk
 
-/// Area that a point stands for: a cell's volume is shared by its points; that of the layer is 2 kLayer edge times the
-/// area.
+/// The area that a point stands for. The points of a cell share its volume. The volume of the layer is the area times
+///     2 kLayer edge
 double area_of_point(double spacing) { return square(spacing / 2) / (kPerCell * 2 * kLayer); }
 
 Found points_in_layer(const FacedSolid& solid, int k, double spacing, double reach, std::uint64_t seed) {
@@ -129,18 +129,18 @@ Found points_in_layer(const FacedSolid& solid, int k, double spacing, double rea
     Found found((cells.size() + kChunk - 1) / kChunk);
     parallel_chunks(cells.size(), [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         for (std::size_t i = begin; i < end; ++i) {
-            Real slope = Real(1) / kSteeper;  // that distances in the cell are taken to have
+            Real slope = Real(1) / kSteeper;  // assumed for distances in the cell
             const Real away = std::abs(search.distance(i));
             const Vec3 centre = search.centre(cells[i]);
             for (int j = 0; j < kPerCell; ++j) {
                 const Vec3d u = point_in_cell(seed, static_cast<std::uint64_t>(k), cells[i], j);
                 Candidate c;
                 c.position = (search.lower(cells[i]) + search.edge() * u).cast<Real>();
-                // Distance changes by no more than the way.
+                // A distance changes by no more than the way that a point moves.
                 if (square(away - layer) > (c.position - centre).squaredNorm() * kRounded && away > layer) continue;
                 const Real d = face.distance(c.position);
                 if (!(std::abs(d) < layer * std::min(kSteeper * slope, Real(1)))) continue;
-                // Whether a face bounds the solid there is asked of a point on it.
+                // Only for a point on a face it is known whether the face bounds the solid there.
                 if (!bring_near(face, size, layer, c.position, c.normal, &slope) ||
                     (!solid.single() && !project_onto(face, size, c.position, c.normal)))
                     continue;
@@ -224,7 +224,7 @@ bool FacedSolid::on_surface(const Vec3& x, const Vec3& normal, int k, Real spaci
     if (!bounds_solid(tree, k, std::max(Real(1e-3) * spacing, rounding),
                       [&](int f) { return faces[static_cast<std::size_t>(f)].distance(x); }))
         return false;
-    // Where a face of the other side lies in the same place it is not this one that bounds the solid.
+    // Where a face of the other side coincides with this one, this one does not bound the solid.
     const Real step = std::max(Real(0.02) * spacing, 4 * rounding);
     return shape.distance(x + step * normal) > 0 && shape.distance(x - step * normal) < 0;
 }
@@ -263,7 +263,7 @@ bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
         face.surface->project(x, normal);
         return true;
     }
-    constexpr int kSteps = 12, kKept = 3;  // steps, and those that a gradient by differences serves
+    constexpr int kSteps = 12, kKept = 3;  // steps, and how many of them reuse a gradient by differences
     const bool known = face.shape.knows_slope();
     Vec3 y = x, g = Vec3::Zero();
     Real d = 0, slope = 0;
@@ -272,7 +272,7 @@ bool project_onto(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
         slope = g.norm();
         return slope > Real(1e-2);
     };
-    bool looked = false;  // at y
+    bool looked = false;  // whether the distance at y is known
     for (int i = 0; i < kSteps; ++i) {
         looked = known || i % kKept == 0;
         if (looked && !look()) return false;

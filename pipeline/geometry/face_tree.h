@@ -1,4 +1,4 @@
-// A solid with sharp edges as a boolean tree of solids whose surfaces are smooth: its faces, each extended past its
+// A solid with sharp edges as a boolean tree of solids with smooth surfaces. These are its faces, extended beyond their
 // edges.
 #pragma once
 
@@ -13,8 +13,8 @@
 
 namespace thixo {
 
-/// face: a smooth solid; all: the intersection of the parts; any: their union; except: the first less all others. The
-/// numbers of faces are their places in depth-first order (number_faces).
+/// face: a smooth solid; all: the intersection of the parts; any: their union; except: the first without the others.
+/// Faces are numbered in depth-first order (number_faces).
 struct FaceTree {
     enum class Op { face, all, any, except };
     Op op = Op::face;
@@ -28,10 +28,10 @@ struct FaceTree {
     }
 };
 
-/// The faces of the solid distance < by [m]: what its node tells, or itself.
+/// The faces of the solid distance < by [m]: those that its node gives, or the solid itself.
 FaceTree faces_of(const Shape& shape, Real by = 0);
 
-/// The tree of all that is outside, by De Morgan; faces are inverted.
+/// The tree of the complement, by De Morgan's laws; faces are inverted.
 FaceTree complement(const FaceTree& tree);
 
 /// The tree with f(face) in place of every face.
@@ -42,14 +42,13 @@ FaceTree mapped(FaceTree tree, F&& f) {
     return tree;
 }
 
-/// The same solid by unions and intersections alone: faces that are taken away are inverted, so that all face out of
-/// it.
+/// The same solid by unions and intersections alone. Subtracted faces are inverted, so that all faces point out of it.
 FaceTree without_differences(const FaceTree& tree);
 
 /// Numbers the faces from 0 on in depth-first order and returns them in that order.
 std::vector<Shape> number_faces(FaceTree& tree);
 
-/// Truth of a tree without differences where inside(k) tells on which side of face k a point lies.
+/// The value of a tree without differences, where inside(k) tells on which side of face k a point lies.
 template <class Tree, class Inside>
 bool evaluate(const Tree& tree, Inside&& inside) {
     using Op = typename Tree::Op;
@@ -59,9 +58,9 @@ bool evaluate(const Tree& tree, Inside&& inside) {
     return tree.op != Op::any;
 }
 
-/// Whether a point of face `own` bounds the solid of a tree without differences: it changes with the side of that face.
-/// distance(k) is the point's signed distance to face k; nearer than `tolerance` [m] it counts as whichever side makes
-/// a boundary, so that of coinciding faces all are one.
+/// Whether a point of face `own` lies on the boundary of a tree without differences. There the tree's value changes
+/// with the side of that face. The point's signed distance to face k is distance(k). A point nearer than `tolerance`
+/// [m] counts for the side that makes a boundary, so that all of several coinciding faces are boundaries.
 template <class Tree, class Distance>
 bool bounds_solid(const Tree& tree, int own, Real tolerance, Distance&& distance) {
     return outcomes(tree,
@@ -72,7 +71,7 @@ bool bounds_solid(const Tree& tree, int own, Real tolerance, Distance&& distance
            kOwnSide;
 }
 
-/// Distance by minima and maxima of the faces' distances: the sign of the solid, and as smooth as they are.
+/// Distance by minima and maxima of the faces' distances: it has the sign of the solid's, and their smoothness.
 Real tree_distance(const FaceTree& tree, const Vec3& x);
 
 }  // namespace thixo

@@ -8,7 +8,8 @@
 namespace thixo {
 namespace {
 
-/// One of the twelve edges of a cube, by a hash of the lattice point: evenly spread, and sums stay small numbers.
+/// The direction to one of the twelve edges of a cube, by a hash of the lattice point. The directions are evenly
+/// spread.
 Vec3f lattice_gradient(std::int32_t x, std::int32_t y, std::int32_t z) {
     constexpr float edges[16][3] = {{1, 1, 0},  {-1, 1, 0},  {1, -1, 0}, {-1, -1, 0}, {1, 0, 1},  {-1, 0, 1},
                                     {1, 0, -1}, {-1, 0, -1}, {0, 1, 1},  {0, -1, 1},  {0, 1, -1}, {0, -1, -1},
@@ -22,7 +23,7 @@ Vec3f lattice_gradient(std::int32_t x, std::int32_t y, std::int32_t z) {
 float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 float fade_slope(float t) { return 30 * t * t * (t * (t - 2) + 1); }
 
-/// The gradients at the eight corners of a lattice cube, side by side: one who asks for noise asks nearby next.
+/// The gradients at the eight corners of a lattice cube. They are kept, because the next place is mostly near the last.
 struct LatticeCube {
     std::int32_t x = 0, y = 0, z = 0;
     bool known = false;
@@ -42,7 +43,7 @@ float sum_of(const float (&part)[8]) {
     return ((part[0] + part[4]) + (part[2] + part[6])) + ((part[1] + part[5]) + (part[3] + part[7]));
 }
 
-/// With the gradient or, at half the cost, without.
+/// The noise with its gradient or, at half the cost, without.
 template <bool kSlope>
 NoiseSample noise_at(const Vec3f& p, LatticeCube& cube) {
     const Vec3f base(std::floor(p.x()), std::floor(p.y()), std::floor(p.z())), f = p - base;
@@ -64,12 +65,12 @@ NoiseSample noise_at(const Vec3f& p, LatticeCube& cube) {
     return {sum_of(value), Vec3f(sum_of(along_x), sum_of(along_y), sum_of(along_z))};
 }
 
-/// Shifted from octave to octave, or the zeros of all would fall together at the lattice of the first.
+/// Each octave is shifted. Otherwise the zeros of all octaves would coincide at the lattice of the first.
 Vec3f place_in_octave(const Vec3f& p, float frequency, int k) {
     return frequency * p + Vec3f::Constant(17.31f * float(k));
 }
 
-/// Of this thread, where it last asked; one for each octave.
+/// The cubes that this thread used last: one for each octave.
 LatticeCube& last_cube(int octave) {
     thread_local std::vector<LatticeCube> cubes;
     if (cubes.size() <= std::size_t(octave)) cubes.resize(std::size_t(octave) + 1);

@@ -21,7 +21,7 @@ void ImplicitSurface::build(std::span<const Vec3> positions, std::span<const Vec
         normal_[s] = normals[i];
         if (!groups.empty()) group_[s] = groups[i];
     }
-    grid_.build(position_, support);  // now in cell order: its indices are those of the arrays here
+    grid_.build(position_, support);  // in cell order: the grid's indices are those of these arrays
 }
 
 template <class F>
@@ -63,7 +63,8 @@ std::optional<ImplicitSurface::Sample> ImplicitSurface::evaluate_gradient(const 
     if (!average.defined()) return std::nullopt;
     const Vec3 n = average.unit_normal();
     const Vec3 to_average = average.position / average.weight;  // a - x
-    // grad a = sum (s_i - a) grad w_i^T / sum w_i,  grad n = (1 - n n^T) sum n_i grad w_i^T / |sum w_i n_i|
+    //     grad a = sum (s_i - a) grad w_i^T / sum w_i  [1]
+    //     grad n = (1 - n n^T) sum n_i grad w_i^T / |sum w_i n_i|  [1/m]
     const Mat3 a_slope = (offset_slope - to_average * weight_slope.transpose()) / average.weight;
     const Mat3 n_slope = (normal_slope - n * (n.transpose() * normal_slope)) / average.normal.norm();
     const Vec3 gradient = n - a_slope.transpose() * n - n_slope.transpose() * to_average;
@@ -88,8 +89,8 @@ std::optional<Vec3> ImplicitSurface::nearest_normal(const Vec3& x) const {
 
 namespace {
 
-/// Iterates x <- next(sample at x) until the step is small. Steps longer than half a support are shortened: they would
-/// leave the domain.
+/// Iterates x <- next(sample at x) until the step is small. Steps longer than half a support would leave the domain and
+/// are shortened.
 template <class Evaluate, class Next>
 SurfaceProjection iterate(const Vec3& start, Real support, const ProjectionLimits& limits, Evaluate&& evaluate,
                           Next&& next) {
@@ -137,7 +138,7 @@ SurfaceProjection ImplicitSurface::project_orthogonal(const Vec3& x0, const Surf
         x0, support_, limits, [&](const Vec3& x) { return evaluate_gradient(x, selection); },
         [&](const Sample& s, const Vec3&) -> Vec3 {
             const Real slope = s.normal.dot(s.gradient);
-            // Where F hardly changes along n the foot point is not determined; along n itself is the safe way.
+            // Where F hardly changes along n, the foot point is not determined. The step then goes along n.
             const Vec3 direction = slope > Real(0.1) ? Vec3(s.gradient / slope) : s.normal;
             return x0 - s.normal.dot(x0 - s.average) * direction;
         });
@@ -153,7 +154,7 @@ SurfaceRoot ImplicitSurface::root(const Vec3& from, const Vec3& to, const Surfel
         result.status = SurfaceStatus::left_domain;
         return result;
     }
-    // Brent 1973, chapter 4: b is the best point, c on the other side of the root, a the best before.
+    // Brent 1973, chapter 4: b is the best point, a the best before it, and c lies on the other side of the root.
     Real a = 0, b = 1, c = 0, fa = first->value, fb = last->value, fc = fa;
     if ((fa > 0) == (fb > 0) && fa != 0 && fb != 0) return result;
     Real step = b - a, previous = step;

@@ -1,5 +1,5 @@
-// The smooth surface that a cloud of surfels stands for, as the zero set of an implicit function. Dissertation 2.5.1
-// (Adamson & Alexa 2004).
+// The smooth surface that a cloud of surfels represents, as the zero set of an implicit function.
+// Source: dissertation 2.5.1 (Adamson & Alexa 2004).
 #pragma once
 
 #include <optional>
@@ -12,8 +12,9 @@
 
 namespace thixo {
 
-/// Sums of the weighted average of surfels as seen from a point x: a(x) = sum w_i s_i / sum w_i, n(x) = unit(sum w_i
-/// n_i).
+/// Sums of the weighted average of surfels around a point x:
+///     a(x) = sum w_i s_i / sum w_i  [m]
+///     n(x) = unit(sum w_i n_i)  [1]
 struct SurfelAverage {
     /// Adds a surfel of weight w at offset = s_i - x [m] with unit normal n_i.
     void add(Real w, const Vec3& offset, const Vec3& n) {
@@ -24,7 +25,7 @@ struct SurfelAverage {
     }
     /// False where no surfel was added or the normals cancel: F is undefined there.
     bool defined() const { return weight > 0 && normal.squaredNorm() > square(Real(1e-6) * weight); }
-    /// F(x) = n(x).(x - a(x)) [m], > 0 outside. Requires defined().
+    /// F(x) = n(x).(x - a(x))  [m], > 0 outside. Requires defined().
     Real value() const { return -normal.dot(position) / (normal.norm() * weight); }
     Vec3 unit_normal() const { return normal.normalized(); }
 
@@ -54,17 +55,17 @@ struct SurfelSums {
     Lanes weight{}, x{}, y{}, z{}, nx{}, ny{}, nz{}, planes{};
 };
 
-/// Which surfels take part. Thin sheets need it: the other side must not be averaged in.
+/// Selects surfels. Thin sheets need it, because surfels of the other side must not enter the average.
 struct SurfelSelection {
-    Vec3 reference{0, 0, 0};               // unit normal to agree with; zero: any
-    Real least_cosine = Real(0.70710678);  // of the angle between a surfel's normal and the reference: 45 degrees
+    Vec3 reference{0, 0, 0};               // unit normal that surfels must agree with; zero: any
+    Real least_cosine = Real(0.70710678);  // of the angle between normal and reference: 45 degrees
     std::optional<std::int32_t> group{};   // body or sheet; empty: any
 };
 
 /// How a projection or a search for a root ended.
 enum class SurfaceStatus {
     converged,
-    step_cap,     ///< the greatest number of steps was taken; the result is the last iterate
+    step_cap,     ///< the largest number of steps was taken; the result is the last iterate
     left_domain,  ///< an iterate has no surfel within the support: F is undefined there
     no_root,      ///< a root was sought where F does not change sign
 };
@@ -82,23 +83,23 @@ struct SurfaceRoot {
     SurfaceStatus status = SurfaceStatus::no_root;
 };
 
-/// When iterations stop.
+/// Limits at which iterations stop.
 struct ProjectionLimits {
-    Real tolerance = Real(1e-4);  // the step is below this part of the support
+    Real tolerance = Real(1e-4);  // steps below this part of the support end the iteration
     int steps = 20;
 };
 
 class ImplicitSurface {
   public:
-    /// F and what it is made of at one point.
+    /// F and its terms at one point.
     struct Sample {
         Real value = 0;         // F [m]
         Vec3 average{0, 0, 0};  // a [m]
         Vec3 normal{0, 0, 0};   // n, unit
         Real planes =
             0;  // mean signed distance sum w_i n_i.(x - s_i) / sum w_i from the surfels' planes [m] (Shen et al. 2004)
-        Vec3 gradient{0, 0, 0};  // grad F [1]; zero where only the value was asked for
-        Real agreement = 1;      // |sum w_i n_i| / sum w_i: 1 where all normals are one, little inside a thin sheet
+        Vec3 gradient{0, 0, 0};  // grad F [1]; zero where evaluate gives the value alone
+        Real agreement = 1;      // |sum w_i n_i| / sum w_i: 1 where normals are equal, small inside a thin sheet
     };
 
     /// Copies the surfels. `support` h_s > 0 [m]; `groups` (body or sheet of each surfel) may be empty.
@@ -107,27 +108,31 @@ class ImplicitSurface {
 
     Real support() const { return support_; }
 
-    /// F(x) = n(x).(x - a(x)) with weights w_poly6(x - s_i, h_s). Empty outside the union of the chosen surfels'
-    /// support balls, and where their normals cancel: nothing is guessed there.
+    /// F(x) = n(x).(x - a(x))  [m], with the weights w_poly6(x - s_i, h_s). Empty where x is outside the supports of
+    /// all chosen surfels, and where their normals cancel.
     std::optional<Sample> evaluate(const Vec3& x, const SurfelSelection& selection = {}) const;
-    /// The same with grad F = n - (grad a)^T n + (grad n)^T (x - a).
+    /// The same with the gradient
+    ///     grad F = n - (grad a)^T n + (grad n)^T (x - a)  [1]
     std::optional<Sample> evaluate_gradient(const Vec3& x, const SurfelSelection& selection = {}) const;
 
     /// Normal of the surfel nearest to x; empty where none is within the support.
     std::optional<Vec3> nearest_normal(const Vec3& x) const;
 
-    /// x <- x - F(x) n(x), until the step is small.
+    /// Iterates until the step is small:
+    ///     x <- x - F(x) n(x)
     SurfaceProjection project_simple(const Vec3& x, const SurfelSelection& selection = {},
                                      const ProjectionLimits& limits = {}) const;
-    /// x' <- x0 - (n(x').(x0 - a(x'))) n(x'): ends nearly below the start point x0.
+    /// Ends nearly below the start point x0. Iterates
+    ///     x' <- x0 - (n(x').(x0 - a(x'))) n(x')
     SurfaceProjection project_almost_orthogonal(const Vec3& x, const SurfelSelection& selection = {},
                                                 const ProjectionLimits& limits = {}) const;
-    /// x' <- x0 - q grad F(x'), q = n(x').(x0 - a(x')) / (n(x').grad F(x')): the foot point of x0 (2.52).
+    /// Ends at the foot point of x0 (2.52). Iterates
+    ///     x' <- x0 - q grad F(x'),  q = n(x').(x0 - a(x')) / (n(x').grad F(x'))
     SurfaceProjection project_orthogonal(const Vec3& x, const SurfelSelection& selection = {},
                                          const ProjectionLimits& limits = {}) const;
 
-    /// Root of F on the segment by Brent's method; F must be defined and of opposite signs at its ends. t is good to
-    /// `tolerance` of the support.
+    /// Root of F on the segment by Brent's method. F must be defined at both ends, with opposite signs. The root is
+    /// exact to `tolerance` supports.
     SurfaceRoot root(const Vec3& from, const Vec3& to, const SurfelSelection& selection = {},
                      const ProjectionLimits& limits = {}) const;
 

@@ -1,13 +1,15 @@
-// SPH smoothing kernels in 3D with compact support: zero for r >= h. Source: dissertation 4.3.2 (Mueller et al. 2003).
-// Units: r, h in m; a kernel in m^-3, its gradient in m^-4, its Laplacian in m^-5. Each integrates to one over its
-// ball.
+// SPH smoothing kernels in 3D. Each is zero for r >= h and integrates to one over its ball.
+// Source: dissertation 4.3.2 (Mueller et al. 2003).
+// Units: r, h [m]; kernel [m^-3], gradient [m^-4], Laplacian [m^-5].
 #pragma once
 
 #include "pipeline/base/math.h"
 
 namespace thixo {
 
-/// w(r) = 315/(64 pi h^3) (1 - r^2/h^2)^3.  Takes r^2, so that density sums need no square root.
+/// The kernel poly6:
+///     w(r) = 315/(64 pi h^3) (1 - r^2/h^2)^3  [m^-3]
+/// It takes r^2, so that density sums need no square root.
 struct Poly6 {
     explicit Poly6(Real support)
         : h2_inv(Real(1) / (support * support)), scale(Real(315.0 / (64.0 * kPi)) / cube(support)) {}
@@ -23,8 +25,10 @@ struct Poly6 {
     Real h2_inv, scale;
 };
 
-/// w(r) = 15/(pi h^3) (1 - r/h)^3, grad w = -45/(pi h^4) (1 - r/h)^2 r_vec/r: its gradient does not vanish at the
-/// centre, so that pressure keeps close particles apart.
+/// The kernel spiky:
+///     w(r) = 15/(pi h^3) (1 - r/h)^3  [m^-3]
+///     grad w = -45/(pi h^4) (1 - r/h)^2 r_vec/r  [m^-4]
+/// Its gradient does not vanish at the centre, so that pressure keeps close particles apart.
 struct Spiky {
     explicit Spiky(Real support) : h_inv(Real(1) / support), scale(Real(15.0 / kPi) / cube(support)) {}
     Real value(Real r) const {
@@ -39,11 +43,11 @@ struct Spiky {
     Real h_inv, scale;
 };
 
-/// The cubic spline (Monaghan & Lattanzio 1985) whose slope keeps inside h/3 the value it has there, its steepest
-/// (Thomas & Couchman 1992 do so with the gradient alone). By positive parts, (a)+ = max(a, 0):
-///   w(r) = 16/(pi (1 + 16/3645) h^3) ((1 - r/h)+^3 - 4 (1/2 - r/h)+^3 + 3 (1/3 - r/h)+^3)
-/// It is smooth enough that one kernel serves density and pressure, and convex, so that no two particles are pressed
-/// into one place.
+/// The cubic spline (Monaghan & Lattanzio 1985) with a constant slope for r < h/3, where it would become flatter.
+/// Thomas & Couchman 1992 change the gradient alone in this way. With positive parts, (a)+ = max(a, 0):
+///     w(r) = 16/(pi (1 + 16/3645) h^3) ((1 - r/h)+^3 - 4 (1/2 - r/h)+^3 + 3 (1/3 - r/h)+^3)  [m^-3]
+/// It is smooth enough to serve density and pressure alike. It is convex, so that pressure drives no two particles into
+/// one place.
 struct ConvexSpline {
     explicit ConvexSpline(Real support)
         : h_inv(Real(1) / support), scale(Real(16.0 / kPi / (1 + 16.0 / 3645)) / cube(support)) {}
@@ -62,7 +66,9 @@ struct ConvexSpline {
     static Real part(Real a) { return a > 0 ? a : Real(0); }
 };
 
-/// w(r) = 15/(2 pi h^3) (-r^3/(2 h^3) + r^2/h^2 + h/(2 r) - 1), lap w = 45/(pi h^5) (1 - r/h), positive everywhere.
+/// The kernel of viscosity, whose Laplacian is positive everywhere:
+///     w(r) = 15/(2 pi h^3) (-r^3/(2 h^3) + r^2/h^2 + h/(2 r) - 1)  [m^-3]
+///     lap w = 45/(pi h^5) (1 - r/h)  [m^-5]
 struct ViscosityKernel {
     explicit ViscosityKernel(Real support)
         : h(support),

@@ -23,14 +23,14 @@ Quatd exp_of(const Vec3d& w) {
     return Quatd(std::cos(angle / 2), v.x(), v.y(), v.z());
 }
 
-/// Velocity at a key between the mean velocities before and after it: their harmonic mean where they are parallel, less
-/// the more they turn.
+/// Velocity at a key, from the mean velocities before and after it. It is their harmonic mean where they are parallel
+/// and becomes smaller with the angle between them.
 Vec3d key_velocity(const Vec3d& before, const Vec3d& after) {
     const double a = before.norm(), b = after.norm();
     return a + b > 0 ? Vec3d((b * before + a * after) / (a + b)) : Vec3d::Zero();
 }
 
-/// Cumulative cubic Bernstein polynomials b1, b2, b3 at s and their derivatives; for a linear segment b2 = s alone.
+/// Cumulative cubic Bernstein polynomials b1, b2, b3 at s and their derivatives. A linear segment has b2 = s alone.
 struct Basis {
     Basis(double s, bool cubic) {
         if (!cubic) {
@@ -109,7 +109,7 @@ RigidVelocity RigidMotion::velocity(double time) const {
     const auto& p = seg.position;
     const Vec3d linear = 3 * (r * r * (p[1] - p[0]) + 2 * s * r * (p[2] - p[1]) + s * s * (p[3] - p[2])) / dt;
 
-    // d/dt of the product: each factor turns about its own fixed axis, seen through the factors left of it.
+    // Time derivative of the product. Each factor turns about its own fixed axis, rotated by the factors left of it.
     const Basis b(s, seg.cubic);
     Quatd left = keys_[k].rotation;
     Vec3d angular = Vec3d::Zero();

@@ -13,7 +13,7 @@ struct RigidKey {
     Quatd rotation = Quatd::Identity();  // unit
 };
 
-/// x -> rotation x + translation
+/// The map x -> rotation x + translation.
 struct RigidPose {
     Quatd rotation = Quatd::Identity();
     Vec3d translation{0, 0, 0};
@@ -21,23 +21,26 @@ struct RigidPose {
     Vec3d apply_inverse(const Vec3d& x) const { return rotation.conjugate() * (x - translation); }
 };
 
-/// Velocity of the body's origin (the image of x = 0) and angular velocity, both in the world frame: a material point
-/// that stands at y moves with linear + angular x (y - translation).
+/// Velocity of the body's origin (the image of x = 0) and angular velocity, both in the world frame. A material point
+/// at y has the velocity
+///     linear + angular x (y - translation)  [m/s]
 struct RigidVelocity {
     Vec3d linear{0, 0, 0};   // m/s
     Vec3d angular{0, 0, 0};  // rad/s
 };
 
-/// How a motion runs between keys. linear: constant velocities with jumps at keys. smooth: velocities are continuous,
-/// zero at the first and the last key and wherever a neighbouring key holds the same place; a straight row of keys is
-/// never overshot.
+/// How a motion runs between keys. linear: velocities are constant and jump at keys. smooth: velocities are continuous.
+/// They are zero at the first and last key and at a key that has the same place as a neighbouring one. A straight row
+/// of keys is never overshot.
 enum class Interpolation { linear, smooth };
 
-/// Motion along keys; at rest before the first and after the last. Without keys the identity.
-///   smooth positions: cubic Hermite with tangents m = (|d1| d0 + |d0| d1)/(|d0| + |d1|), d the mean velocities before
-///   and after the key (harmonic mean where they are parallel: Fritsch & Butland 1984) smooth rotations: Hermite
-///   quaternion curve (Kim, Kim & Shin 1995) with the same rule for the angular velocities at keys
-/// Between two keys the rotation takes the shorter way, at most 180 degrees.
+/// Motion along keys. The body is at rest before the first key and after the last. Without keys it is the identity.
+///
+/// Smooth positions are cubic Hermite curves. With the mean velocities d0 before and d1 after a key, its tangent is
+///     m = (|d1| d0 + |d0| d1)/(|d0| + |d1|)  [m/s]
+/// Where d0 and d1 are parallel this is their harmonic mean (Fritsch & Butland 1984). Smooth rotations are Hermite
+/// quaternion curves (Kim, Kim & Shin 1995); the same rule gives the angular velocities at keys. Between two keys a
+/// rotation takes the shorter way, at most 180 degrees.
 class RigidMotion {
   public:
     RigidMotion() = default;
@@ -45,7 +48,7 @@ class RigidMotion {
     explicit RigidMotion(std::vector<RigidKey> keys, Interpolation interpolation = Interpolation::smooth);
 
     RigidPose pose(double time) const;
-    /// Exact time derivative of pose; at a jump of a linear motion that of the segment that begins there.
+    /// Exact time derivative of pose. At a jump of a linear motion it is that of the segment that begins there.
     RigidVelocity velocity(double time) const;
     bool moves() const { return keys_.size() > 1; }
     const std::vector<RigidKey>& keys() const { return keys_; }
@@ -53,8 +56,10 @@ class RigidMotion {
   private:
     struct Segment {        // between keys k and k+1, s in [0, 1]
         Vec3d position[4];  // Bezier points
-        Vec3d turn[3];      // rotation(s) = rotation_k exp(turn0 b1(s)) exp(turn1 b2(s)) exp(turn2 b3(s))
-        bool cubic = true;  // b: cumulative cubic Bernstein polynomials, or else (linear) turn1 alone with b2 = s
+        // With cumulative cubic Bernstein polynomials b1, b2, b3; a linear segment has turn1 alone, with b2 = s:
+        //     rotation(s) = rotation_k exp(turn0 b1(s)) exp(turn1 b2(s)) exp(turn2 b3(s))
+        Vec3d turn[3];
+        bool cubic = true;
     };
     std::size_t segment_at(double time) const;
 
@@ -63,7 +68,7 @@ class RigidMotion {
 };
 
 /// Keys with rotations in degrees about the fixed axes x, then y, then z. Throws InputError where an angle changes by
-/// 180 degrees or more between two keys: the way round would be lost.
+/// 180 degrees or more between two keys, because the direction of the turn would be lost.
 RigidMotion motion_from_degrees(const std::vector<double>& times, const std::vector<Vec3d>& positions,
                                 const std::vector<Vec3d>& degrees, Interpolation interpolation = Interpolation::smooth);
 

@@ -26,7 +26,7 @@ Vec2d smooth_normal(const Vec2d& n0, double length0, const Vec2d& n1, double len
 Corner corner_at(const Vec2d& previous, const Vec2d& here, const Vec2d& next) {
     const Vec2d n0 = edge_normal(previous, here), n1 = edge_normal(here, next);
     if (on_axis(here)) {
-        // The neighbour across the axis is the edge's own mirror image.
+        // At the axis the neighbouring edge is the mirror image of the edge itself.
         const auto at_pole = [](const Vec2d& n) {
             const bool smooth = 2 * n.y() * n.y() - 1 > kSharp;
             return smooth ? Vec2d(0, n.y() > 0 ? 1 : -1) : n;
@@ -38,8 +38,8 @@ Corner corner_at(const Vec2d& previous, const Vec2d& here, const Vec2d& next) {
     return {n, n};
 }
 
-/// Rings of vertices about the axis; a ring on the axis still has a vertex a segment, so that each can have its own
-/// normal.
+/// Rings of vertices about the axis. A ring on the axis still has one vertex per segment, each with a normal of its
+/// own.
 class Lathe {
   public:
     explicit Lathe(int segments) : segments_(segments) {

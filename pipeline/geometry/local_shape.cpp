@@ -14,7 +14,7 @@ namespace {
 constexpr int kMostBlocks = 64;           // along an axis
 const Real kHalfDiagonal = Real(0.8661);  // of a cube of edge 1, rounded up
 
-/// A cube of `blocks` (a power of two) blocks along an edge, and the shape that serves it.
+/// A cube of `blocks` (a power of two) blocks along an edge, and the shape that is evaluated in it.
 struct Cube {
     Eigen::Array3i at;  // its first block
     int blocks;
@@ -55,8 +55,8 @@ class Blocks final : public Shape::Node, public SlopedNode {
         return part ? *part : shape_;
     }
 
-    /// Leaves out of every cube what does not matter in it; gives those near the surface that can be cut further as
-    /// eight each.
+    /// Drops the parts that do not matter in each cube. Returns the cubes near the surface that can be divided further,
+    /// as eight each.
     std::vector<Cube> refine(std::vector<Cube>& cubes) {
         std::vector<char> near(cubes.size());
         parallel_for(
@@ -112,7 +112,7 @@ Shape by_blocks(const Shape& shape, double block) {
     positive_size(block, "block");
     const auto bounds = shape.bounds();
     if (!bounds || !dynamic_cast<const PartedNode*>(&shape.node())) return shape;
-    // Just outside is asked as often as just inside.
+    // Places just outside are evaluated as often as places just inside.
     const Box3 box = grown(*bounds, Real(block));
     const Real extent = (box.upper - box.lower).maxCoeff();
     int along = 1;

@@ -1,4 +1,4 @@
-// Shapes of many parts where few of them matter: in a small ball, and block by block.
+// Faster evaluation of shapes with many parts: in a small ball, or in a block, few parts matter.
 #pragma once
 
 #include <memory>
@@ -13,18 +13,19 @@ struct Ball3 {
     Real radius = 0;
 };
 
-/// What a node can tell that asks several parts: which of them matter in a ball.
+/// A node with several parts that can tell which of them matter in a ball.
 struct PartedNode {
     virtual ~PartedNode() = default;
-    /// A shape of the same distance at every point of the ball that asks fewer parts; empty where none can be left out.
-    /// Rests on distances changing by no more than the point moves.
+    /// A shape with fewer parts and the same distance at every point of the ball; empty where no part can be left out.
+    /// This holds because a distance changes by no more than the point moves.
     virtual std::optional<Shape> within(const Ball3& ball) const = 0;
 };
 
-/// The same of any shape.
+/// The same for any shape.
 std::optional<Shape> parts_within(const Shape& shape, const Ball3& ball);
 
-/// A copy of a node that changes one shape, for what matters in the ball, told in that shape's own space.
+/// A copy of a node that transforms one shape, with the parts that matter in the ball. The ball is given in the space
+/// of that shape.
 template <class N>
 std::optional<Shape> with_parts_within(const N& node, const Ball3& ball) {
     auto inner = parts_within(node.shape, ball);
@@ -34,10 +35,10 @@ std::optional<Shape> with_parts_within(const N& node, const Ball3& ball) {
     return Shape(std::move(copy));
 }
 
-/// The shape with the same distance everywhere, quicker near its surface: cubic blocks of about this edge [m], not
-/// under 1/64 of its extent, ask only the parts that matter in them. Pays for shapes of many parts asked many times a
-/// block; one that leaves nothing out anywhere, or has no bounds, is returned as it is. Throws InputError where block
-/// <= 0.
+/// A shape with the same distance everywhere that is faster near its surface. Cubic blocks of about the edge `block`
+/// [m], at least 1/64 of the extent, evaluate only the parts that matter in them. This pays for shapes of many parts
+/// that are evaluated many times per block. A shape that has no bounds, or that no block can simplify, is returned
+/// unchanged. Throws InputError where block <= 0.
 Shape by_blocks(const Shape& shape, double block);
 
 }  // namespace thixo

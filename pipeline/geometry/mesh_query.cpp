@@ -11,7 +11,7 @@
 namespace thixo {
 namespace {
 
-// A tree over 2^32 triangles split at medians is at most 32 deep; a traversal keeps one waiting node a level.
+// A tree over 2^32 triangles that is split at medians is at most 32 deep. A traversal keeps one node per level waiting.
 constexpr int kStack = 64;
 
 /// Closest point of a triangle by the region of its barycentric plane (Ericson 2005, 5.1.5).
@@ -91,7 +91,7 @@ MeshQuery::Closest MeshQuery::closest(const Vec3& x, Index near) const {
     while (top > 0) {
         Waiting at = stack[--top];
         if (at.distance2 > best2) continue;
-        for (;;) {  // down the nearer children, the farther ones wait
+        for (;;) {  // goes down the nearer children, the farther ones wait
             const TreeNode& node = tree_->nodes[at.node];
             if (node.count > 0) {
                 for (Index k = node.first; k < node.first + node.count; ++k) {

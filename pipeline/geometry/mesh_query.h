@@ -27,15 +27,16 @@ class MeshQuery {
         Vec3 point;
         Index triangle;  // of mesh().triangles; the lowest index where several are equally near
     };
-    /// Quicker where `near` is a triangle (of mesh().triangles, with an area) not far from the closest one; the result
-    /// is the same.
+    /// The same result, found faster where the triangle `near` (of mesh().triangles, with an area) is not far from the
+    /// closest one.
     Closest closest(const Vec3& x, Index near = kNone) const;
 
-    /// Generalised winding number (Jacobson et al. 2013), w(x) = sum of signed solid angles / (4 pi): 1 inside, 0
-    /// outside a closed mesh, smooth across holes. Far clusters by their dipole (Barill et al. 2018): farther than
-    /// accuracy * cluster radius.
+    /// Generalised winding number (Jacobson et al. 2013):
+    ///     w(x) = sum of signed solid angles / (4 pi)
+    /// It is 1 inside and 0 outside a closed mesh, and smooth across holes. Clusters farther away than accuracy *
+    /// cluster radius are approximated by their dipole (Barill et al. 2018).
     Real winding_number(const Vec3& x, Real accuracy = Real(2.3)) const;
-    /// winding_number(x) > 1/2
+    /// Whether winding_number(x) > 1/2.
     bool inside(const Vec3& x) const;
     /// Closest distance, negative inside.
     Real signed_distance(const Vec3& x) const;

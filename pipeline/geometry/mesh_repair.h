@@ -1,4 +1,4 @@
-// What is wrong with a mesh, and small changes to it.
+// Diagnosis of meshes, and small changes to them.
 #pragma once
 
 #include "pipeline/geometry/mesh.h"
@@ -6,7 +6,7 @@
 
 namespace thixo {
 
-/// What a mesh is like.
+/// Counts and properties of a mesh.
 struct MeshReport {
     std::size_t vertices = 0, triangles = 0;
     std::size_t open_edges = 0;            // used by one triangle only (edges compared by position)
@@ -19,18 +19,19 @@ struct MeshReport {
 };
 MeshReport inspect_mesh(const TriangleMesh& mesh);
 
-/// For every vertex the number of its position: equal positions have equal numbers, below `count`, in the order of
-/// their first vertex.
+/// A number for the position of every vertex, below `count`. Equal positions have equal numbers, in the order of their
+/// first vertex.
 std::vector<Index> position_numbers(const std::vector<Vec3f>& vertices, Index& count);
 
-/// Merges vertices of equal position (bit for bit), drops all but the triangles, keeps the order of first use.
+/// Merges vertices of equal position (bit for bit), in the order of their first use. Keeps positions and triangles
+/// alone.
 TriangleMesh welded(const TriangleMesh& mesh);
 
-/// x -> rotation (factor x) + translation for vertices, rotation for normals. Requires factor > 0.
+/// Maps vertices by x -> rotation (factor x) + translation, and normals by the rotation. Requires factor > 0.
 void transform_mesh(TriangleMesh& mesh, double factor, const Quatd& rotation, const Vec3d& translation);
-/// Turns one triangle round, with its texture coordinates.
+/// Reverses one triangle, with its texture coordinates.
 void turn_triangle(TriangleMesh& mesh, std::size_t k);
-/// Turns every triangle and normal round.
+/// Reverses every triangle and normal.
 void flip_mesh(TriangleMesh& mesh);
 
 }  // namespace thixo

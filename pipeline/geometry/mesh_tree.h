@@ -27,8 +27,8 @@ struct TriangleTree {
     std::vector<TreeTriangle> triangles;  // in leaf order
 };
 
-/// Splits at the median along the longest axis of the centroids, down to four triangles a leaf. Requires triangles not
-/// empty.
+/// Splits at the median along the longest axis of the centroids, down to four triangles per leaf. Requires at least one
+/// triangle.
 TriangleTree build_triangle_tree(std::vector<TreeTriangle> triangles);
 
 }  // namespace thixo

@@ -1,4 +1,4 @@
-// Points of a grid about a place, kLanes at a time, straight from the grid's own arrays: no lists, no gathering.
+// Visits the points of a grid around a place, kLanes at a time, directly from the grid's arrays, without lists.
 #pragma once
 
 #include <bit>
@@ -25,10 +25,10 @@ bool any_lane(Mask mask) {
 #endif
 }
 
-/// Calls f(slot, x, y, z, r2) for runs of slots with a point nearer than `radius` to p: offsets from p and squared
-/// distances. Lanes of points out of reach, and those past the end of a row, have offsets 0 and r2 = radius^2, where
-/// kernels vanish. Requires radius <= grid.cell(). Arrays that f loads in slot order need PointGrid::kPadding places
-/// more than points.
+/// Calls f(slot, x, y, z, r2) for runs of slots with a point nearer than `radius` to p. It passes offsets from p and
+/// squared distances. Lanes of points out of reach, and lanes past the end of a row, have offsets 0 and r2 = radius^2,
+/// where kernels vanish. Requires radius <= grid.cell(). Arrays that f loads in slot order need PointGrid::kPadding
+/// more places than points.
 template <class F>
 void for_each_near_run(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
     static_assert(PointGrid::kPadding >= kLanes);
@@ -61,8 +61,8 @@ void for_each_set_lane(Mask mask, F&& f) {
     for (; bits != 0; bits &= bits - 1) f(static_cast<Index>(std::countr_zero(bits)));
 }
 
-/// Calls f(slot, lanes, r2) for runs of slots, of which the first `lanes` count, with a point nearer than `radius` to
-/// p, which may exceed the cell.
+/// Calls f(slot, lanes, r2) for runs of slots with a point nearer than `radius` to p. The first `lanes` slots of a run
+/// count. `radius` may exceed the cell.
 template <class F>
 void for_each_box_run(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
     const Real limit = radius * radius;
@@ -79,7 +79,7 @@ void for_each_box_run(const PointGrid& grid, const Vec3& p, Real radius, F&& f) 
         }
 }
 
-/// Calls f(slot, r2) for every point nearer than `radius` to p, which may exceed the cell.
+/// Calls f(slot, r2) for every point nearer than `radius` to p. `radius` may exceed the cell.
 template <class F>
 void for_each_in_box(const PointGrid& grid, const Vec3& p, Real radius, F&& f) {
     const Real limit = radius * radius;

@@ -12,7 +12,7 @@
 namespace thixo {
 namespace {
 
-// Row m lists the lanes set in the 8-bit mask m, in order: a permutation that moves them to the front.
+// Row m lists the lanes that are set in the 8-bit mask m, in order. As a permutation it moves them to the front.
 constexpr std::array<std::array<std::uint32_t, 8>, 256> front_lanes() {
     std::array<std::array<std::uint32_t, 8>, 256> table{};
     for (unsigned mask = 0; mask < 256; ++mask) {
@@ -24,23 +24,28 @@ constexpr std::array<std::array<std::uint32_t, 8>, 256> front_lanes() {
 }
 alignas(32) constexpr auto kFrontLanes = front_lanes();
 
-/// The box about the points that share candidates.
+/// The box around the points that share candidates.
 struct Around {
     Vec3 lower, upper;
 };
 
-// Eight lanes of candidates at a time, in float; the lanes that pass are stored side by side. Every store writes eight
-// places, of which those past the last one passed are overwritten or never read.
+/// Arrays of coordinates.
+template <class T>
+struct Coordinates {
+    T *x, *y, *z;
+};
+
+// In float, eight candidates are tested at a time, and those that pass are stored side by side. Every store writes
+// eight places. The places past the last that passed are overwritten or never read.
 
 [[maybe_unused]] __m256i front(unsigned mask) {
     return _mm256_load_si256(reinterpret_cast<const __m256i*>(kFrontLanes[mask].data()));
 }
 
-/// Appends to the arrays xs, ys, zs, slots those of the slots begin..end - 1 that lie within sqrt(limit) of the box;
-/// returns how many. Reads up to 7 slots past the end.
-[[maybe_unused]] std::size_t append_near(const float* x, const float* y, const float* z, Index begin, Index end,
-                                         const Around& box, float limit, float* xs, float* ys, float* zs,
-                                         Index* slots) {
+/// Writes those of the slots begin..end - 1 that lie within sqrt(limit) of the box to `near` and `slots`. Returns how
+/// many there are. Reads up to 7 slots past the end.
+[[maybe_unused]] std::size_t append_near(Coordinates<const float> at, Index begin, Index end, const Around& box,
+                                         float limit, Coordinates<float> near, Index* slots) {
     const __m256 lx = _mm256_set1_ps(box.lower.x()), ly = _mm256_set1_ps(box.lower.y()),
                  lz = _mm256_set1_ps(box.lower.z()), ux = _mm256_set1_ps(box.upper.x()),
                  uy = _mm256_set1_ps(box.upper.y()), uz = _mm256_set1_ps(box.upper.z()), l2 = _mm256_set1_ps(limit),
@@ -51,15 +56,15 @@ struct Around {
     };
     std::size_t found = 0;
     for (Index s = begin; s < end; s += 8) {
-        const __m256 px = _mm256_loadu_ps(x + s), py = _mm256_loadu_ps(y + s), pz = _mm256_loadu_ps(z + s);
+        const __m256 px = _mm256_loadu_ps(at.x + s), py = _mm256_loadu_ps(at.y + s), pz = _mm256_loadu_ps(at.z + s);
         const __m256 dx = beyond(px, lx, ux), dy = beyond(py, ly, uy), dz = beyond(pz, lz, uz);
         const __m256 r2 = _mm256_fmadd_ps(dz, dz, _mm256_fmadd_ps(dy, dy, _mm256_mul_ps(dx, dx)));
         auto mask = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(r2, l2, _CMP_LT_OQ)));
         if (end - s < 8) mask &= (1u << (end - s)) - 1;
         const __m256i order = front(mask);
-        _mm256_storeu_ps(xs + found, _mm256_permutevar8x32_ps(px, order));
-        _mm256_storeu_ps(ys + found, _mm256_permutevar8x32_ps(py, order));
-        _mm256_storeu_ps(zs + found, _mm256_permutevar8x32_ps(pz, order));
+        _mm256_storeu_ps(near.x + found, _mm256_permutevar8x32_ps(px, order));
+        _mm256_storeu_ps(near.y + found, _mm256_permutevar8x32_ps(py, order));
+        _mm256_storeu_ps(near.z + found, _mm256_permutevar8x32_ps(pz, order));
         const __m256i ids = _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(s)), lanes);
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(slots + found), _mm256_permutevar8x32_epi32(ids, order));
         found += static_cast<std::size_t>(__builtin_popcount(mask));
@@ -67,17 +72,18 @@ struct Around {
     return found;
 }
 
-/// Appends candidate[k] for every k < n with |(x, y, z)_k - p|^2 < limit to `out`, in order; returns how many. Reads
-/// and writes up to 7 places past the end. The arrays' unused places hold infinity.
-[[maybe_unused]] std::size_t append_within(const float* x, const float* y, const float* z, const Index* candidate,
-                                           std::size_t n, const Vec3f& p, float limit, Index* out) {
+/// Writes candidate[k] to `out`, in order, for every k < n with
+///     |at_k - p|^2 < limit
+/// Returns how many there are. Reads and writes up to 7 places past the end. Unused places of the arrays hold infinity.
+[[maybe_unused]] std::size_t append_within(Coordinates<const float> at, const Index* candidate, std::size_t n,
+                                           const Vec3f& p, float limit, Index* out) {
     const __m256 px = _mm256_set1_ps(p.x()), py = _mm256_set1_ps(p.y()), pz = _mm256_set1_ps(p.z()),
                  l2 = _mm256_set1_ps(limit);
     std::size_t found = 0;
     for (std::size_t k = 0; k < n; k += 8) {
-        const __m256 dx = _mm256_sub_ps(_mm256_loadu_ps(x + k), px);
-        const __m256 dy = _mm256_sub_ps(_mm256_loadu_ps(y + k), py);
-        const __m256 dz = _mm256_sub_ps(_mm256_loadu_ps(z + k), pz);
+        const __m256 dx = _mm256_sub_ps(_mm256_loadu_ps(at.x + k), px);
+        const __m256 dy = _mm256_sub_ps(_mm256_loadu_ps(at.y + k), py);
+        const __m256 dz = _mm256_sub_ps(_mm256_loadu_ps(at.z + k), pz);
         const __m256 r2 = _mm256_fmadd_ps(dz, dz, _mm256_fmadd_ps(dy, dy, _mm256_mul_ps(dx, dx)));
         const auto mask = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(r2, l2, _CMP_LT_OQ)));
         const __m256i ids = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(candidate + k));
@@ -87,27 +93,26 @@ struct Around {
     return found;
 }
 
-[[maybe_unused]] std::size_t append_near(const double* x, const double* y, const double* z, Index begin, Index end,
-                                         const Around& box, double limit, double* xs, double* ys, double* zs,
-                                         Index* slots) {
+[[maybe_unused]] std::size_t append_near(Coordinates<const double> at, Index begin, Index end, const Around& box,
+                                         double limit, Coordinates<double> near, Index* slots) {
     std::size_t found = 0;
     for (Index s = begin; s < end; ++s) {
-        const Vec3d p(x[s], y[s], z[s]), lower = box.lower.cast<double>(), upper = box.upper.cast<double>();
+        const Vec3d p(at.x[s], at.y[s], at.z[s]), lower = box.lower.cast<double>(), upper = box.upper.cast<double>();
         if (!((lower - p).cwiseMax(p - upper).cwiseMax(Vec3d::Zero()).squaredNorm() < limit)) continue;
-        xs[found] = p.x();
-        ys[found] = p.y();
-        zs[found] = p.z();
+        near.x[found] = p.x();
+        near.y[found] = p.y();
+        near.z[found] = p.z();
         slots[found++] = s;
     }
     return found;
 }
 
-[[maybe_unused]] std::size_t append_within(const double* x, const double* y, const double* z, const Index* candidate,
-                                           std::size_t n, const Vec3d& p, double limit, Index* out) {
+[[maybe_unused]] std::size_t append_within(Coordinates<const double> at, const Index* candidate, std::size_t n,
+                                           const Vec3d& p, double limit, Index* out) {
     std::size_t found = 0;
     for (std::size_t k = 0; k < n; ++k) {
         out[found] = candidate[k];
-        found += square(x[k] - p.x()) + square(y[k] - p.y()) + square(z[k] - p.z()) < limit ? 1 : 0;
+        found += square(at.x[k] - p.x()) + square(at.y[k] - p.y()) + square(at.z[k] - p.z()) < limit ? 1 : 0;
     }
     return found;
 }
@@ -152,8 +157,8 @@ void NeighbourLists::Candidates::make_room(std::size_t more) {
     slot.resize(2 * room);
 }
 
-/// Lists of the slots (or queries) begin..end - 1. Points that share a cell share their candidates: what the 27 cells
-/// about it hold within the radius of the box about the points.
+/// Makes the lists of the slots (or queries) begin..end - 1. Points of one cell share their candidates: the points of
+/// the 27 cells around it that lie within the radius of the box around them.
 void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end,
                           std::uint32_t block) {
     Scratch& scratch = scratch_.local();
@@ -166,10 +171,10 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
             for (std::int32_t y = cell.y - 1; y <= cell.y + 1; ++y) {
                 const auto row = grid.row(cell.x - 1, cell.x + 1, y, z);
                 c.make_room(row.end - row.begin);
-                // The margin is for double, where the two sums may be rounded differently; in float it costs nothing.
-                c.count += append_near(grid.x(), grid.y(), grid.z(), row.begin, row.end, box, limit * Real(1 + 1e-6),
-                                       c.x.data() + c.count, c.y.data() + c.count, c.z.data() + c.count,
-                                       c.slot.data() + c.count);
+                // The margin is for double, where the two sums may be rounded differently. In float it costs nothing.
+                const Coordinates<Real> free{c.x.data() + c.count, c.y.data() + c.count, c.z.data() + c.count};
+                c.count += append_near({grid.x(), grid.y(), grid.z()}, row.begin, row.end, box, limit * Real(1 + 1e-6),
+                                       free, c.slot.data() + c.count);
             }
         c.make_room(0);
         for (auto* array : {&c.x, &c.y, &c.z})
@@ -185,7 +190,7 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
             const Vec3 p = point(last);
             const PointGrid::Cell its = grid.cell_of(p);
             if (its.x != cell.x || its.y != cell.y || its.z != cell.z) break;
-            if (!p.allFinite()) continue;  // meets no one
+            if (!p.allFinite()) continue;  // has no neighbours
             box = {box.lower.cwiseMin(p), box.upper.cwiseMax(p)};
         }
         collect(cell, box);
@@ -202,9 +207,9 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
             Index* out = scratch.indices.data() + used;
             const bool there = !queries && self < c.count && c.slot[self] == s;
             const Real x = there ? c.x[self] : 0;
-            if (there) c.x[self] = std::numeric_limits<Real>::infinity();  // no neighbour of itself
+            if (there) c.x[self] = std::numeric_limits<Real>::infinity();  // a point is no neighbour of itself
             const std::size_t found =
-                append_within(c.x.data(), c.y.data(), c.z.data(), c.slot.data(), c.count, point(s), limit, out);
+                append_within({c.x.data(), c.y.data(), c.z.data()}, c.slot.data(), c.count, point(s), limit, out);
             if (there) c.x[self++] = x;
             if (!grid.identity())
                 for (std::size_t k = 0; k < found; ++k) out[k] = grid.index(out[k]);
@@ -218,7 +223,7 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
     std::vector<Index>& kept = blocks_[block];
     if (kept.capacity() < used) {
         kept = {};
-        kept.reserve(used + used / 32);  // lists vary little from step to step
+        kept.reserve(used + used / 32);  // the lengths of lists vary little from step to step
     }
     kept.assign(scratch.indices.begin(), scratch.indices.begin() + static_cast<std::ptrdiff_t>(used));
 }

@@ -1,4 +1,4 @@
-// Neighbours of all points at once, kept for the sweeps that walk them several times in one step.
+// Neighbours of all points at once. They are kept for the sweeps that use them several times in one step.
 #pragma once
 
 #include <oneapi/tbb/enumerable_thread_specific.h>
@@ -10,23 +10,23 @@
 
 namespace thixo {
 
-/// For every point i of a grid the indices j != i with |x_i - x_j| < radius, in the order of the grid (ascending where
-/// the points are in cell order). Deterministic at any thread count. Storage is kept between builds, so that a steady
-/// simulation allocates nothing.
+/// For every point i of a grid the indices j != i with |x_i - x_j| < radius, in the order of the grid. They ascend
+/// where the points are in cell order. The lists are the same at any thread count. Storage is kept between builds, so
+/// that a simulation of constant size allocates nothing.
 class NeighbourLists {
   public:
     /// Requires radius <= grid.cell() [m].
     void build(const PointGrid& grid, Real radius) { build(grid, radius, grid.size()); }
 
-    /// Lists of the first `count` points alone; the others appear in them.
+    /// Makes lists for the first `count` points alone. All points may appear in them.
     void build(const PointGrid& grid, Real radius, std::size_t count);
 
-    /// The same for places that are no points of the grid: for every query q all points j with |q - x_j| < radius.
-    /// Fastest where queries that follow each other lie near each other.
+    /// The same for places that are no points of the grid: for every query q all points j with |q - x_j| < radius. It
+    /// is fastest where consecutive queries lie near each other.
     void build(const PointGrid& grid, std::span<const Vec3> queries, Real radius);
 
     std::size_t size() const { return begin_.size(); }
-    /// Neighbours of point i, itself excluded (a point in the very same place is a neighbour); or of query i.
+    /// Neighbours of point i, without itself, or of query i. Another point in the same place is a neighbour.
     std::span<const Index> operator[](std::size_t i) const {
         return {blocks_[block_.empty() ? i / kBlock : block_[i]].data() + begin_[i], count_[i]};
     }
@@ -34,7 +34,7 @@ class NeighbourLists {
     std::size_t total() const;
 
   private:
-    /// The slots that can be neighbours of the points of one cell, side by side.
+    /// The slots that can be neighbours of the points of one cell.
     struct Candidates {
         std::vector<Real> x, y, z;
         std::vector<Index> slot;
@@ -43,14 +43,14 @@ class NeighbourLists {
     };
     struct Scratch {
         Candidates candidates;
-        std::vector<Index> indices;  // of the present block
+        std::vector<Index> indices;  // of the current block
     };
     static constexpr std::size_t kBlock = 1024;
     void resize(std::size_t lists, std::size_t places, bool in_order);
     void fill(const PointGrid& grid, const Vec3* queries, Real radius, Index begin, Index end, std::uint32_t block);
 
-    std::vector<std::vector<Index>> blocks_;  // one for each fixed chunk of slots, as long as its lists
-    std::vector<std::uint32_t> block_;        // of each list; empty: those of kBlock lists in a row
+    std::vector<std::vector<Index>> blocks_;  // one for each fixed chunk of slots, with all of its lists
+    std::vector<std::uint32_t> block_;        // block of each list; empty: kBlock consecutive lists share one
     std::vector<std::uint32_t> begin_, count_;
     oneapi::tbb::enumerable_thread_specific<Scratch> scratch_;
 };

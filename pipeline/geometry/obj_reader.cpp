@@ -88,7 +88,7 @@ class ObjReader {
         faces_.add(corners_, uvs_);
     }
 
-    /// Some programs name texture coordinates that they do not write: then there are none.
+    /// Some programs refer to texture coordinates that they do not write. Such a mesh has none.
     void note_texture(std::int64_t given) {
         const auto count = static_cast<std::int64_t>(textures_.size());
         const std::int64_t index = given > 0 ? given - 1 : count + given;
@@ -101,7 +101,7 @@ class ObjReader {
         normal_of_[vertex] = normal;
     }
 
-    /// Normals per vertex, where no vertex has two; of a point set, where there is one a vertex.
+    /// Normals per vertex, where no vertex has two. In a point set every vertex must have one.
     void attach_normals() {
         if (mesh_.triangles.empty() && normals_.size() == mesh_.vertices.size()) {
             mesh_.normals = normals_;

@@ -11,8 +11,8 @@ Real packing_distance(Real spacing);
 Real packing_layer(Real spacing);
 /// Distances of sites, rows and layers along x, y, z [m].
 Vec3d packing_steps(Real spacing);
-/// Site (i, j, k); site (0, 0, 0) is the origin. Odd rows stand half a site further along x, odd layers a third of a
-/// row along y.
+/// Place of the site (i, j, k); site (0, 0, 0) is the origin. Odd rows are shifted by half a site along x, and odd
+/// layers by a third of a row along y.
 Vec3 packing_site(int i, int j, int k, Real spacing);
 
 }  // namespace thixo

@@ -117,7 +117,7 @@ class PlyReader {
             if (e.name == "vertex") fail("vertices without properties");
             return;
         }
-        // Before anything is allocated for them: a damaged count must not ask for all memory.
+        // This comes before any allocation: a damaged count must not exhaust the memory.
         if (e.count > source_.left() / smallest || e.count > std::size_t(std::numeric_limits<std::int32_t>::max()))
             fail("{} elements '{}' do not fit in the {} bytes left", e.count, TextCursor::shown(e.name),
                  source_.left());
@@ -209,8 +209,8 @@ class PlyReader {
         faces_.add(corners_, uvs_);
     }
 
-    /// Triangles of a strip; -1 starts a new one. Every other triangle is turned round; those with a repeated corner
-    /// only steer the strip.
+    /// The triangles of a strip; -1 starts a new one. Every other triangle is reversed. Triangles with a repeated
+    /// corner only lead the strip to another place and are left out.
     void add_strip() {
         std::size_t length = 0;
         Index a = 0, b = 0;

@@ -11,16 +11,16 @@
 namespace thixo {
 namespace {
 
-// A table of cells is used up to this many cells per point: 32 bytes a point; beyond, the occupied cells alone are
-// kept.
+// A table of cells is used up to this many cells per point, which is 32 bytes per point. Beyond, only occupied cells
+// are stored.
 constexpr double kCellsPerPoint = 8;
 constexpr double kCellsAlways = 65536;
 
-/// Parts the indices 0..n - 1 into many that ascend and few strays (after Emil Ernerfeldt's drop-merge sort). Gives up
-/// where strays are more than a quarter.
+/// Divides the indices 0..n - 1 into many with ascending keys and few strays (after Emil Ernerfeldt's drop-merge sort).
+/// Gives up where more than a quarter are strays.
 template <class Before>
 bool part_strays(std::size_t n, Before&& before, std::vector<Index>& kept, std::vector<Index>& strays) {
-    constexpr std::size_t kRow = 8;  // so many strays in a row mean that what was kept before them is the stray
+    constexpr std::size_t kRow = 8;  // after so many strays in a row the index kept before them is the stray
     kept.reserve(n);
     std::size_t row = 0;
     for (std::size_t i = 0; i < n;) {
@@ -66,7 +66,7 @@ std::vector<Index> PointGrid::order_by(std::span<const std::uint64_t> keys, std:
         if (!ids.empty() && ids[a] != ids[b]) return ids[a] < ids[b];
         return a < b;
     };
-    // From step to step few particles change their cell: those alone are sorted, and merged with the rest.
+    // From step to step few particles change their cell. Only these are sorted, and merged with the others.
     std::vector<Index> kept, strays;
     if (part_strays(keys.size(), before, kept, strays)) {
         if (strays.empty()) return kept;
@@ -97,7 +97,7 @@ void PointGrid::build(std::span<const Vec3> points, Real cell) {
     edge_inv_ = edge_inverse(cell);
     count_ = points.size();
     THIXO_ASSERT(count_ < kNone, "{} points are more than an index can count", count_);
-    // Keys are stored only where something needs them: to sort, and to find cells without a table.
+    // Keys are stored only where they are used: for sorting, and for finding cells without a table.
     keys_.clear();
     order_.clear();
     const std::size_t descents = parallel_reduce(
@@ -111,7 +111,7 @@ void PointGrid::build(std::span<const Vec3> points, Real cell) {
         parallel_for(count_, [&](std::size_t s) { sorted[s] = keys_[order_[s]]; });
         keys_.swap(sorted);
     }
-    // Never closer to anything than infinity: padding and broken points fail every distance test.
+    // Padding and points that are not finite get infinite coordinates, so that they fail every distance test.
     const Real nowhere = std::numeric_limits<Real>::infinity();
     for (auto* array : {&x_, &y_, &z_}) array->resize(count_ + kPadding);
     for (std::size_t s = count_; s < count_ + kPadding; ++s) x_[s] = y_[s] = z_[s] = nowhere;
@@ -161,8 +161,8 @@ void PointGrid::index_cells(std::span<const Vec3> points) {
         if (keys_.empty()) store_keys(points);
         return index_rows(layers);
     }
-    // start_[c] is the first slot whose cell is c or later: slot s fills the cells after its predecessor's up to its
-    // own.
+    // start_[c] is the first slot whose cell is c or later. Slot s fills the entries after its predecessor's cell, up
+    // to its own.
     start_.resize(static_cast<std::size_t>(cells) + 1);
     const auto dense = [&](std::size_t s) {
         const Cell c = cell_at(s);
@@ -175,7 +175,7 @@ void PointGrid::index_cells(std::span<const Vec3> points) {
     });
 }
 
-/// A splash with a few drops far away has a large box, but few rows across it.
+/// A splash with a few distant drops has a large box, but its table of rows is small.
 void PointGrid::index_rows(std::size_t layers) {
     row_start_.clear();
     const double rows = static_cast<double>(rows_) * static_cast<double>(layers);
@@ -214,7 +214,7 @@ void PointGrid::nearest(const Vec3& x, int k, Real max_radius, std::vector<std::
             found.insert(std::upper_bound(found.begin(), found.end(), entry), entry);
         }
     };
-    // Rings that cannot meet the occupied box are skipped, as are those beyond its far side.
+    // Rings that do not touch the occupied box are skipped on both sides.
     const auto outside = [](std::int32_t v, std::int32_t a, std::int32_t b) { return std::max({a - v, v - b, 0}); };
     const auto reach = [](std::int32_t v, std::int32_t a, std::int32_t b) { return std::max(v - a, b - v); };
     const std::int32_t first = std::max(
@@ -229,7 +229,7 @@ void PointGrid::nearest(const Vec3& x, int k, Real max_radius, std::vector<std::
         const std::int32_t z0 = std::max(c.z - ring, lower_.z), z1 = std::min(c.z + ring, upper_.z);
         const std::int32_t y0 = std::max(c.y - ring, lower_.y), y1 = std::min(c.y + ring, upper_.y);
         if ((z1 - z0 + 1.0) * (y1 - y0 + 1.0) > static_cast<double>(count_)) {
-            // Points strewn so thinly that walking rings costs more than looking at every one.
+            // Points are so sparse here that visiting all of them costs less than walking rings.
             found.clear();
             visit({0, static_cast<Index>(count_)});
             break;

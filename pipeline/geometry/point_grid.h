@@ -1,5 +1,5 @@
-// Fixed-radius neighbours by a cell-linked grid over points kept in cell order; k nearest on top of it.
-// Dissertation 7.1.
+// Neighbours within a radius by a grid over points in cell order, and k nearest neighbours by the same grid.
+// Source: dissertation 7.1.
 #pragma once
 
 #include <algorithm>
@@ -14,16 +14,18 @@
 namespace thixo {
 
 /// A grid of cubic cells, aligned to the world's origin. It holds its own copy of the points, sorted by (z, y, x) of
-/// their cells, so that three cells side by side along x are one contiguous range: a query walks nine ranges. Indices
-/// reported are those of the caller's points. Memory is bounded by the number of points, wherever they lie: where the
-/// occupied box has far more cells than points, the occupied cells are found by binary search over sorted keys, of a
-/// row where a table of the rows is small enough, instead of a table. Results depend neither on the thread count nor on
-/// which of the two is in use. Points that are not finite are never found and do no harm.
+/// their cells. Three cells side by side along x are then one contiguous range, and a query walks nine ranges. Reported
+/// indices are those of the caller's points.
+///
+/// Memory is bounded by the number of points, wherever they lie. Mostly a table holds the first slot of each cell.
+/// Where the occupied box has far more cells than points, binary search over sorted keys finds the cells instead. It
+/// searches one row of cells where a table of the rows is small enough. Results depend neither on the thread count nor
+/// on which of these is in use. Points that are not finite are never found.
 class PointGrid {
   public:
-    /// Grid over `points` with cells of edge `cell` > 0 [m]. Points already in cell order (see `sort_order`) are
-    /// recognised: for them building is cheapest and reported indices ascend. Asserts cell > 0 and fewer than 2^32 - 1
-    /// points.
+    /// Builds the grid over `points` with cells of the edge `cell` [m]. Points that are in cell order already (see
+    /// `sort_order`) are recognised: building is cheapest for them, and reported indices ascend. Asserts cell > 0 and
+    /// fewer than 2^32 - 1 points.
     void build(std::span<const Vec3> points, Real cell);
 
     /// The permutation that sorts points by (cell key, id): new element k is old element order[k]. A pure function of
@@ -33,7 +35,7 @@ class PointGrid {
     Real cell() const { return cell_; }
     std::size_t size() const { return count_; }
 
-    /// Calls f(j) for every point j in the 27 cells around x; all points with |x - x_j| < cell are among them.
+    /// Calls f(j) for every point j in the 27 cells around x. All points with |x - x_j| < cell are among them.
     template <class F>
     void for_each_candidate(const Vec3& x, F&& f) const;
 
@@ -43,23 +45,22 @@ class PointGrid {
     void for_each_neighbour(const Vec3& x, Real radius, F&& f) const;
 
     /// The k nearest points to x within max_radius [m] as (squared distance, index), nearest first, ties by index.
-    /// Searches growing rings of cells, so the cost does not depend on max_radius where k points are near.
+    /// Searches rings of cells from the inside, so that the cost does not depend on max_radius where k points are near.
     void nearest(const Vec3& x, int k, Real max_radius, std::vector<std::pair<Real, Index>>& found) const;
 
-    // ---- the layout, for sweeps cell by cell (see NeighbourLists)
-    // -----------------------------------------------------------
+    // ---- layout, for sweeps cell by cell (see NeighbourLists) -------------------------------------------------------
     struct Cell {
         std::int32_t x, y, z;
     };
     struct Range {
         Index begin, end;  // slots
     };
-    /// A slot is a place in the grid's order. Coordinates of slots, readable kPadding places past the last.
+    /// Coordinates of slots: a slot is a place in the grid's order. They can be read kPadding places past the last.
     static constexpr std::size_t kPadding = 16;
     const Real* x() const { return x_.data(); }
     const Real* y() const { return y_.data(); }
     const Real* z() const { return z_.data(); }
-    /// Index of the caller's point in a slot, and whether the two are the same everywhere.
+    /// Index of the caller's point in a slot, and whether slots and indices are equal everywhere.
     Index index(Index slot) const { return order_.empty() ? slot : order_[slot]; }
     bool identity() const { return order_.empty(); }
     Cell cell_of(const Vec3& p) const {
@@ -76,8 +77,8 @@ class PointGrid {
     }
 
   private:
-    // Cells beyond the limit are folded into the outermost ones. Clamping brings points nearer in cells, never farther:
-    // no pair is lost.
+    // Cells beyond the limit are folded into the outermost ones. This makes distances in cells smaller, never larger,
+    // so that no pair is lost.
     static constexpr std::int32_t kLimit = (1 << 20) - 1;
     static std::int32_t coordinate(Real v, double edge_inv) {
         const double c = std::floor(static_cast<double>(v) * edge_inv);
@@ -128,7 +129,7 @@ void PointGrid::for_each_neighbour(const Vec3& x, Real radius, F&& f) const {
         for (std::int32_t y = c.y - 1; y <= c.y + 1; ++y) {
             const Range range = row(c.x - 1, c.x + 1, y, z);
             for (Index s = range.begin; s < range.end; s += 8) {
-                // Eight distances at once; those past the end are computed and not looked at.
+                // Eight distances at once. Those past the end are computed and ignored.
                 Real r2[8];
                 for (int l = 0; l < 8; ++l)
                     r2[l] = square(x_[s + l] - x.x()) + square(y_[s + l] - x.y()) + square(z_[s + l] - x.z());

@@ -10,7 +10,7 @@
 namespace thixo {
 namespace {
 
-constexpr int kAround = 12;           // neighbours that tell how dense the points are
+constexpr int kAround = 12;           // neighbours that give the density of the points
 constexpr Real kOverlap = Real(1.1);  // radius over the distance of points
 
 void check_points(const TriangleMesh& points) {
@@ -23,7 +23,7 @@ void check_points(const TriangleMesh& points) {
             throw InputError("point {} of a point set has no finite place or no normal", i + 1);
 }
 
-/// Cell for a grid with some ten points a cell where the points are evenly spread over their box's surface.
+/// Cell edge of a grid that has about ten points per cell where they are evenly spread over their box's surface.
 Real grid_cell(const std::vector<Vec3>& points) {
     Vec3 lower = points[0], upper = points[0];
     for (const Vec3& p : points) {
@@ -56,7 +56,7 @@ PointSurfels surfels_of_points(const TriangleMesh& points) {
         std::vector<std::pair<Real, Index>> around;
         for (std::size_t i = begin; i < end; ++i) {
             grid.nearest(cloud.position[i], kAround + 1, std::numeric_limits<Real>::max(), around);
-            // A disc of that radius holds the point and its neighbours, the last one half.
+            // A disc of that radius holds the point and its neighbours. The last neighbour counts half.
             area[i] = kPi * static_cast<double>(around.back().first) / (kAround + 0.5);
             heaped[i] = !(area[i] > 0);
             const Real radius = kOverlap * static_cast<Real>(std::sqrt(area[i]));

@@ -6,7 +6,7 @@
 namespace thixo {
 namespace {
 
-/// Beyond this many corners ears cost too much (each may look at all others) and a fan must do.
+/// Beyond this many corners a fan is made. Cutting ears would cost too much, because each may test all corners.
 constexpr std::size_t kMaxEars = 1000;
 
 Vec3d newell_normal(const std::vector<Vec3d>& p) {
@@ -50,7 +50,7 @@ void add_polygon(TriangleMesh& mesh, std::span<const Index> corners) {
         mesh.triangles.push_back({left[(i + size - 1) % size], left[i], left[(i + 1) % size]});
         left.erase(left.begin() + i);
         p.erase(p.begin() + i);
-        i %= left.size();  // goes on behind the cut, which spreads the ears round the polygon
+        i %= left.size();  // continues after the cut, which spreads the ears over the polygon
         ++i;
     }
     for (std::size_t k = 2; k < left.size(); ++k) mesh.triangles.push_back({left[0], left[k - 1], left[k]});

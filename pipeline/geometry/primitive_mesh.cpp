@@ -6,8 +6,8 @@
 namespace thixo {
 namespace {
 
-/// Points of an arc about (r, z) from angle a to b (0 along +r, counter-clockwise), both ends in, `segments` to a full
-/// turn. Points within rounding of the axis are put on it.
+/// Points of an arc about (r, z) from angle a to angle b, with both ends and `segments` to a full turn. Angles count
+/// counter-clockwise from +r. Points within rounding of the axis are put on it.
 void add_arc(std::vector<Vec2d>& profile, double r, double z, double radius, double a, double b, int segments) {
     const int steps = std::max(1, static_cast<int>(std::ceil((b - a) / (2 * kPi) * segments - 1e-9)));
     for (int i = 0; i <= steps; ++i) {
@@ -42,7 +42,7 @@ TriangleMesh cylinder_mesh(double radius, double half_height, double rounding, i
 TriangleMesh rounded_cone_mesh(double radius1, double radius2, double height, int segments) {
     const double sine = (radius1 - radius2) / height;
     std::vector<Vec2d> profile;
-    if (std::abs(sine) >= 1) {  // one sphere holds the other
+    if (std::abs(sine) >= 1) {  // one sphere contains the other
         add_arc(profile, 0, sine > 0 ? 0 : height, std::max(radius1, radius2), -kPi / 2, kPi / 2, segments);
     } else {
         add_arc(profile, 0, 0, radius1, -kPi / 2, std::asin(sine), segments);
@@ -91,8 +91,8 @@ void add_triangle(TriangleMesh& mesh, Index a, Index b, Index c) {
 
 }  // namespace
 
-// A sphere of latitudes and longitudes, cut into octants that are moved to the corners of the core; the bands that join
-// the octants become the flat faces and the rounded edges.
+// A sphere of latitudes and longitudes is cut into octants, which are moved to the corners of the core. The bands that
+// join the octants become the flat faces and the rounded edges.
 TriangleMesh box_mesh(const Vec3& core, double rounding, int segments) {
     if (rounding <= 0) return sharp_box(core);
     const int m = std::max(2, segments / 4), columns = 4 * (m + 1), rows = 2 * (m + 1);

@@ -7,17 +7,17 @@
 
 namespace thixo {
 
-/// A closed polygon (r >= 0, z), counter-clockwise, turned about z in `segments` steps. Corners that bend by more than
-/// 40 degrees stay sharp (doubled vertices). At smooth corners between edges of like length the normal is that of the
-/// circle through the neighbours; where an edge is more than three times as long as the other, it is a flat that a
-/// rounding runs into and keeps its normal.
+/// A closed polygon (r >= 0, z), counter-clockwise, rotated about z in `segments` steps. Corners that turn by more than
+/// 40 degrees stay sharp (doubled vertices). At a smooth corner between edges of similar length, the normal is that of
+/// the circle through the neighbours. An edge more than three times as long as the other is a flat part beside a
+/// rounding, and the corner takes its normal.
 TriangleMesh lathe_mesh(const std::vector<Vec2d>& profile, int segments);
 
 TriangleMesh sphere_mesh(double radius, int segments);
 TriangleMesh cylinder_mesh(double radius, double half_height, double rounding, int segments);
 TriangleMesh rounded_cone_mesh(double radius1, double radius2, double height, int segments);
 TriangleMesh torus_mesh(double radius, double tube, int segments);
-/// The box with half edges `core` grown by `rounding`.
+/// The box with half edges `core`, offset outwards by `rounding`.
 TriangleMesh box_mesh(const Vec3& core, double rounding, int segments);
 
 }  // namespace thixo

@@ -11,8 +11,8 @@ namespace {
 
 double cross(const Vec2d& a, const Vec2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-/// Left of a chain of edges in the half plane (r, z), turned about z. The first and the last edge go on for ever, but
-/// for those that end on the axis.
+/// The region to the left of a chain of edges in the half plane (r, z), rotated about z. The first and the last edge
+/// are extended without end, unless they end on the axis.
 struct ChainFace final : Shape::Node {
     ChainFace(const std::vector<Vec2d>& corners, Real by_) : by(by_) {
         for (std::size_t k = 0; k + 1 < corners.size(); ++k) {
@@ -31,7 +31,7 @@ struct ChainFace final : Shape::Node {
             const Vec2 q = p - e.from, normal(e.along.y(), -e.along.x());
             const Vec2 away = q - std::clamp(q.dot(e.along), e.begin, e.end) * e.along;
             const Real d2 = away.squaredNorm();
-            // At a corner both edges are as near: their normals' sum tells the side.
+            // At a corner both edges are equally near. The sum of their normals gives the side.
             if (d2 <= nearest2 * Real(1.00001) && d2 >= nearest2 * Real(0.99999))
                 side += normal.dot(away);
             else if (d2 < nearest2)
@@ -78,7 +78,7 @@ class Decomposition {
     int size() const { return static_cast<int>(corners_.size()); }
     const Vec2d& corner(int k) const { return corners_[static_cast<std::size_t>((k + size()) % size())]; }
     bool on_axis(int edge) const { return corner(edge).x() == 0 && corner(edge + 1).x() == 0; }
-    /// Turn of the outline at a corner, > 0 where it is convex.
+    /// The turn of the outline at a corner; > 0 where it is convex.
     double turn(int k) const {
         const Vec2d a = corner(k) - corner(k - 1), b = corner(k + 1) - corner(k);
         return std::atan2(cross(a, b), a.dot(b));
@@ -93,8 +93,9 @@ class Decomposition {
             if (sharp(k)) return true;
         return false;
     }
-    /// Whether corner k, a < k < b, is one of the convex hull of the chain of the corners a to b, whose first and last
-    /// edges go on for ever (of the whole polygon where b = a + size): all of it lies in one half plane through k.
+    /// Whether corner k, a < k < b, belongs to the convex hull of the chain of corners a to b. The first and last edge
+    /// of the chain are extended without end; b = a + size means the whole polygon. At such a corner the chain lies in
+    /// one half plane through k.
     bool on_hull(int a, int b, int k) const {
         std::vector<double> angles;
         const auto see = [&](const Vec2d& d) {
@@ -112,7 +113,7 @@ class Decomposition {
         for (std::size_t i = 1; i < angles.size(); ++i) gap = std::max(gap, angles[i] - angles[i - 1]);
         return gap > kPi * (1 - 1e-9);
     }
-    /// The region left of the chain of edges from corner a to corner b; empty: everything (an edge on the axis).
+    /// The region to the left of the chain from corner a to corner b; empty: everything (an edge on the axis).
     std::optional<FaceTree> chain(int a, int b) const {
         if (b == a + 1 && on_axis(a)) return std::nullopt;
         if (!has_cut(a, b)) {
@@ -128,7 +129,7 @@ class Decomposition {
         const bool convex = turn(at) > 0;
         if (!first || !second) {
             if (convex) return first ? first : second;
-            return std::nullopt;  // everything, or something
+            return std::nullopt;  // the union of everything and a part is everything
         }
         return FaceTree::of(convex ? FaceTree::Op::all : FaceTree::Op::any, {*first, *second});
     }

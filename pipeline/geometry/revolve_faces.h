@@ -1,4 +1,4 @@
-// The faces of a solid of revolution: its profile cut at the corners.
+// The faces of a solid of revolution, by cutting its profile at the corners.
 #pragma once
 
 #include <memory>
@@ -8,13 +8,13 @@
 
 namespace thixo {
 
-/// Corners of a profile that turn by more than this make an edge [degrees].
+/// Corners of a profile that turn by more than this angle make a sharp edge [degrees].
 inline constexpr double kSharpTurn = 30;
 
-/// The faces of the solid of revolution grown by `by` [m], profile counter-clockwise in (r, z), r >= 0. The profile is
-/// cut at its sharp corners (those that growing does not round) and where else it must be to be written with every
-/// piece used once: a chain is cut at corners of its convex hull, an intersection at convex ones, a union at others
-/// (Dobkin et al. 1988). Null where that leaves one piece.
+/// The faces of the solid of revolution, offset outwards by `by` [m]. The profile runs counter-clockwise in (r, z),
+/// with r >= 0. It is cut at the sharp corners that the offset does not round. Further cuts let a tree use every piece
+/// once (Dobkin et al. 1988): a chain is cut at corners of its convex hull. Cuts at convex corners make intersections,
+/// cuts at other corners make unions. Null where only one piece remains.
 std::shared_ptr<const FaceTree> revolve_faces(const std::vector<Vec2d>& profile, Real by);
 
 }  // namespace thixo

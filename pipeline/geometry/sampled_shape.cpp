@@ -11,13 +11,13 @@
 namespace thixo {
 namespace {
 
-constexpr int kBlock = 8;           // cells a block edge
-constexpr int kNodes = kBlock + 1;  // samples a block edge: blocks share none, so that a query reads one block
+constexpr int kBlock = 8;           // cells along the edge of a block
+constexpr int kNodes = kBlock + 1;  // samples along it: blocks share none, so that a query reads one block
 constexpr double kMaxSamples = double(1u << 28);
 
 using Index3 = Eigen::Array3i;
 
-/// Trilinear value at the fractions u of a cell whose corner samples start at `at`, with the strides of y and z.
+/// Trilinear interpolation at the fractions u of a cell. Its corner samples start at `at`, with the strides of y and z.
 Real trilinear(const Real* at, int dy, int dz, const Vec3& u) {
     const auto along_x = [&](const Real* p) { return p[0] + u.x() * (p[1] - p[0]); };
     const auto along_y = [&](const Real* p) {
@@ -28,7 +28,7 @@ Real trilinear(const Real* at, int dy, int dz, const Vec3& u) {
     return a + u.z() * (b - a);
 }
 
-/// Place of a block's sample i on a path from neighbour to neighbour: every other row and layer runs backwards.
+/// The place of a block's sample i on a path from neighbour to neighbour. Every other row and layer runs backwards.
 int snake(int i) {
     int x = i % kNodes, y = i / kNodes % kNodes;
     const int z = i / kNodes / kNodes;
@@ -87,8 +87,8 @@ class Sampled final : public Shape::Node {
         });
     }
 
-    /// A block is sampled finely where its centre is nearer to the surface than band and half its diagonal: |distance|
-    /// is a lower bound.
+    /// A block is sampled finely where |distance| at its centre, a lower bound, is below the band plus half its
+    /// diagonal.
     void find_near_blocks(double band) {
         const Real half = cell_ * kBlock / 2, reach = Real(band) + Real(1.0001 * std::sqrt(3.0)) * half;
         std::vector<char> near(block_count());

@@ -1,4 +1,4 @@
-// What moves, grows, hollows or turns round a shape, and its volume.
+// Moves, offsets, hollows and inverts a shape, and measures its volume.
 #include <algorithm>
 #include <cmath>
 
@@ -141,7 +141,7 @@ struct Offset final : Shape::Node, PartedNode, SlopedNode {
     std::optional<Box3> box;
 };
 
-/// Between the surface and the same surface `thickness` further in.
+/// The layer between the surface and its offset by `thickness` inwards.
 struct Shell final : Shape::Node, PartedNode, SlopedNode {
     Shell(Shape s, Real t) : shape(std::move(s)), thickness(t) {}
     Real distance(const Vec3& x) const override {
@@ -230,7 +230,7 @@ double volume(const Shape& shape, double cell) {
                 box.lower.cast<double>() + cell * Vec3d(x + 0.5, double(k % ny) + 0.5, double(k / ny) + 0.5);
             const double distance = double(shape.distance(centre.cast<Real>())) / cell;
             sum += clamp01(0.5 - distance);
-            // It changes by no more than the way, twice that at worst: so far all is inside, or all outside.
+            // The distance changes by at most twice the way. So far everything is inside, or everything is outside.
             const double clear = (std::abs(distance) - 0.5) / 2;
             for (++x; x < nx && double(x) < double(x0) + clear; ++x) sum += distance < 0 ? 1 : 0;
         }

@@ -14,13 +14,13 @@
 namespace thixo {
 namespace {
 
-/// min(a, b) less the blend; never above min(a, b), its gradient a convex combination of the two gradients.
+/// The smooth minimum: never above min(a, b), with a convex combination of the two gradients as its gradient.
 Real smooth_min(Real a, Real b, Real radius) {
     const Real overlap = radius - std::abs(a - b);
     return std::min(a, b) - (overlap > 0 ? overlap * overlap / (4 * radius) : Real(0));
 }
 
-/// The same, and in slope_a, of a, the gradient of the result.
+/// The same. slope_a is the gradient of a and becomes that of the result.
 Real smooth_min(Real a, Real b, Real radius, Vec3& slope_a, const Vec3& slope_b) {
     const Real overlap = radius - std::abs(a - b), other = overlap > 0 ? overlap / (2 * radius) : Real(0);
     const Real part_b = a <= b ? other : 1 - other;
@@ -28,7 +28,7 @@ Real smooth_min(Real a, Real b, Real radius, Vec3& slope_a, const Vec3& slope_b)
     return smooth_min(a, b, radius);
 }
 
-/// Of the shape whose surface is nearest.
+/// The colour of the shape whose surface is nearest.
 std::optional<Vec3f> colour_of_nearest(const std::vector<SlopedShape>& shapes, const Vec3& x) {
     const Shape* nearest = nullptr;
     Real best = std::numeric_limits<Real>::max();
@@ -40,7 +40,7 @@ std::optional<Vec3f> colour_of_nearest(const std::vector<SlopedShape>& shapes, c
     return nearest ? nearest->node().colour(x) : std::nullopt;
 }
 
-/// The boxes of shapes: no shape is nearer than its box, which is quickly told.
+/// The boxes of shapes. No shape is nearer than its box, whose distance is cheap.
 class Boxes {
   public:
     explicit Boxes(const std::vector<SlopedShape>& shapes) {
@@ -56,12 +56,13 @@ class Boxes {
     std::vector<std::optional<Box3>> boxes_;
 };
 
-/// How far above the least of n folded values one must be to leave no trace: a fold lowers a value by smooth/4 at most
-/// and looks smooth far.
+/// A value this far above the least of n folded values does not change the result. A fold lowers a value by smooth/4 at
+/// most, and it takes in values up to `smooth` above.
 Real traceless(Real smooth, std::size_t n) { return smooth * (2 + Real(n) / 4); }
 
-/// The shapes whose value (distance, or whatever `value` makes of it) may come within `margin` of the least in the
-/// ball, each with what matters of it; the first in any case if `keep_first`. Empty where that is all of all.
+/// The shapes whose value may come within `margin` of the least one in the ball, each with the parts that matter there.
+/// `value` maps a distance to the value. The first shape always belongs to them with `keep_first`. Empty where no shape
+/// and no part can be left out.
 template <class F>
 std::vector<Shape> least_in(const std::vector<SlopedShape>& shapes, const Ball3& ball, Real margin, bool keep_first,
                             F&& value) {
@@ -88,7 +89,7 @@ struct Union final : Shape::Node, PartedNode, SlopedNode {
             const auto other = s.bounds();
             box = box && other ? std::optional(joined(*box, *other)) : std::nullopt;
         }
-        // Every fold lowers the value by smooth/4 at most.
+        // Each fold lowers the value by smooth/4 at most.
         if (box) box = grown(*box, smooth / 4 * Real(shapes.size() - 1));
     }
     Real distance(const Vec3& x) const override {
@@ -136,7 +137,7 @@ struct Union final : Shape::Node, PartedNode, SlopedNode {
     std::optional<Box3> box;
 };
 
-/// Intersection of the first with the others, or (less) with their complements.
+/// The intersection of the first shape with the others, or, with `less`, with their complements.
 struct Intersection final : Shape::Node, PartedNode, SlopedNode {
     Intersection(const std::vector<Shape>& list, Real radius, bool less_)
         : shapes(list.begin(), list.end()), boxes(shapes), smooth(radius), less(less_) {
@@ -153,11 +154,11 @@ struct Intersection final : Shape::Node, PartedNode, SlopedNode {
             const Real other = less ? -shapes[k].distance(x) : shapes[k].distance(x);
             d = smooth > 0 ? -smooth_min(-d, -other, smooth) : std::max(d, other);
         }
-        // The maximum can be far too low beside a thin wedge; the box keeps it a usable bound, and what blends with it
-        // near it.
+        // Beside a thin wedge the maximum can be far too low. The distance to the box keeps it a usable bound, so that
+        // shapes blend only near it.
         return box ? std::max(d, outside(x)) : d;
     }
-    /// As the union of the complements.
+    /// Evaluates the union of the complements.
     Real sloped(const Vec3& x, Real step, Vec3& slope) const override {
         Real d = -shapes[0].sloped(x, step, slope);
         slope = -slope;
@@ -179,7 +180,7 @@ struct Intersection final : Shape::Node, PartedNode, SlopedNode {
         slope = -slope;
         return box ? out_of_box(*box, x, -d, slope) : -d;
     }
-    /// The first stays, whose sign differs in a difference, and the box.
+    /// The first shape stays, because its sign differs in a difference; so does the box.
     std::optional<Shape> within(const Ball3& ball) const override {
         std::vector<Shape> kept =
             least_in(shapes, ball, traceless(smooth, shapes.size()), true,
@@ -200,7 +201,7 @@ struct Intersection final : Shape::Node, PartedNode, SlopedNode {
         return std::make_shared<FaceTree>(std::move(tree));
     }
 
-    /// Distance to the box where x is out of it; no bound within.
+    /// The distance to the box where x is outside; no bound inside.
     Real outside(const Vec3& x) const {
         const Real d = distance_to(*box, x);
         return d > 0 ? d : std::numeric_limits<Real>::lowest();

@@ -14,7 +14,7 @@
 namespace thixo {
 namespace {
 
-/// The image alone.
+/// The mirror image without the shape itself.
 struct Reflected final : Shape::Node, PartedNode, SlopedNode {
     Reflected(Shape s, const Vec3& n, Real o) : shape(std::move(s)), normal(n), offset(o) {}
     Vec3 image(const Vec3& x) const { return x - 2 * (normal.dot(x) - offset) * normal; }
@@ -47,14 +47,14 @@ struct Reflected final : Shape::Node, PartedNode, SlopedNode {
     Real offset;
 };
 
-/// The union of many like shapes: those whose boxes are farther than another's surface are not asked.
+/// The union of many similar shapes. Shapes whose boxes are farther than another's surface are not evaluated.
 struct Copies final : Shape::Node, PartedNode, SlopedNode {
     explicit Copies(const std::vector<Shape>& list) : shapes(list.begin(), list.end()) {
         for (const Shape& s : shapes) boxes.push_back(*s.bounds());
         box = boxes[0];
         for (const Box3& b : boxes) box = joined(box, b);
     }
-    /// The one whose box is nearest is asked first.
+    /// The shape whose box is nearest is evaluated first.
     std::size_t nearest(const Vec3& x, Real& d) const {
         std::size_t found = 0;
         Real least = std::numeric_limits<Real>::max();

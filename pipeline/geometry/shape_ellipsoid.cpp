@@ -11,16 +11,18 @@
 namespace thixo {
 namespace {
 
-/// The closest point to y (all components >= 0) of the ellipsoid with the half axes e. The closest point is c_k = e_k^2
-/// y_k/(t + e_k^2) with t the largest root of |p(t)| = 1, p_k = e_k y_k/(t + e_k^2) (Eberly 2013). From the left of the
-/// root Newton's steps on 1/|p|, which is concave there and nearly a straight line, never pass it (More and Sorensen
-/// 1983).
+/// The closest point to y (all components >= 0) on the ellipsoid with the half axes e [m] (Eberly 2013):
+///     c_k = e_k^2 y_k/(t + e_k^2)  [m]
+/// where t is the largest root of
+///     |p(t)| = 1,  p_k = e_k y_k/(t + e_k^2)
+/// Newton's method runs on 1/|p|, which is concave and nearly linear to the left of the root. Its steps from there
+/// never pass the root (More and Sorensen 1983).
 Vec3d closest_on_ellipsoid(const Vec3d& e, const Vec3d& y) {
     int shortest;
     e.minCoeff(&shortest);
     const Eigen::Array3d e2 = e.array().square(), ey = e.array() * y.array();
-    double t = (ey - e2).maxCoeff();  // one |p_k| is 1 there
-    // Steps shrink at least as squares do: what is left then is far below the last digit of Real.
+    double t = (ey - e2).maxCoeff();  // here one |p_k| is 1
+    // Convergence is quadratic: the remaining error is far below the last digit of Real.
     const double enough = 1e-3 * double(std::numeric_limits<Real>::epsilon()) * (e2[shortest] + std::abs(t));
     for (int i = 0; i < 40; ++i) {
         const Eigen::Array3d p = (ey > 0).select(ey / (t + e2), 0.0);
@@ -32,8 +34,9 @@ Vec3d closest_on_ellipsoid(const Vec3d& e, const Vec3d& y) {
     Eigen::Array3d closest = Eigen::Array3d::Zero();
     for (int k = 0; k < 3; ++k)
         if (ey[k] > 0 && t + e2[k] > 0) closest[k] = e2[k] * y[k] / (t + e2[k]);
-    // In the plane of symmetry of the shortest axis, near the centre, the closest point leaves that plane: what the
-    // others leave of sum (c_k/e_k)^2 = 1.
+    // Near the centre, in the symmetry plane of the shortest axis, the closest point lies outside that plane. Its third
+    // component follows from
+    //     sum_k (c_k/e_k)^2 = 1
     double rest = 1 - (closest / e.array()).square().sum() + square(closest[shortest] / e[shortest]);
     closest[shortest] = e[shortest] * std::sqrt(std::max(rest, 0.0));
     return closest;
@@ -45,7 +48,7 @@ struct Ellipsoid final : Shape::Node, SlopedNode {
         const Vec3d y = x.cast<double>().cwiseAbs();
         return signed_distance(y, closest_on_ellipsoid(radii, y));
     }
-    /// The gradient is the normal where it is closest.
+    /// The gradient is the normal at the closest point.
     Real sloped(const Vec3& x, Real, Vec3& slope) const override {
         const Vec3d y = x.cast<double>().cwiseAbs(), closest = closest_on_ellipsoid(radii, y);
         const Vec3d normal = closest.cwiseQuotient(radii.cwiseAbs2()).normalized();

@@ -13,7 +13,7 @@
 namespace thixo {
 namespace {
 
-/// The triangles, with normals smooth but for edges sharper than 40 degrees.
+/// The triangles with smooth normals, except at edges sharper than 40 degrees.
 struct Triangles final : DirectSurface {
     explicit Triangles(std::shared_ptr<const MeshQuery> q) : query(std::move(q)) {
         const TriangleMesh& given = query->mesh();
@@ -50,7 +50,8 @@ struct Triangles final : DirectSurface {
         const Vec2 at = barycentric(query->mesh(), closest.triangle, x);
         normal = normal_at(closest.triangle, at.x(), at.y());
     }
-    /// Weights of the second and third corner, within the triangle: of slivers rounding would make anything of them.
+    /// Weights of the second and third corner. They are clamped to the triangle, because slivers magnify rounding
+    /// errors.
     static Vec2 barycentric(const TriangleMesh& mesh, Index k, const Vec3& x) {
         const auto& t = mesh.triangles[k];
         const Vec3d a = mesh.vertices[t[0]].cast<double>(), b = mesh.vertices[t[1]].cast<double>(),
@@ -76,7 +77,7 @@ struct Triangles final : DirectSurface {
     }
     std::shared_ptr<const MeshQuery> query;
     TriangleMesh smooth;        // the same triangles over vertices with normals
-    std::vector<double> up_to;  // area of the triangles up to each
+    std::vector<double> up_to;  // area of the triangles up to each one
 };
 
 struct Mesh final : Shape::Node {
@@ -87,8 +88,8 @@ struct Mesh final : Shape::Node {
         return inside(x) ? -query->closest(x).distance : query->closest(x).distance;
     }
 
-    /// Each point starts from the triangle of the one before it, and keeps its sign where no surface can lie between
-    /// the two. (Across a hole the sign changes far from any surface.)
+    /// The search for each point starts from the triangle of the point before it. The sign is kept where no surface can
+    /// lie between the two. (Across a hole the sign changes far from any surface.)
     void distances(const Vec3* x, Real* out, std::size_t n) const override {
         Index near = kNone;
         for (std::size_t k = 0; k < n; ++k) {
@@ -98,7 +99,7 @@ struct Mesh final : Shape::Node {
             out[k] = (same_side ? out[k - 1] < 0 : inside(x[k])) ? -closest.distance : closest.distance;
         }
     }
-    /// Out of the box nothing is inside, whatever a hole does to the winding number.
+    /// Outside the box every point is outside, whatever winding number a hole causes there.
     bool inside(const Vec3& x) const { return distance_to(box, x) == 0 && query->inside(x); }
     std::optional<Box3> bounds() const override { return box; }
     std::optional<TriangleMesh> exact_mesh(int) const override {
@@ -106,7 +107,7 @@ struct Mesh final : Shape::Node {
         if (!has_normals(mesh)) add_vertex_normals(mesh);
         return mesh;
     }
-    /// Of the closest triangle's corners.
+    /// Interpolates the colours of the closest triangle's corners.
     std::optional<Vec3f> colour(const Vec3& x) const override {
         const TriangleMesh& mesh = query->mesh();
         if (mesh.colours.size() != mesh.vertices.size()) return std::nullopt;

@@ -12,22 +12,23 @@
 namespace thixo {
 namespace {
 
-// Bounds of gradient noise: over 6 * 10^6 places its size is below 1.005, its slope below 3.23.
+// Bounds of gradient noise: over 6 * 10^6 places its magnitude is below 1.005 and its slope below 3.23.
 constexpr Real kMostNoise = Real(1.05), kMostSlope = Real(3.4);
 
 struct Roughness {
     Real amplitude, scale;
     int octaves;
     Real most() const { return std::abs(amplitude) * kMostNoise * Real(2 - std::ldexp(1.0, 1 - octaves)); }
-    /// The greatest slope of distance less noise.
+    /// The greatest slope of distance minus noise.
     Real slope() const { return 1 + std::abs(amplitude) / scale * kMostSlope * Real(octaves); }
     Real height(const Vec3& x) const {
         return amplitude * Real(fractal_noise_value((x / scale).cast<float>(), octaves));
     }
 };
 
-/// (distance - noise) / slope. Where the shape has edges its distance is that of the tree of its faces, so that the
-/// faces raised by the noise are its faces.
+/// The distance of the raised surface, a lower bound:
+///     (distance - noise) / slope  [m]
+/// A shape with edges takes its distance from the tree of its faces. Its raised faces then stay faces.
 struct Rough final : Shape::Node, PartedNode, SlopedNode {
     Rough(Shape s, const Roughness& r, Real by_)
         : shape(std::move(s)), tree(shape.node().faces(by_)), roughness(r), by(by_), inverse_slope(1 / r.slope()) {
@@ -48,7 +49,7 @@ struct Rough final : Shape::Node, PartedNode, SlopedNode {
         const Real d = (smooth - roughness.amplitude * Real(noise.value)) * inverse_slope;
         return box ? out_of_box(*box, x, d, slope) : d;
     }
-    /// A tree of faces is asked in place of the shape.
+    /// A tree of faces is evaluated in place of the shape.
     std::optional<Shape> within(const Ball3& ball) const override {
         return tree ? std::nullopt : with_parts_within(*this, ball);
     }

@@ -11,14 +11,15 @@
 namespace thixo {
 namespace {
 
-/// An equilateral triangle for every surfel, of the area its point stands for: together they have about the winding
-/// number and the distance of the surface.
+/// An equilateral triangle for every surfel, with the area that its point represents. Together they have about the
+/// winding number and the distance of the surface.
 TriangleMesh triangle_soup(const PointSurfels& points) {
     TriangleMesh soup;
     const SurfelCloud& cloud = points.surfels;
     double discs = 0;
     for (const Vec3& t : cloud.axis1) discs += static_cast<double>(t.squaredNorm());
-    // Corner distance of a triangle of the area: area = 3 sqrt(3)/4 corner^2.
+    // The distance of a corner from the centre follows from
+    //     area = 3 sqrt(3)/4 corner^2
     const Real corner = static_cast<Real>(std::sqrt(points.area / discs / (0.75 * std::sqrt(3.0))));
     for (std::size_t i = 0; i < cloud.size(); ++i) {
         const auto first = static_cast<Index>(soup.vertices.size());
@@ -47,7 +48,8 @@ struct Points final : Shape::Node {
         box = grown(query.bounds(), widest);
     }
 
-    /// Near the surface the mean distance from the planes of the points around, weighted by (1 - r^2/(2 radius)^2)^3.
+    /// Near the surface this is the mean distance from the planes of the points around, with the weights
+    ///     (1 - r^2/(2 radius)^2)^3
     Real distance(const Vec3& x) const override {
         const auto closest = query.closest(x);
         const SurfelCloud& cloud = points->surfels;

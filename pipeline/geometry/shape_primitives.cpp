@@ -1,4 +1,4 @@
-// Round and straight primitives.
+// Primitives with round and flat faces.
 #include <algorithm>
 #include <cmath>
 
@@ -46,11 +46,11 @@ struct Box final : Shape::Node {
                     FaceTree::leaf(plane(side * Vec3d::Unit(axis), static_cast<double>(core[axis] + rounding + by))));
         return std::make_shared<FaceTree>(std::move(tree));
     }
-    Vec3 core;  // half edge lengths of the box that, grown by rounding, is this one
+    Vec3 core;  // half edges of the inner box, whose offset by the rounding is this box
     Real rounding;
 };
 
-/// The side of a cylinder: all along the z axis.
+/// The side of a cylinder, extended without end along the z axis.
 struct Tube final : Shape::Node {
     explicit Tube(Real r) : radius(r) {}
     Real distance(const Vec3& x) const override { return length_of(x.x(), x.y()) - radius; }
@@ -82,7 +82,7 @@ struct Cylinder final : Shape::Node {
     Real radius, half_height, rounding;
 };
 
-/// Two spheres on the z axis, at 0 and at height, and their hull; one sphere inside the other leaves the larger.
+/// The convex hull of two spheres on the z axis, at 0 and at height. Where one contains the other it is the larger one.
 struct RoundedCone final : Shape::Node {
     RoundedCone(Real r1, Real r2, Real h) : radius1(r1), radius2(r2), height(h), sine((r1 - r2) / h) {
         cosine = std::abs(sine) < 1 ? std::sqrt(1 - sine * sine) : 0;
@@ -91,7 +91,7 @@ struct RoundedCone final : Shape::Node {
         const Real r = length_of(x.x(), x.y());
         const Real d1 = length_of(r, x.z()) - radius1, d2 = length_of(r, x.z() - height) - radius2;
         if (cosine == 0) return sine > 0 ? d1 : d2;
-        // Along the slanted side, measured from the tangent point on the first sphere.
+        // The place along the slanted side, measured from the tangent point on the first sphere.
         const Real along = x.z() * cosine - r * sine;
         if (along <= 0) return d1;
         if (along >= height * cosine) return d2;

@@ -1,4 +1,4 @@
-// A polygon turned about the z axis.
+// A polygon rotated about the z axis.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,7 +14,7 @@ namespace {
 struct Edge {
     Vec2 from, to, along;
     Real inverse_length2;
-    bool surface;  // false on the axis: it closes the polygon and bounds nothing
+    bool surface;  // false on the axis, where the edge closes the polygon and bounds nothing
 };
 
 struct Revolve final : Shape::Node {
@@ -29,17 +29,17 @@ struct Revolve final : Shape::Node {
         }
     }
 
-    /// Distance to the nearest edge in the half plane of x; inside where a ray away from the axis crosses an odd number
-    /// of edges.
+    /// Distance to the nearest edge in the half plane of x. A point is inside where a ray away from the axis crosses an
+    /// odd number of edges.
     Real distance(const Vec3& x) const override {
         const Vec2 p(std::sqrt(x.x() * x.x() + x.y() * x.y()), x.z());
         Real nearest2 = std::numeric_limits<Real>::max();
         bool inside = false;
         for (const Edge& e : edges) {
-            if (!e.surface) continue;  // on the axis: never beyond x, whose r is not negative
+            if (!e.surface) continue;  // on the axis: such a ray never crosses it
             const Vec2 q = p - e.from;
             nearest2 = std::min(nearest2, (q - clamp01(q.dot(e.along) * e.inverse_length2) * e.along).squaredNorm());
-            // Half-open in z, so that a ray through a corner counts it once.
+            // Edges are half-open in z, so that a ray through a corner counts it once.
             const bool above_from = p.y() >= e.from.y(), above_to = p.y() >= e.to.y();
             if (above_from != above_to && (q.x() * e.along.y() < q.y() * e.along.x()) == (e.along.y() > 0))
                 inside = !inside;

@@ -13,16 +13,17 @@ namespace thixo {
 namespace {
 
 using Vec4 = Eigen::Matrix<Real, 4, 1>;  // place and radius
-constexpr int kSamples = 8;              // of a span, to find where it is nearest
+constexpr int kSamples = 8;              // samples of a span, to find where it is nearest
 constexpr int kSteps = kSamples - 1;
 
-/// c(t) = ((a t + b) t + c) t + d, 0 <= t <= 1
+/// A span of the curve:
+///     c(t) = ((a t + b) t + c) t + d,  0 <= t <= 1
 struct Span {
     Vec4 a, b, c, d;
-    Vec3 centre;  // of a ball that holds all of its balls
+    Vec3 centre;  // of a ball around all balls of the span
     Real reach;
     Real sample_x[kSamples], sample_y[kSamples], sample_z[kSamples], radius[kSamples];
-    Real between;  // no ball is nearer than a sample by more than this
+    Real between;  // a ball between samples is nearer than a sample by at most this
 
     Vec4 at(Real t) const { return ((a * t + b) * t + c) * t + d; }
     Vec4 velocity(Real t) const { return (3 * a * t + 2 * b) * t + c; }
@@ -40,8 +41,10 @@ struct Span {
             if (away[i] < away[nearest]) nearest = i;
         return away[nearest];
     }
-    /// The least of f(t) = |x - c(t)| - r(t) near a sample: Newton's method on f' within the bracket of its
-    /// neighbours, by halves where that leaves it. In `found` its ball.
+    /// The minimum near a sample of
+    ///     f(t) = |x - c(t)| - r(t)  [m]
+    /// Newton's method on f' runs within the bracket of the neighbouring samples, with bisection where a step leaves
+    /// it. `found` is the ball there.
     Real refined(const Vec3& x, int nearest, Vec4& found) const {
         Real low = Real(std::max(nearest - 1, 0)) / kSteps, high = Real(std::min(nearest + 1, kSteps)) / kSteps;
         Real t = Real(nearest) / kSteps, best = std::numeric_limits<Real>::max();
@@ -61,7 +64,8 @@ struct Span {
             if (!newton) next = (low + high) / 2;
             const Real step = std::abs(next - t);
             t = next;
-            // What is left of t is of second order in the step, and f of second order in that.
+            // The remaining error of t is of second order in the step, and that of f is of second order in the error of
+            // t.
             if (step < (newton ? Real(5e-3) : Real(1e-4))) break;
         }
         const Vec4 p = at(t);
@@ -92,8 +96,9 @@ struct Swept final : Shape::Node, PartedNode, SlopedNode {
         }
     }
 
-    /// min over t of |x - c(t)| - r(t): the union of balls. By the nearest sample, then Newton's method from it; spans
-    /// that cannot be nearer than another's samples are left out.
+    /// Distance to the union of balls:
+    ///     min over t of |x - c(t)| - r(t)  [m]
+    /// Newton's method starts from the nearest sample. Spans that cannot be nearer than another's samples are left out.
     Real distance(const Vec3& x) const override {
         Vec4 ball;
         return nearest_ball(x, ball);
@@ -146,7 +151,7 @@ struct Swept final : Shape::Node, PartedNode, SlopedNode {
     }
     std::optional<Box3> bounds() const override { return box; }
 
-    /// The box of all balls, from many of them and what lies between two.
+    /// A box around all balls, from many of them and a bound of what lies between two.
     void tighten() {
         constexpr int kFine = 64;
         bool first = true;
@@ -183,7 +188,7 @@ Span make_span(const Eigen::Vector4d& from, const Eigen::Vector4d& to, const Eig
         const Vec4 p = s.at(Real(i) / kSteps);
         s.sample_x[i] = p.x(), s.sample_y[i] = p.y(), s.sample_z[i] = p.z(), s.radius[i] = p.w();
     }
-    // Half a step at the greatest speed of place and radius: the velocity lies in the hull of its own Bezier points.
+    // Half a step at the greatest speed of centre and radius. The velocity lies in the hull of its own Bezier points.
     double fastest = 0;
     for (const Eigen::Vector4d& v : {m0, Eigen::Vector4d(3 * (to - from) - m0 - m1), m1})
         fastest = std::max(fastest, v.head<3>().norm() + std::abs(v[3]));
@@ -208,7 +213,7 @@ Shape swept(const std::vector<SweepPoint>& points, bool closed) {
         length[k] = (points[(k + 1) % n].at - points[k].at).norm();
         if (!(length[k] > 0)) throw InputError("sweep points {} and {} are in one place", k + 1, (k + 1) % n + 1);
     }
-    // Velocities by the parabola through a point and its neighbours, time running with the chords' lengths.
+    // Velocities of the parabola through a point and its neighbours, with the lengths of the chords as times.
     const auto slope = [&](std::size_t k) { return Eigen::Vector4d((p[(k + 1) % n] - p[k % n]) / length[k % count]); };
     const auto velocity = [&](std::size_t k) {
         if (!closed && k == 0) return slope(0);

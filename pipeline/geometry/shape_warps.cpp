@@ -10,11 +10,14 @@
 namespace thixo {
 namespace {
 
-/// A shape seen through a map from the world to where it is straight. The map tells straight(x), stretch (its
-/// greatest), outside(x): the distance to a convex set or a union of such that holds the warped shape, and margin: how
-/// far from that set the stretch still holds. Then
-///   d = shape(straight(x)) / stretch, cut off at margin - outside(x), and never below outside(x)
-/// changes no faster than x and is a lower bound of the distance.
+/// A warped shape, by a map from the world to the straight shape. The map gives
+///     straight(x)   the place in the straight shape
+///     stretch       the greatest stretch of that map
+///     outside(x)    the distance to a set around the warped shape, a union of convex sets [m]
+///     margin        how far from that set the stretch holds [m]
+/// The distance d below changes no faster than x moves and is a lower bound:
+///     inner = min(shape(straight(x)) / stretch, margin - outside(x))  [m]
+///     d = max(outside(x), inner) where outside(x) > 0, else inner  [m]
 template <class Map>
 struct Warped final : Shape::Node {
     Warped(Shape s, const Map& m, bool whole_) : shape(std::move(s)), map(m), whole(whole_) {}
@@ -34,7 +37,7 @@ struct Warped final : Shape::Node {
     std::optional<Vec3f> colour(const Vec3& x) const override { return shape.node().colour(map.straight(x)); }
     Shape shape;
     Map map;
-    bool whole;  // false: a face, which goes on past the shape
+    bool whole;  // false: a face, which extends beyond the shape
 };
 
 struct Twist {
@@ -43,7 +46,8 @@ struct Twist {
         const Vec3 far = straight_box.lower.cwiseAbs().cwiseMax(straight_box.upper.cwiseAbs());
         radius = far.head<2>().norm();
         margin = Real(0.5) * std::max(radius, top - bottom);
-        // The greatest stretch of a shear by s is (s + sqrt(s^2 + 4))/2.
+        // The greatest stretch of a shear by s is
+        //     (s + sqrt(s^2 + 4))/2
         const Real shear = std::abs(rate) * (radius + margin);
         stretch = (shear + std::sqrt(shear * shear + 4)) / 2;
         box = Box3{Vec3(-radius, -radius, bottom), Vec3(radius, radius, top)};
@@ -61,7 +65,8 @@ struct Twist {
     Box3 box;
 };
 
-/// Material (x, z) goes to centre + (R - x) (-cos phi, sin phi), phi = (z - bottom)/R, centre = (R, bottom).
+/// The bend maps a material point (x, z) to
+///     centre + (R - x) (-cos phi, sin phi),  phi = (z - bottom)/R,  centre = (R, bottom)
 struct Bend {
     Bend(const Box3& straight_box, Real angle_) : angle(angle_), bottom(straight_box.lower.z()) {
         lower_y = straight_box.lower.y();
@@ -77,7 +82,7 @@ struct Bend {
             box.upper.x() = R - inner * std::cos(angle), box.upper.z() = bottom + far * std::sin(angle);
         if (angle > Real(kPi / 2)) box.upper.x() = R - far * std::cos(angle);
     }
-    /// Angle from the start of the arc, cut half a turn from its middle.
+    /// The angle from the start of the arc. It jumps half a turn away from the middle of the arc.
     Real turn(Real dx, Real dz) const {
         const Real c = std::cos(angle / 2), s = std::sin(angle / 2);
         return std::atan2(c * dz - s * dx, c * dx + s * dz) + angle / 2;
@@ -86,7 +91,7 @@ struct Bend {
         const Real dx = R - x.x(), dz = x.z() - bottom;
         return {R - std::sqrt(dx * dx + dz * dz), x.y(), bottom + R * turn(dx, dz)};
     }
-    /// Distance to the sector of the arc, or to its hole.
+    /// Distance to the sector of the arc, or to the hole inside it.
     Real outside(const Vec3& x) const {
         const Real dx = R - x.x(), dz = x.z() - bottom, r = std::sqrt(dx * dx + dz * dz), phi = turn(dx, dz);
         Real plane = std::max(r - outer, Real(0));

@@ -15,10 +15,10 @@ constexpr int kRounds = 4;
 constexpr std::size_t kMostProbes = 30000;
 constexpr Real kFar = std::numeric_limits<Real>::max();
 
-/// Of faces without surfels: the side all others' surfels are on, if it is one.
+/// For faces without surfels: the side on which the surfels of all other faces lie, if it is one side.
 using Sides = std::vector<std::optional<bool>>;
 
-/// The side of a sheet by its nearest surfel, as trimming takes it far from the sheet.
+/// The side of a sheet from its nearest surfel. Trimming uses this far from the sheet.
 class NearestPlane {
   public:
     NearestPlane(const Sheet& sheet, Real extent) : sheet_(sheet), extent_(extent) {
@@ -60,7 +60,7 @@ std::vector<Probe> probes_of(const std::vector<Sheet>& sheets) {
     return probes;
 }
 
-/// Foot point on the face, from afar.
+/// The foot point on the face of a place far from it.
 bool foot_point(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
     for (int i = 0; i < 100; ++i) {
         const Real d = face.distance(x);
@@ -70,7 +70,7 @@ bool foot_point(const Face& face, Real spacing, Vec3& x, Vec3& normal) {
     return project_onto(face, spacing, x, normal);
 }
 
-/// Sheets whose surfels put the probe on the wrong side, so that it is kept or cut wrongly.
+/// The sheets whose surfels put the probe on the wrong side, so that it is wrongly kept or wrongly cut.
 std::vector<int> misled(const FacedSolid& solid, const std::vector<NearestPlane>& planes, const Sides& sides,
                         const Probe& p, Real spacing) {
     const Real tolerance = Real(1e-3) * spacing;
@@ -90,7 +90,7 @@ std::vector<int> misled(const FacedSolid& solid, const std::vector<NearestPlane>
     return wrong;
 }
 
-/// One round; the number of probes that are still misled.
+/// One round of additions. Returns the number of probes that are still on a wrong side.
 std::size_t add_guides(const FacedSolid& solid, std::vector<Sheet>& sheets, const Sides& sides, Real spacing,
                        Real extent) {
     std::vector<NearestPlane> planes;
@@ -121,7 +121,7 @@ std::size_t add_guides(const FacedSolid& solid, std::vector<Sheet>& sheets, cons
     return count;
 }
 
-/// The side of an empty sheet's face on which all surfels are; none: on both.
+/// The side of an empty sheet's face on which all surfels lie; none where they lie on both.
 std::optional<bool> common_side(const Face& face, const std::vector<Sheet>& sheets) {
     std::optional<bool> side;
     for (const Sheet& s : sheets)
@@ -133,7 +133,7 @@ std::optional<bool> common_side(const Face& face, const std::vector<Sheet>& shee
     return side;
 }
 
-/// The tree with constants in place of faces: a tree, or everything, or nothing.
+/// The tree with constants in place of some faces: a tree, everything, or nothing.
 struct Reduced {
     std::optional<bool> constant;
     SheetTree tree;
@@ -171,7 +171,7 @@ SheetTree settle_sheets(const FacedSolid& solid, std::vector<Sheet>& sheets, Rea
     int next = 0;
     for (std::size_t k = 0; k < sheets.size(); ++k)
         if (sheets[k].position.empty())
-            sides[k] = sides[k].value_or(true);  // nothing kept depends on it, or it would have got surfels
+            sides[k] = sides[k].value_or(true);  // no kept surfel depends on it, or the sheet would have got surfels
         else
             number[k] = next++;
     return reduce(solid.tree, sides, number).tree;

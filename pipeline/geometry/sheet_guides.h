@@ -1,4 +1,4 @@
-// Makes the sheets of a sampled solid tell inside from outside wherever the trim tree asks them.
+// Lets the sheets of a sampled solid tell inside from outside at every place where the trim tree evaluates them.
 #pragma once
 
 #include <vector>
@@ -13,10 +13,10 @@ struct Sheet {
     std::vector<Vec3> position, normal;
 };
 
-/// The tree over the sheets. Where a face has no surfels and is on one side of all others', that side takes its place
-/// and it is dropped. Where the nearest surfel of a sheet would put a surfel of another on the wrong side of it, so
-/// that what is kept there changes, the sheet gets one more surfel at the foot point: none of these is seen, they are
-/// trimmed themselves. Returns face -> sheet in `number`, -1 for those that are dropped.
+/// Makes the tree over the sheets. A face without surfels that has all other surfels on one side is dropped, and that
+/// side takes its place. The nearest surfel of a sheet may put a surfel of another sheet on its wrong side. Where this
+/// changes whether the surfel is kept, the sheet gets one more surfel at the foot point. These surfels are trimmed and
+/// so never seen. `number` maps faces to sheets, with -1 for dropped faces.
 SheetTree settle_sheets(const FacedSolid& solid, std::vector<Sheet>& sheets, Real spacing, std::vector<int>& number);
 
 }  // namespace thixo

@@ -16,12 +16,12 @@ namespace thixo {
 namespace {
 
 constexpr int kSweeps = 12;
-constexpr std::size_t kFew = 4096;  // surfels that tell a surface's area
-constexpr double kWidest = 1.25;    // points are found for spacings up to this times the guess
+constexpr std::size_t kFew = 4096;  // surfels from which the area of a surface is estimated
+constexpr double kWidest = 1.25;    // the points serve spacings up to this factor times the estimate
 constexpr Real kCovered =
-    Real(0.8);  // farthest a tried point may lie from a surfel, in radii: there may be others between
+    Real(0.8);  // largest distance of a random point from a surfel, in radii, as other points may lie between them
 
-/// Area of the faces as far as `reach` past their edges.
+/// The area of the faces up to `reach` beyond their edges.
 double area_within(const SolidPoints& points, double reach) {
     std::size_t count = 0;
     for (const FacePoints& f : points.faces)
@@ -31,7 +31,7 @@ double area_within(const SolidPoints& points, double reach) {
 }
 double area_on_surface(const SolidPoints& points) { return area_within(points, 1e-30); }
 
-/// The spacing at which the area, with what is past the edges, has a square for each of `count` surfels.
+/// The spacing at which the area, with that beyond the edges, has one square for each of `count` surfels.
 double spacing_for(const SolidPoints& points, std::size_t count, double widest) {
     double low = 0, high = widest;
     for (int i = 0; i < 50; ++i) {
@@ -42,14 +42,14 @@ double spacing_for(const SolidPoints& points, std::size_t count, double widest) 
     return (low + high) / 2;
 }
 
-/// At which a box would have a square for each of `count` surfels.
+/// The spacing at which a box would have one square for each of `count` surfels.
 double spacing_by_box(const Box3& bounds, std::size_t count) {
     const Vec3d size = (bounds.upper - bounds.lower).cast<double>();
     const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
     return std::sqrt(area / static_cast<double>(count));
 }
 
-/// Points, and in `spacing` what the count comes to.
+/// Random points. `spacing` becomes the spacing that gives the wanted count.
 SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling, double& spacing) {
     if (sampling.spacing > 0) {
         spacing = sampling.spacing;
@@ -57,7 +57,7 @@ SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling
     }
     const Vec3d size = (solid.bounds.upper - solid.bounds.lower).cast<double>();
     double guess = spacing_by_box(solid.bounds, sampling.count);
-    // The area of many is found with few.
+    // A few points are enough to estimate the area.
     if (sampling.count >= 4 * kFew) {
         double few = 0;
         find_points(solid, {.count = kFew, .spacing = 0, .seed = sampling.seed}, few);
@@ -78,7 +78,7 @@ SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling
                      size.y(), size.z(), sampling.count);
 }
 
-/// How many surfels each face gets: by area, the largest remainders rounded up.
+/// The number of surfels of each face, in proportion to area. The largest remainders are rounded up.
 std::vector<std::size_t> shares(const std::vector<std::size_t>& points, std::size_t count) {
     const double total = static_cast<double>(std::accumulate(points.begin(), points.end(), std::size_t(0)));
     std::vector<std::size_t> share(points.size()), order(points.size());
@@ -114,7 +114,7 @@ Sheet sample_face(const Face& face, const FacePoints& points, const std::vector<
     return sheet;
 }
 
-/// Radii of a sheet's discs: the spacing, and what it takes to cover every point that was tried on the surface.
+/// Radii of a sheet's discs: the spacing, and more where it is needed to cover every random point of the surface.
 std::vector<Real> radii_of(const Sheet& sheet, const FacePoints& points, Real spacing) {
     std::vector<Real> radius(sheet.position.size(), spacing);
     PointGrid grid;

@@ -1,4 +1,5 @@
-// Surfels: oriented elliptical discs, the points s + a t1 + b t2 with a^2 + b^2 <= 1 (notation: docs/notation.md).
+// Surfels: oriented elliptical discs (notation: docs/notation.md). A disc consists of the points
+//     s + a t1 + b t2,  a^2 + b^2 <= 1
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// Walks over text in memory: words and numbers, with the line for messages. Lines end with LF, CR LF or CR.
+// Reads words and numbers from text in memory and counts lines for messages. Lines end with LF, CR LF or CR.
 #pragma once
 
 #include <charconv>
@@ -26,17 +26,17 @@ class TextCursor {
     TextCursor(std::string_view text, const std::string& file, std::size_t first_line = 1)
         : text_(text), file_(file), line_(first_line) {}
 
-    /// The next word, past blanks and line ends; empty at the end of the text.
+    /// The next word, after blanks and line ends; empty at the end of the text.
     std::string_view word() {
         skip_blanks(true);
         return take();
     }
-    /// The next word of this line; empty at its end. A backslash at the end of a line joins the next one to it.
+    /// The next word of this line; empty at its end. A backslash at the end of a line joins the next line to it.
     std::string_view word_in_line() {
         skip_blanks(false);
         return take();
     }
-    /// Goes behind the end of this line; false at the end of the text.
+    /// Goes past the end of this line; false at the end of the text.
     bool next_line() {
         while (at_ < text_.size() && !ends_line(text_[at_])) ++at_;
         if (at_ == text_.size()) return false;
@@ -75,7 +75,7 @@ class TextCursor {
         throw InputError("{}: line {}: {}; the file is damaged or of another format: export it again", file_, line_,
                          fmt::format(f, std::forward<A>(a)...));
     }
-    /// A word fit for a message: printable and short.
+    /// The word as messages show it: printable and short.
     static std::string shown(std::string_view word) {
         std::string s(word.substr(0, 24));
         for (char& c : s)
@@ -111,7 +111,7 @@ class TextCursor {
         while (at_ < text_.size() && !blank(text_[at_]) && !ends_line(text_[at_])) ++at_;
         return text_.substr(begin, at_ - begin);
     }
-    /// from_chars reports numbers too small to hold (1e-400) like those too large.
+    /// from_chars reports numbers that are too small (1e-400) in the same way as those that are too large.
     double out_of_range(std::string_view word) const {
         const auto e = word.find_first_of("eE");
         if (e != std::string_view::npos && e + 1 < word.size() && word[e + 1] == '-') return 0;

@@ -18,7 +18,7 @@ struct Corner {
 
 double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
-/// Corners of all triangles, those of vertex v at [first[v], first[v + 1]), by triangle.
+/// The corners of all triangles, in the order of triangles. Those of vertex v stand at [first[v], first[v + 1]).
 std::vector<Corner> corners_by_vertex(const TriangleMesh& mesh, std::vector<Index>& first) {
     first.assign(mesh.vertices.size() + 1, 0);
     for (const auto& t : mesh.triangles)
@@ -48,7 +48,7 @@ void add_vertex_normals(TriangleMesh& mesh) {
     for (std::size_t v = 0; v < vertices; ++v) {
         const Corner* at = corners.data() + first[v];
         const Index n = first[v + 1] - first[v];
-        // Groups of corners joined by angles below the limit; the first group keeps the vertex.
+        // Corners that angles below the limit join make a group. The first group keeps the vertex.
         group.resize(n);
         std::iota(group.begin(), group.end(), Index(0));
         for (Index i = 0; i < n; ++i)

@@ -5,12 +5,12 @@
 
 namespace thixo {
 
-/// Unit normals, the mean of the adjacent triangles' normals weighted by their angle at the vertex (Thuermer &
-/// Wuethrich 1998). Triangles about a vertex that no chain of angles below 40 degrees joins get a copy of the vertex
-/// with a normal of their own (sharp edges).
+/// Unit normals: means of the adjacent triangles' normals, weighted by their angles at the vertex (Thuermer & Wuethrich
+/// 1998). At a sharp edge no chain of angles below 40 degrees joins the triangles around a vertex. The triangles beyond
+/// it then get a copy of the vertex with a normal of their own.
 void add_vertex_normals(TriangleMesh& mesh);
 
-/// Whether every vertex has a normal with a length.
+/// Whether every vertex has a normal of non-zero length.
 bool has_normals(const TriangleMesh& mesh);
 
 }  // namespace thixo

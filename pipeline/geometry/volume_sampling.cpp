@@ -15,9 +15,10 @@ namespace thixo {
 namespace {
 
 constexpr double kMostCells = double(1u << 27);
-constexpr int kParts = 4;  // of a cell's edge, for its part inside
+constexpr int kParts = 4;  // parts of a cell's edge, to find the part of the cell that is inside
 
-/// A cell of a level, in its own edges from the grid's corner, as one number that orders by (z, y, x).
+/// A cell of a level as one number that orders by (z, y, x). Its coordinates count its own edges from the grid's
+/// corner.
 using Key = std::uint64_t;
 constexpr Key kField = (1u << 21) - 1;
 Key key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -32,7 +33,7 @@ void sort_unique(std::vector<Key>& keys) {
 }
 bool contains(const std::vector<Key>& sorted, Key k) { return std::binary_search(sorted.begin(), sorted.end(), k); }
 
-/// The grid of the widest cells; the rows of the finest are centred in the shape's box.
+/// The grid of the widest cells. The rows of the finest cells are centred in the shape's box.
 struct Grid {
     Grid(const Box3& box, double spacing, int levels_) : edge0(spacing), levels(levels_) {
         const double widest = std::ldexp(1, levels);
@@ -58,8 +59,8 @@ struct Grid {
     Eigen::Array3i count;
 };
 
-/// Whether a cell is too near the surface to be this wide: its box reaches the tangent plane of the nearest surface, or
-/// comes nearer to it than one cell of every finer level.
+/// Whether a cell is too near the surface to be this wide. Its box then reaches the tangent plane of the nearest
+/// surface, or is nearer to it than one cell of every finer level.
 bool to_be_split(const Shape& shape, const Grid& grid, Key k, int level) {
     const Real edge = static_cast<Real>(grid.edge(level));
     const Vec3 x = grid.centre(k, level);
@@ -90,7 +91,7 @@ std::vector<Key> chosen(const std::vector<Key>& cells, Keep&& keep) {
     return result;
 }
 
-/// Cells of one level up that must be split so that these cells' neighbours are no wider than they.
+/// The cells one level up that must be split, so that the neighbours of these cells are not wider than they are.
 void add_parents_of_neighbours(const std::vector<Key>& cells, const Eigen::Array3i& count, std::vector<Key>& parents) {
     for (const Key k : cells) {
         const Eigen::Array3i c = cell_of(k);
@@ -107,7 +108,7 @@ struct Leaf {
     int level;
 };
 
-/// Leaves of the balanced octree that may have a part inside.
+/// The leaves of the balanced octree that may have a part inside.
 std::vector<Leaf> octree_leaves(const Shape& shape, const Grid& grid) {
     std::vector<Key> top;
     for (int z = 0; z < grid.count.z(); ++z)
@@ -142,7 +143,8 @@ std::vector<Leaf> octree_leaves(const Shape& shape, const Grid& grid) {
     return leaves;
 }
 
-/// Volume of a cube's part inside: of small cubes, each filled by clamp(1/2 - d/edge).
+/// Volume of the part of a cube that is inside. It is the sum over small cubes, each filled to the part
+///     clamp(1/2 - d/edge, 0, 1)
 double volume_inside(const Shape& shape, const Vec3& centre, double edge) {
     const double d = static_cast<double>(shape.distance(centre));
     if (d < -0.8661 * edge) return cube(edge);
@@ -157,7 +159,7 @@ double volume_inside(const Shape& shape, const Vec3& centre, double edge) {
     return sum * cube(part);
 }
 
-/// Gives what lies in cells without a particle to the nearest particle.
+/// Adds the volume in cells without a particle to the nearest particle.
 void share_out(const std::vector<Vec3>& places, const std::vector<double>& volumes, Real spacing, SampledVolume& result,
                std::vector<double>& volume) {
     PointGrid grid;
@@ -208,7 +210,7 @@ SampledVolume sample_packing(const Shape& shape, const Box3& box, double spacing
     if (!(rows.prod() < kMostCells))
         throw InputError("a body of {} x {} x {} particles is too finely sampled; raise solver.spacing", rows.x(),
                          rows.y(), rows.z());
-    // Odd rows stand half a site further along x, odd layers a third of a row along y.
+    // Odd rows are shifted by half a site along x, odd layers by a third of a row along y.
     const Vec3 origin = (first - Eigen::Array3d(0.25, 1.0 / 6, 0) * steps.array()).matrix().cast<Real>();
     const Eigen::Array3i count = rows.cast<int>();
     std::vector<std::vector<std::pair<Vec3, double>>> layers(static_cast<std::size_t>(count.z()));
@@ -240,8 +242,8 @@ SampledVolume sample_spaced(const Shape& shape, const Box3& box, const VolumeSam
     return sample_octree(shape, box, spacing, sampling.lattice == Lattice::octree ? sampling.levels : 0);
 }
 
-/// The spacing whose sampling comes nearest to the count: particles grow as a power of it between the second and the
-/// third.
+/// The spacing whose sampling comes nearest to the count. The number of particles varies as a power of the spacing,
+/// between its inverse square and its inverse cube.
 SampledVolume sample_counted(const Shape& shape, const Box3& box, const VolumeSampling& sampling) {
     const double wanted = static_cast<double>(sampling.count);
     const Vec3d size = (box.upper - box.lower).cast<double>();

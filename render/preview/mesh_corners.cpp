@@ -40,7 +40,7 @@ Vec3f corner_normal(const std::vector<Vec3f>& area, const Fans& fans, Index face
     return sum.normalized();
 }
 
-// True where the edge (a, b) of `face` is to be drawn; an edge that two faces share is left to the one with the lower
+// True where the edge (a, b) of `face` is to be drawn. An edge that two faces share is left to the one with the lower
 // number.
 bool draws_edge(const TriangleMesh& mesh, const std::vector<Vec3f>& area, const Fans& fans, Index face, Index a,
                 Index b) {

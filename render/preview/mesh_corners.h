@@ -14,8 +14,8 @@ struct MeshCorners {
     std::vector<std::array<float, 4>> lines;      // two ends an edge
 };
 
-/// The normal of a corner is the area-weighted mean of the faces around its vertex that lie within 40 degrees of the
-/// corner's own face; edges where two faces meet at more, or that end a sheet, become lines. Normals stored in the mesh
+/// The normal of a corner is the area-weighted mean of faces around its vertex: those that lie within 40 degrees of the
+/// corner's own face. Edges where two faces meet at more, or that end a sheet, become lines. Normals stored in the mesh
 /// are not used: they need not tell creases.
 MeshCorners mesh_corners(const TriangleMesh& mesh);
 

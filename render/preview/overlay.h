@@ -9,8 +9,8 @@
 
 namespace thixo::preview {
 
-/// Writes text with its top left corner at (x, y), `scale` pixels a dot of the 5 x 7 font; what falls outside is cut
-/// off, characters the font lacks become boxes. Returns the x where the text ends.
+/// Writes text with its top left corner at (x, y), `scale` pixels a dot of the 5 x 7 font. What falls outside is cut
+/// off. Characters the font lacks become boxes. Returns the x where the text ends.
 int draw_text(Image8& picture, int x, int y, int scale, const Vec3f& colour, const std::string& text);
 int text_width(const std::string& text, int scale);
 

@@ -30,8 +30,9 @@ layout(std430, binding = 1) readonly buffer Colours { uint colours[]; };
 const vec2 corners[3] = vec2[](vec2(-1.7320509, -1), vec2(1.7320509, -1), vec2(0, 2));
 )";
 
-// A triangle through the centre, square to the line of sight, around the circle where the sphere's cone meets it:
-// radius d r/sqrt(d^2 - r^2).
+// A triangle through the centre, square to the line of sight. It surrounds the circle where the sphere's cone meets it,
+// of radius
+//   d r / sqrt(d^2 - r^2).
 inline constexpr char kSphereVertexGlsl[] = R"(
 flat out vec4 sphere;
 flat out vec3 colour;

@@ -50,8 +50,8 @@ std::string title_of(const std::string& attribute, const Attribute& data) {
 
 Vec3f display_colour(const scene::Appearance& a) {
     if (a.type != scene::AppearanceType::dielectric) return encode_srgb(a.colour);
-    // A clear liquid has no colour of its own: what light keeps over the depth that takes most of the strongest
-    // absorption, or a pale blue.
+    // A clear liquid has no colour of its own. It is drawn in what light keeps over the depth that takes most of the
+    // strongest absorption, or in pale blue.
     const double most = a.absorption.maxCoeff();
     if (!(most > 0)) return {0.36f, 0.62f, 0.86f};
     return encode_srgb(0.9 * (-1.6 * a.absorption.array() / most).exp().matrix());

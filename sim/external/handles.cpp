@@ -9,20 +9,23 @@ Vec3d in_world(const SolidBody& body, const Elements& e, Index i) {
     return body.turn * (xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>()) + body.place;
 }
 
-/// The handle's pose at `start` taken out: the motion from there on.
+/// Where the handle has carried `anchor` by `time`: its motion since `start`.
 Vec3d carried(const Handle& handle, double time, const Vec3d& anchor) {
     return handle.motion.pose(time).apply(handle.motion.pose(handle.start).apply_inverse(anchor));
 }
 
 }  // namespace
 
-void take_hold(double time, const Vec3& gravity, Solids& solids) {
+void take_hold(double time, const Outside& outside, Solids& solids) {
     Elements& e = solids.elements;
     solids.held.assign(e.size(), 0);
     solids.external.resize(e.size());
+    const std::vector<BodyPose> poses = poses_of(solids.bodies);
     parallel_for(e.size(), [&](std::size_t i) {
-        const SolidBody& body = solids.owner(i);
-        solids.external[i] = (body.turn.transpose() * gravity.cast<double>()).cast<Real>();
+        const BodyPose& pose = poses[static_cast<std::size_t>(e.owner[i])];
+        const Vec3 place = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place;
+        const Vec3 a = acceleration_from_outside(outside, place, pose.turn * xyz(e.velocity[i]));
+        solids.external[i] = (solids.owner(i).turn.transpose() * a.cast<double>()).cast<Real>();
     });
     for (std::size_t g = 0; g < solids.handles.size(); ++g) {
         Handle& handle = solids.handles[g];
@@ -30,13 +33,12 @@ void take_hold(double time, const Vec3& gravity, Solids& solids) {
         if (handle.elements.empty()) continue;
         if (handle.pulls()) {
             for (const Index i : handle.elements)
-                solids.external[i] +=
-                    (solids.owner(i).turn.transpose() * (handle.force / handle.mass)).cast<Real>();
+                solids.external[i] += (solids.owner(i).turn.transpose() * (handle.force / handle.mass)).cast<Real>();
             continue;
         }
         if (handle.anchor.empty())
             for (const Index i : handle.elements) handle.anchor.push_back(in_world(solids.owner(i), e, i));
-        // What has melted slips out of the hand.
+        // Molten matter is no longer held.
         for (const Index i : handle.elements)
             if (e.phase_of(i) == Phase::solid) solids.held[i] = static_cast<std::uint8_t>(g + 1);
     }

@@ -11,14 +11,14 @@ namespace {
 
 constexpr double kAbsoluteZero = -273.15, kHottest = 1e6;  // degC
 constexpr const char* kTemperature = "temperature";
-constexpr double kAbsurd = 10;  // speeds of sound: beyond, no time step of ours is meant for it
+constexpr double kAbsurd = 10;  // in speeds of sound: no step length is meant for a faster particle
 
 double speed(const Quad& v) {
     return std::sqrt(square(static_cast<double>(v.x)) + square(static_cast<double>(v.y)) +
                      square(static_cast<double>(v.z)));
 }
 
-/// The first quantity of particle i that is wrong, in the order a step computes them; null where all is well.
+/// The first quantity of particle i that is wrong, in the order in which a step computes them; null where none is.
 const char* wrong_term(const Simulation& s, std::size_t i, double fastest) {
     const Particles& p = s.particles;
     if (!p.position[i].allFinite()) return "position";
@@ -37,7 +37,7 @@ std::string likely_cause(const Simulation& s, const StepLimits& limits, const ch
         return fmt::format("solver.time_step.fixed of {:.3g} s is above the {} limit of {:.3g} s", fixed,
                            limits.cause(), limits.smallest());
     if (s.clock.step < 10) return "particles start too close to each other, or inside a wall";
-    if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
+    if (s.problem.strategy.incompressible)
         return "a moving wall squeezes the fluid, or the pressure solve ends at solver.iterations (cut_off in "
                "stats.jsonl)";
     if (s.problem.scene.solver.artificial_viscosity < 0.01)

@@ -11,19 +11,21 @@
 #include "sim/liquid/leapfrog.h"
 #include "sim/loop/coupling.h"
 #include "sim/loop/health.h"
+#include "sim/loop/plan.h"
+#include "sim/loop/time_step.h"
 #include "sim/phase/phases.h"
 #include "sim/surface/contact_surface.h"
 
 namespace thixo {
 namespace {
 
-bool implicit(const Simulation& s) { return s.problem.scene.solver.pressure == scene::Pressure::dfsph; }
+bool incompressible(const Simulation& s) { return s.problem.strategy.incompressible; }
 
 // Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches
 // what no pressure holds: single drops, and what an impact presses on. The implicit solver's walls hold by themselves:
 // moved back from nearer than they would, particles would be thrust among their neighbours, and it is the last resort.
 Real least_wall_distance(const Simulation& s) {
-    return (implicit(s) ? Real(0.2) : Real(0.45)) * s.problem.smoothing.spacing;
+    return (incompressible(s) ? Real(0.2) : Real(0.45)) * s.problem.smoothing.spacing;
 }
 
 void sort_particles(Simulation& s) {
@@ -65,8 +67,8 @@ void pack_still(Simulation& s) {
 
 void find_density(Simulation& s) {
     ScopedTimer timer(s.stats.density_seconds);
-    pack_motion(s.particles, s.clock.last_dt, implicit(s), s.sweep);
-    if (implicit(s)) {
+    pack_motion(s.particles, s.clock.last_dt, incompressible(s), s.sweep);
+    if (incompressible(s)) {
         find_wall_effects(s.walls, s.particles.position, s.sweep.walls);
         measure_density(s.particles, s.neighbours, s.sweep.ghosts, s.sweep.walls, s.problem.smoothing,
                         s.pressure_system);
@@ -79,45 +81,36 @@ void find_density(Simulation& s) {
     if (s.sweep.mixed) restore_elastic_state(s.elastic_state, s.particles);
 }
 
-/// Whether there are pressures, viscosity and cohesion: not among solids alone.
-bool liquid_acts(const Simulation& s) { return s.solids.empty() || any_liquid(s.particles); }
-/// Whether anything asks for neighbours: liquids, heat, matter that has melted and frozen.
-bool neighbours_asked(const Simulation& s) {
-    return liquid_acts(s) || (s.problem.heat.any() && !s.particles.id.empty()) || s.solids.softening.freezes;
-}
-
 /// Everything that a sum over neighbours gives at the present places.
-void sum_up(Simulation& s) {
-    if (!neighbours_asked(s)) return;
+void sum_up(const Plan& plan, Simulation& s) {
+    if (!plan.neighbours) return;
     find_neighbours(s);  // geometry   7.1
-    if (liquid_acts(s))
+    if (plan.liquid)
         find_density(s);  // density    2.3, 4.3.1
     else
         pack_still(s);
 }
 
-void find_forces(Simulation& s) {
+void find_forces(const Plan& plan, Simulation& s) {
     ScopedTimer timer(s.stats.forces_seconds);
-    if (!liquid_acts(s)) {
+    if (!plan.liquid) {
         std::ranges::fill(s.particles.acceleration, Vec3::Zero());
         return;
     }
-    const ForceParams params{s.problem.gravity, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
+    const ForceParams params{s.problem.outside, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
     compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, params, s.sweep);
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials,
-                s.sweep, s.tension);
+    add_tension(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.tension,
+                s.problem.materials, s.tension);
 }
 
 /// The viscous force acts for as long as the leapfrog's next kick.
 void find_viscosity(Simulation& s, double dt) {
     ScopedTimer timer(s.stats.viscosity_seconds);
     const auto& materials = s.problem.materials;
-    if (std::ranges::all_of(materials, [](const MaterialParams& m) { return m.implicit_viscosity <= 0; })) return;
-    if (!liquid_acts(s)) return;
     const ViscositySolve params{.kick = 0.5 * (s.clock.last_dt + dt),
                                 .tolerance = s.problem.scene.solver.viscosity_tolerance};
-    const ViscosityReport report = solve_viscosity(s.particles, s.neighbours, s.walls, s.problem.smoothing, materials,
-                                                   params, s.sweep, s.viscosity);
+    const ViscosityReport report = solve_viscosity(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep},
+                                                   materials, params, s.viscosity);
     s.stats.viscosity_iterations += report.iterations;
     s.stats.viscosity_unconverged += report.converged ? 0 : 1;
     s.stats.viscosity_residual = std::max(s.stats.viscosity_residual, report.residual);
@@ -125,8 +118,8 @@ void find_viscosity(Simulation& s, double dt) {
 
 void conduct(Simulation& s, double dt) {
     ScopedTimer timer(s.stats.heat_seconds);
-    s.stats.heat_steps += conduct_heat(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.heat, s.sweep,
-                                       s.clock.time, dt, s.heat);
+    s.stats.heat_steps += conduct_heat(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep},
+                                       s.problem.heat, s.clock.time, dt, s.heat);
 }
 
 void count_solve(const SolveReport& report, SolveStats& stats) {
@@ -141,8 +134,9 @@ void solve_pressure(Simulation& s, double dt) {
     ScopedTimer timer(s.stats.pressure_seconds);
     const scene::Solver& params = s.problem.scene.solver;
     const double kick = 0.5 * (s.clock.last_dt + dt);
-    count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing, kick, dt,
-                                  {params.divergence_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
+    count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing,
+                                  {kick, dt, {params.divergence_tolerance, params.iterations}}, s.pressure_system,
+                                  s.solve_scratch),
                 s.stats.divergence);
     count_solve(restore_density(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing,
                                 {params.density_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
@@ -155,20 +149,20 @@ void drive_openings(Simulation& s) {
                                        s.problem.periodic, s.clock.time, s.emitters, s.particles);
     for (const Index i : driven) {
         s.particles.acceleration[i].setZero();
-        if (implicit(s)) s.solve_scratch.shift[i].setZero();
+        if (incompressible(s)) s.solve_scratch.shift[i].setZero();
     }
 }
 
 void emit(Simulation& s) {
-    emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.gravity,
-                   s.problem.periodic, s.problem.scene.solver.seed, s.clock.time, s.clock.last_dt, s.emitters,
-                   s.particles, s.next_id);
+    emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls,
+                   s.problem.outside.gravity, s.problem.periodic, s.problem.scene.solver.seed, s.clock.time,
+                   s.clock.last_dt, s.emitters, s.particles, s.next_id);
     adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
 }
 
 /// Walls are stiff springs to what a pressure p presses on them, of frequency sqrt(5 p/rho)/spacing (the curvature of
 /// their share, wall_kernel.h), and a step of explicit places must follow that:
-///   dt <= cfl spacing / sqrt(2 mean(p/rho))      in a tank at rest the mean is half the largest. [s]
+///     dt <= cfl spacing / sqrt(2 mean(p/rho))      in a tank at rest the mean is half the largest. [s]
 double pressure_limit(const Simulation& s) {
     const Particles& p = s.particles;
     const double sum = parallel_sum(
@@ -177,13 +171,13 @@ double pressure_limit(const Simulation& s) {
            std::sqrt(2 * sum / std::max<double>(1, static_cast<double>(p.size())) + 1e-30);
 }
 
-double choose_step(Simulation& s, double wall_speed) {
+double choose_step(const Plan& plan, Simulation& s, double wall_speed) {
     const scene::TimeStep& params = s.problem.scene.solver.time_step;
     // Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
-    if (!liquid_acts(s))
+    if (!plan.liquid)
         return divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : params.maximum);
     StepLimits limits = step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
-    if (implicit(s)) limits.signal = std::min(limits.signal, pressure_limit(s));
+    if (incompressible(s)) limits.signal = std::min(limits.signal, pressure_limit(s));
     check_health(s, limits);
     const double dt =
         divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
@@ -200,13 +194,13 @@ void shift(Particles& particles, const std::vector<Vec3>& by) {
 }
 
 /// Elasticity, in sub-steps from the present time on.
-void move_solids(Simulation& s, double dt, bool alone) {
-    if (s.solids.empty() || !s.solids.softening.moves) return;
+void move_solids(const Plan& plan, double dt, Simulation& s) {
+    if (!plan.solids) return;
+    const bool alone = !plan.liquid;
     ScopedTimer timer(s.stats.solids_seconds);
     if (!alone) push_by_liquid(s.particles, 0.5 * (s.clock.last_dt + dt), s.solids);
     prepare_stencils(s.problem.scene, s.clock.time, s.problem.smoothing, s.particles, s.neighbours, s.solids);
-    const SolidStep step{s.problem.scene, s.problem.gravity, s.clock.time, dt,
-                         s.problem.scene.solver.solids == scene::SolidSteps::implicit_euler};
+    const SolidStep step{s.problem.scene, s.problem.outside, s.clock.time, dt, s.problem.strategy.implicit_solids};
     const SolidReport report = advance_solids(step, s.walls, s.particles, s.solids, s.solid_scratch);
     s.stats.solid_sub_steps += report.sub_steps;
     s.stats.solid_newton += report.newton;
@@ -226,14 +220,14 @@ void move_solids(Simulation& s, double dt, bool alone) {
     s.stats.largest_dt = std::max(s.stats.largest_dt, dt);
 }
 
-void move_on(Simulation& s, double dt, double wall_speed) {
+void move_on(const Plan& plan, double dt, double wall_speed, Simulation& s) {
     Clock& c = s.clock;
-    const bool alone = !liquid_acts(s);
+    const bool alone = !plan.liquid;
     note_positions(s.probes, s.particles);
-    move_solids(s, dt, alone);
+    move_solids(plan, dt, s);
     ScopedTimer timer(s.stats.integration_seconds);
     if (!alone) leapfrog(s.particles, c.last_dt, dt);
-    if (implicit(s) && !alone) shift(s.particles, s.solve_scratch.shift);
+    if (incompressible(s) && !alone) shift(s.particles, s.solve_scratch.shift);
     const double rest = c.next_frame - c.time;
     c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
     c.last_dt = dt;
@@ -256,10 +250,10 @@ double largest(const Simulation& s, Term&& term) {
 /// free flight needs no update. So what counts as having moved (a quarter of the surfel support, dissertation 6.6) is
 /// the displacement against the neighbours' mean, and of one particle in twenty: in a splash some drop always has, and
 /// its few surfels are made anew at the next update in any case. What moves all together may go two supports.
-bool surface_due(const Simulation& s) {
+bool surface_due(const Plan& plan, const Simulation& s) {
     constexpr double kShare = 0.05;
     const scene::Surface& params = s.problem.scene.surface;
-    if (!params.enabled || !liquid_acts(s)) return false;
+    if (!params.enabled || !plan.liquid) return false;
     const double support = params.support * params.radius * static_cast<double>(s.problem.smoothing.spacing);
     const auto& x = s.particles.position;
     const auto& x0 = s.particles.surface_position;
@@ -277,8 +271,8 @@ bool surface_due(const Simulation& s) {
     return stirred > kShare * static_cast<double>(s.particles.size());
 }
 
-void update_surface_when_due(Simulation& s) {
-    if (surface_due(s)) refresh_surface(s);
+void update_surface_when_due(const Plan& plan, Simulation& s) {
+    if (surface_due(plan, s)) refresh_surface(s);
 }
 
 void count_step(Simulation& s) {
@@ -292,31 +286,33 @@ void count_step(Simulation& s) {
 double frame_time(const scene::Frames& frames, int frame) { return (frame - frames.first) / frames.fps; }
 
 void evaluate(Simulation& s) {
-    if (!neighbours_asked(s)) return place_solids(s);
-    sum_up(s);
+    const Plan plan = plan_step(s);
+    if (!plan.neighbours) return place_solids(s);
+    sum_up(plan, s);
 }
 
 Real shown_pressure(const Simulation& s, std::size_t i) {
     const auto& pressure = s.particles.pressure;
-    return implicit(s) && !is_elastic(s.particles.phase[i])
+    return incompressible(s) && !is_elastic(s.particles.phase[i])
                ? virial_pressure(i, pressure, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system)
                : pressure[i];
 }
 
 void step(Simulation& s) {
-    emit(s);  // emitter    4.2
-    change_phases(s.problem.scene, s.problem.gravity, s.clock.last_dt, s.particles,
+    emit(s);  // sources    4.2
+    change_phases(s.problem.scene, s.problem.outside, s.clock.last_dt, s.particles,
                   s.solids);  // melting, freezing  6.5
-    sum_up(s);                // geometry, density
-    find_forces(s);           // forces     4.3, 4.4.2
+    const Plan plan = plan_step(s);
+    sum_up(plan, s);       // geometry, density
+    find_forces(plan, s);  // forces     4.3, 4.4.2
     const double wall_speed = largest_wall_speed(s.walls, s.particles.position);
-    const double dt = choose_step(s, wall_speed);  // time_step, health
-    find_viscosity(s, dt);                         // viscosity_solver  4.3.1
-    if (implicit(s) && liquid_acts(s)) solve_pressure(s, dt);
-    drive_openings(s);           // emitter
-    conduct(s, dt);              // heat       6.5
-    move_on(s, dt, wall_speed);  // leapfrog   7.2, solids  5.3, 6.3, walls
-    update_surface_when_due(s);  // surface    6.6
+    const double dt = choose_step(plan, s, wall_speed);  // time_step, health
+    if (plan.viscosity_solve) find_viscosity(s, dt);     // viscosity_solver  4.3.1
+    if (plan.pressure_solve) solve_pressure(s, dt);
+    drive_openings(s);                 // sources
+    conduct(s, dt);                    // heat       6.5
+    move_on(plan, dt, wall_speed, s);  // leapfrog   7.2, solids  5.3, 6.3, walls
+    update_surface_when_due(plan, s);  // surface    6.6
     count_step(s);
 }
 
@@ -325,11 +321,10 @@ void refresh_surface(Simulation& s) {
     ScopedTimer timer(s.stats.surface_seconds);
     const Smoothing& smoothing = s.problem.smoothing;
     const scene::Surface& params = s.problem.scene.surface;
-    const Real spacing = smoothing.spacing, support = smoothing.support;
-    const SurfaceReport report =
-        s.solids.empty() ? update_surface(s.surface, s.particles, s.walls, params, spacing, support, s.problem.moulds)
-                         : update_mixed_surface(s.embedded, s.solids, s.particles, s.walls, params, spacing, support,
-                                                s.problem.moulds, s.mixed_surface, s.surface, s.embedded_source);
+    const SurfaceSetting setting{s.walls, params, smoothing.spacing, smoothing.support, s.problem.moulds};
+    const SurfaceReport report = s.solids.empty() ? update_surface(s.surface, s.particles, setting)
+                                                  : update_mixed_surface(s.embedded, s.solids, s.particles, setting,
+                                                                         s.mixed_surface, s.surface, s.embedded_source);
     if (!s.solids.empty() && !s.solids.softening.any)
         draw_contacts(s.embedded, s.embedded_source, s.walls, s.solids, s.surface);
     SurfaceReport& sum = s.stats.surface;

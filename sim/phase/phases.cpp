@@ -20,7 +20,7 @@ const scene::Material& material_of(const scene::Scene& scene, const Particles& p
     return scene.materials[static_cast<std::size_t>(p.material[k])];
 }
 
-/// A particle that has just become matter with a shape: its element is where the particle is.
+/// Starts the element of a particle that has just become solid: its displacement is that of the particle.
 void enter_solid(const Particles& p, std::size_t k, Index i, Solids& solids) {
     Elements& e = solids.elements;
     const SolidBody& body = solids.bodies[static_cast<std::size_t>(e.owner[i])];
@@ -32,18 +32,16 @@ void enter_solid(const Particles& p, std::size_t k, Index i, Solids& solids) {
     e.depth[i] = surface_depth(e, i);
 }
 
-/// The velocity of a solid particle lacks half a step of the liquid's push, but none of gravity (sim/loop/step.h).
-void take_gravity_in(const Vec3& gravity, Real half_step, Index k, Particles& p) {
-    p.velocity[k] += half_step * gravity;
-    p.acceleration[k] -= gravity;
-}
-void leave_gravity_out(const Vec3& gravity, Real half_step, Index k, Particles& p) {
-    p.velocity[k] -= half_step * gravity;
-    p.acceleration[k] += gravity;
+/// The velocity of a solid particle lags by half a step of the liquid's push, but not of accelerations from outside
+/// (sim/loop/step.h). A `part` of 1 adds that half step, -1 removes it.
+void take_outside(const Outside& outside, Real part, Real half_step, Index k, Particles& p) {
+    const Vec3 a = acceleration_from_outside(outside, p.position[k], p.velocity[k]);
+    p.velocity[k] += part * half_step * a;
+    p.acceleration[k] -= part * a;
 }
 
-/// One particle's phase by its temperature. Returns whether it has just begun to melt.
-bool change_phase(const scene::Material& m, const Vec3& gravity, Real half_step, Index k, Index i, Particles& p,
+/// Sets one particle's phase by its temperature. Returns whether it has just begun to melt.
+bool change_phase(const scene::Material& m, const Outside& outside, Real half_step, Index k, Index i, Particles& p,
                   Solids& solids) {
     Elements& e = solids.elements;
     const Phase was = e.phase[i];
@@ -53,11 +51,11 @@ bool change_phase(const scene::Material& m, const Vec3& gravity, Real half_step,
     Phase now = was;
     if (was == Phase::liquid && shape) {
         now = Phase::viscoelastic;
-        take_gravity_in(gravity, half_step, k, p);
+        take_outside(outside, 1, half_step, k, p);
         enter_solid(p, k, i, solids);
     } else if (was != Phase::liquid && !shape) {
         now = Phase::liquid;
-        leave_gravity_out(gravity, half_step, k, p);
+        take_outside(outside, -1, half_step, k, p);
     } else if (was == Phase::solid && b >= 1) {
         now = Phase::viscoelastic;
         e.depth[i] = surface_depth(e, i);
@@ -77,13 +75,13 @@ void set_phase(Phase phase, Real b, Index particle, Index element, Particles& pa
 
 namespace {
 
-/// The present shape of a body becomes its rest shape.
+/// Makes the present shape of a body its rest shape.
 void take_shape(const SolidBody& body, Particles& particles, Solids& solids) {
     Softening& s = solids.softening;
     Elements& e = solids.elements;
     const Mat3 turn = body.turn.cast<Real>();
     for (const Index i : body.elements) {
-        Mat3 strain;  // minus the elastic one
+        Mat3 strain;  // minus the elastic strain
         if (e.phase[i] == Phase::viscoelastic) {
             strain = turn.transpose() * matrix(s.flow.plastic[i]) * turn;
         } else {
@@ -98,7 +96,7 @@ void take_shape(const SolidBody& body, Particles& particles, Solids& solids) {
     }
 }
 
-/// Bodies that are solid throughout, but not all of it bound to a rest shape.
+/// Refreezes bodies that are solid throughout, but not wholly bound to a rest shape.
 void refreeze(Particles& particles, Solids& solids) {
     const Elements& e = solids.elements;
     bool any = false;
@@ -174,7 +172,7 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
     for (const auto& [id, k] : found) {
         const auto i = static_cast<Index>(e.size());
         append_element(e, id, static_cast<std::int32_t>(emitted - solids.bodies.begin()));
-        // What an emitter releases has no rest shape: its place there is the frame's origin.
+        // Matter of emitters has no rest shape: its place there is the origin of the frame.
         e.mass[i] = particles.mass[k];
         e.volume[i] = particles.rest_volume[k];
         e.support[i] = smoothing.support;
@@ -189,7 +187,7 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
     }
 }
 
-void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_dt, Particles& particles,
+void change_phases(const scene::Scene& scene, const Outside& outside, double last_dt, Particles& particles,
                    Solids& solids) {
     Softening& s = solids.softening;
     if (!s.any) return;
@@ -203,10 +201,10 @@ void change_phases(const scene::Scene& scene, const Vec3& gravity, double last_d
             const Index k = solids.particle_of[i];
             const scene::Material& m = material_of(scene, particles, k);
             if (m.melting.any()) {
-                seeds[i] = change_phase(m, gravity, half_step, k, i, particles, solids) ? 1 : 0;
+                seeds[i] = change_phase(m, outside, half_step, k, i, particles, solids) ? 1 : 0;
             } else if (e.phase[i] == Phase::liquid) {
-                // An emitter has released it: elastic, but with no shape of its own.
-                take_gravity_in(gravity, half_step, k, particles);
+                // A particle of an emitter is elastic, without a shape of its own.
+                take_outside(outside, 1, half_step, k, particles);
                 enter_solid(particles, k, i, solids);
                 set_phase(Phase::viscoelastic, particles.melt[k], k, i, particles, e);
             }

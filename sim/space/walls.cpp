@@ -16,10 +16,10 @@ Real adhesion_of(double contact_angle) {
 }
 }  // namespace
 
-Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing) {
+Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing, const Strategy& strategy) {
     Walls walls;
     const auto map_of = [&](Shape solid) {
-        return scene.solver.pressure == scene::Pressure::dfsph ? WallMap(std::move(solid), smoothing.wall)
+        return strategy.incompressible ? WallMap(std::move(solid), smoothing.wall)
                                                                : WallMap(std::move(solid), smoothing.support);
     };
     struct Surface {  // slippery ones first, then by contact angle, then by temperature

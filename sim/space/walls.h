@@ -13,6 +13,7 @@
 #include "sim/space/smoothing.h"
 #include "sim/space/wall_map.h"
 #include "sim/state/particles.h"
+#include "sim/state/strategy.h"
 
 namespace thixo {
 
@@ -61,7 +62,7 @@ struct WallEffect {
 
 /// The walls of a scene, with the kernels of its pressure solver; shapes are resolved against its named ones. Throws
 /// InputError.
-Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing);
+Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing, const Strategy& strategy);
 
 /// Brings all walls to where they stand at `time` [s].
 void move_walls(Walls& walls, double time);

@@ -85,7 +85,7 @@ class Reader {
     const std::string& file_;
 };
 
-constexpr std::uint64_t kMostBodies = 1u << 24;
+constexpr std::uint64_t kMostRecords = 1u << 28;
 
 /// What follows from tables that have just been read: numbers of elements, shapes and samples of bodies, weights of
 /// surfels.
@@ -127,6 +127,18 @@ void visit_altered_body(Stream& stream, B& body) {
     stream.array("body.cuts", body.cuts);
 }
 
+/// Records field by field: the bytes between fields are nobody's, and no two runs need have the same there.
+template <class Stream, class Records, class... Field>
+void visit_fields(Stream& stream, const char* name, Records& records, Field... field) {
+    std::uint64_t count = records.size();
+    stream.value(name, count);
+    if constexpr (!std::is_const_v<Records>) {
+        if (count > kMostRecords) throw CacheError("a checkpoint has {} records of '{}'", count, name);
+        records.resize(count);
+    }
+    for (auto& record : records) (stream.value(name, record.*field), ...);
+}
+
 template <class Stream, class S>
 void visit_bonds(Stream& stream, S& bonds) {
     stream.array("bonds.begin", bonds.begin);
@@ -136,17 +148,11 @@ void visit_bonds(Stream& stream, S& bonds) {
     stream.array("bonds.base", bonds.base);
     stream.array("bonds.base_back", bonds.base_back);
     stream.array("bonds.visibility", bonds.visibility);
-    stream.array("bonds.moment", bonds.moment);
-    std::vector<Index> flat;
-    std::vector<Symmetric> projection;
-    for (const auto& [i, p] : bonds.flat) flat.push_back(i), projection.push_back(p);
-    stream.array("bonds.flat", flat);
-    stream.array("bonds.projection", projection);
-    if constexpr (!std::is_const_v<S>) {
-        bonds.flat.clear();
-        for (std::size_t k = 0; k < flat.size(); ++k) bonds.flat.emplace_back(flat[k], projection[k]);
-        bonds.changed();
-    }
+    visit_fields(stream, "bonds.moment", bonds.moment, &RestMoment::inverse, &RestMoment::first, &RestMoment::trace,
+                 &RestMoment::full);
+    visit_fields(stream, "bonds.flat", bonds.flat, &std::pair<Index, Symmetric>::first,
+                 &std::pair<Index, Symmetric>::second);
+    if constexpr (!std::is_const_v<S>) bonds.changed();
 }
 
 /// Tables whose rows are no longer those that the scene makes.
@@ -158,7 +164,7 @@ void visit_altered(Stream& stream, S& s) {
     std::uint64_t count = solids.bodies.size();
     stream.value("bodies", count);
     if constexpr (kReads) {
-        if (count > kMostBodies) throw CacheError("a checkpoint has {} bodies", count);
+        if (count > kMostRecords) throw CacheError("a checkpoint has {} bodies", count);
         solids.bodies.resize(count);
     }
     for (auto& body : solids.bodies) visit_altered_body(stream, body);
@@ -169,7 +175,8 @@ void visit_altered(Stream& stream, S& s) {
     for_each_array_of(Life::made, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     visit_bonds(stream, solids.elements.bonds);
     for_each_array(s.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
-    stream.array("embedded.families", s.embedded.families);
+    visit_fields(stream, "embedded.families", s.embedded.families, &SurfelFamily::first, &SurfelFamily::base,
+                 &SurfelFamily::shift);
     if constexpr (kReads) rebind(s);
 }
 

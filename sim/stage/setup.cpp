@@ -9,9 +9,8 @@
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/volume_sampling.h"
-#include "sim/liquid/tension.h"
-#include "sim/liquid/viscosity_solver.h"
 #include "sim/bonds/members.h"
+#include "sim/liquid/tension.h"
 #include "sim/phase/phases.h"
 #include "sim/solid/laws.h"
 #include "sim/space/sampling.h"
@@ -19,6 +18,7 @@
 #include "sim/stage/boundary_mesh.h"
 #include "sim/stage/probes.h"
 #include "sim/stage/solid_setup.h"
+#include "sim/stage/strategy.h"
 
 namespace thixo {
 namespace {
@@ -248,7 +248,7 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
         if (p.has.surface) p.surface_position[i] = p.position[i];
         p.velocity[i] =
             (body.velocity + body.angular_velocity.cross(sites.position[k].cast<double>() - centre)).cast<Real>();
-        p.acceleration[i] = s.problem.gravity;
+        p.acceleration[i] = s.problem.outside.gravity;
         p.rest_volume[i] = sites.volume[k];
         if (p.has.spacing) p.spacing[i] = sites.spacing[k];
         p.density[i] = s.problem.materials[static_cast<std::size_t>(material)].density;
@@ -282,15 +282,17 @@ Simulation make_simulation(const scene::Scene& scene) {
     const double speed = expected_speed(scene);
     // Walls and the problem are made before what holds them: g++ 12 destroys the members of a nested initialiser twice
     // where a later one throws.
-    Walls walls = make_walls(scene, smoothing);
+    const Strategy strategy = strategy_of(scene.solver);
+    Walls walls = make_walls(scene, smoothing, strategy);
     Problem problem{.scene = scene,
+                    .strategy = strategy,
                     .scene_path = {},
                     .smoothing = smoothing,
-                    .tension = TensionScale(smoothing, scene.solver.pressure),
-                    .materials = resolve_materials(scene.materials, static_cast<Real>(speed), scene.solver.pressure),
+                    .tension = TensionScale(smoothing, strategy),
+                    .materials = resolve_materials(scene.materials, static_cast<Real>(speed), strategy),
                     .heat = make_heat(scene),
                     .moulds = make_moulds(scene),
-                    .gravity = scene.world.gravity.cast<Real>(),
+                    .outside = outside_of(scene.world),
                     .periodic = make_periodic(scene.world, smoothing.support),
                     .expected_speed = speed,
                     .emitters = {}};
@@ -310,7 +312,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     s.clock.frame = scene.frames.first;
     s.probes = make_probes(scene);
     s.particles.has = {.surface = scene.surface.enabled,
-                       .implicit_pressure = scene.solver.pressure == scene::Pressure::dfsph,
+                       .implicit_pressure = strategy.incompressible,
                        .implicit_viscosity = std::ranges::any_of(
                            s.problem.materials, [](const MaterialParams& m) { return m.implicit_viscosity > 0; }),
                        .spacing = std::ranges::any_of(scene.bodies, [](const scene::Body& b) {

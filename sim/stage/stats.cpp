@@ -73,13 +73,13 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
           {"volume", totals.surface_volume},
           {"particle_volume", totals.particle_volume}}},
     };
-    if (s.problem.scene.solver.pressure == scene::Pressure::dfsph)
+    if (s.problem.strategy.incompressible)
         line["solves"] = {{"density", solves(t.density)}, {"divergence", solves(t.divergence)}};
     if (!s.solids.empty()) {
         line["solids"] = {{"sub_steps", t.solid_sub_steps},
                           {"stretch", std::sqrt(s.solids.stretch2)},
                           {"contact_nodes", s.solids.contacts.nodes.size()}};
-        if (s.problem.scene.solver.solids == scene::SolidSteps::implicit_euler)
+        if (s.problem.strategy.implicit_solids)
             line["solids"].update(
                 {{"newton", t.solid_newton}, {"iterations", t.solid_iterations}, {"unconverged", t.solid_unconverged}});
         line["seconds"]["solids"] = t.solids_seconds;

@@ -1,4 +1,4 @@
-// What the stress of a material needs at one instant.
+// The constants that the stress of a material needs at one instant.
 #pragma once
 
 #include "pipeline/base/math.h"
@@ -13,12 +13,12 @@ struct StressLaw {
     Real zero_energy = 0;        // modulus of the zero-energy modes [Pa]
     Real yield = 0;              // k_yield [1]
     Real creep = 0;              // k_creep [1/s]
-    Real most_plastic = 0;       // largest norm of eps^p [1]; 0: any
+    Real most_plastic = 0;       // largest norm of eps^p [1]; 0: no limit
     Real friction = 0;           // [1]
     Real contact_damping = 0;    // of critical [1]
     Real contact_stiffness = 0;  // [Pa/m]; 0: of a layer of the matter
-    Real rate_modulus = 0;       // that viscosity adds to mu in a tangent [Pa]
-    Index anisotropy = kNone;    // of Elements::anisotropic; kNone: lambda and mu tell all
+    Real rate_modulus = 0;       // added to mu by viscosity in a tangent [Pa]
+    Index anisotropy = kNone;    // of Elements::anisotropic; kNone: isotropic, by lambda and mu
     bool operator==(const StressLaw&) const = default;
     Real wave_modulus() const { return lambda + 2 * mu; }  // rho c^2 of pressure waves [Pa]
 };

@@ -124,6 +124,33 @@ class SourceRules(unittest.TestCase):
                     problems.append(f"{name}: {own} may not link {target} of {folder}")
         self.none(problems)
 
+    def test_libraries_of_the_simulation_link_along_the_arrows(self):
+        """sim/CMakeLists.txt has a library a folder: what one links, directly or not, its folder may include."""
+        text = (ROOT / "sim/CMakeLists.txt").read_text()
+        folders, links = {}, {}
+        for name, body in re.findall(r"thixo_library\((thixo_\w+)(.*?)\n  DOUBLE\)", text, re.S):
+            sources, link = body.split("LINK", 1)
+            folders[name] = {f"sim/{source.split('/')[0]}" for source in re.findall(r"[\w/]+\.cpp", sources)}
+            links[name] = re.findall(r"\bthixo_\w+", link)
+            self.assertEqual(1, len(folders[name]), f"{name} has sources of {folders[name]}")
+        self.assertGreater(len(folders), 10)
+        problems = []
+        for name, own in ((n, next(iter(f))) for n, f in folders.items()):
+            for other in (next(iter(folders[link])) for link in links[name] if link in folders):
+                if other != own and other not in RULES.folders[own]:
+                    problems.append(f"{name}: {own} may not link {other}")
+        self.none(problems)
+
+    def test_how_a_scene_is_solved_is_chosen_at_set_up_alone(self):
+        """The words of the scene that choose a method are compared in sim/stage; everything else asks Strategy or Plan."""
+        words = re.compile(r"\bscene::(Pressure|Viscosity|SolidSteps|Lattice)\b")
+        self.none([f"{name}:{number}: {line.strip()}" for name in code_files(("sim",)) if not name.startswith("sim/stage/")
+                   for number, line in enumerate((ROOT / name).read_text().splitlines(), 1) if words.search(line)])
+
+    def test_no_header_includes_twenty_others(self):
+        self.none([f"{name}: {count} includes" for name in code_files()
+                   if name.endswith(".h") and (count := sum(1 for _ in includes(name))) >= 20])
+
     def test_no_file_is_too_long(self):
         long = [f"{n}: {count} lines" for n in code_files(CODE_FOLDERS + ("tests",))
                 if (count := len((ROOT / n).read_text().splitlines())) > LONGEST_FILE]
@@ -166,6 +193,23 @@ class SourceRules(unittest.TestCase):
             if folder and folder.split("/")[0] not in extra and not (ROOT / folder).is_dir():
                 problems.append(f"{name}: there is no source folder {folder}")
         self.none(sorted(set(problems)))
+
+    def test_fast_tests_simulate_nothing(self):
+        """A program of unit tests that advances a simulation says SLOW, and `./thixo test --fast` leaves it out."""
+        problems, marked = [], 0
+        for name in repository_files():
+            if not (name.startswith("tests/") and name.endswith("CMakeLists.txt")):
+                continue
+            text = re.sub(r"#.*", "", (ROOT / name).read_text())
+            for program, words in re.findall(r"thixo_test\((\w+) LABEL unit\b([^)]*)\)", text):
+                if "SLOW" in words.split():
+                    marked += 1
+                    continue
+                for source in re.findall(r"[\w/]+\.cpp", words):
+                    if re.search(r"\b(make_simulation|advance_frame|step)\(", (ROOT / os.path.dirname(name) / source).read_text()):
+                        problems.append(f"{name}: {program} simulates in {source} and does not say SLOW")
+        self.none(problems)
+        self.assertGreater(marked, 0)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-// Making 500 000 surfels ready for rays, as every frame does: blended surfels (sort, pack, build) beside Embree's
-// oriented discs (copy, build), turn by turn, on all threads. Counters: milliseconds of wall time each, the best of all
-// turns, and their ratio.
+// Makes 500 000 surfels ready for rays, as every frame does, on all threads. Blended surfels (sort, pack, build) and
+// Embree's oriented discs (copy, build) take turns. Counters: milliseconds of wall time of each, the best of all turns,
+// and their ratio.
 #include <benchmark/benchmark.h>
 
 #include <optional>
@@ -19,7 +19,7 @@ void commit(benchmark::State& state) {
     double native_best = 1e30, best = 1e30;
     int turn = 0;
     for (auto _ : state) {
-        // Other places every time, as in an animation.
+        // Places differ every time, as in an animation.
         const SurfelCloud cloud = shapes::sphere(500000, 1.03f, {0.01f * float(turn++ % 7), 0, 0}, 0.2f);
         std::optional<bench::NativeDiscs> native;
         double begin = wall_seconds();

@@ -1,9 +1,10 @@
-// Contact of two bodies, of 390 particles and 10k surfels each as in fig. 5.26 of the dissertation, in ratios to the
-// elastic sub-steps alone of the same bodies in the same run, interleaved.
-//   contact          steps of 5 ms while the bodies press each other; `over_elastic` is the time in contact (finding
-//   nodes,
-//                    penalties) over the time of the same sub-steps without it, `nodes` how many
-//   contact_surface  drawing both surfaces with the contact surface; `over_apart` against the same surfaces apart
+// Contact of two bodies, each of 390 particles and 10k surfels as in fig. 5.26 of the dissertation. Ratios are to work
+// of the same bodies without contact in the same run, interleaved.
+//     contact           steps of 5 ms while the bodies push each other
+//       over_elastic    time of contact (finding nodes, penalty forces) over that of the elastic sub-steps
+//       nodes           number of contact nodes
+//     contact_surface   both surfaces with their contact surface
+//       over_apart      time over that of the same surfaces apart
 #include <benchmark/benchmark.h>
 
 #include "pipeline/base/parallel.h"
@@ -22,7 +23,7 @@ Simulation two_balls(double apart) {
     scene.materials[0].viscosity = 100;
     scene.solver.spacing = std::cbrt(4 / 3.0 * kPi * cube(0.2) / 390);
     scene.surface.enabled = true;
-    // Pressed together by their weight against a floor: they stay in contact.
+    // Their weight pushes them together on a floor, so that they stay in contact.
     scene.world.gravity = {0, 0, -30};
     scene::Boundary floor;
     floor.name = "floor";

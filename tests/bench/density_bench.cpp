@@ -1,6 +1,5 @@
-// The density sweep against a bare reference in the same run: the same sum over the same lists, written plainly. Read
-// particles/s, and the ratio of the two times. The walls' share, which the reference leaves out, is timed by the
-// difference to a run without walls.
+// The density sweep beside a bare reference in the same run: the same sum over the same lists, without walls. Read
+// particles/s, and the ratio of the two times. The time of walls is the difference to the sweep without walls.
 #include <benchmark/benchmark.h>
 
 #include "sim/liquid/density.h"

@@ -1,4 +1,4 @@
-// Two ways to collect what a ray blends, without the blend.
+// Two ways to collect the surfels that a ray blends, without the blend.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -10,9 +10,9 @@
 
 namespace thixo::bench {
 
-/// Embree's oriented discs, as wide as the supports, with a filter that notes every disc hit and draws the search in
-/// behind the first. Circles only, and rays that cross a support without hitting its disc do not find it: an upper
-/// bound of what a complete blend could reach so.
+/// Embree's oriented discs, as wide as the supports. A filter notes every disc that is hit and shortens the search
+/// behind the first. Discs are circles, and a ray that crosses a support beside its disc does not find it. So the speed
+/// is an upper bound for a complete blend by this way.
 class FilterGather {
   public:
     explicit FilterGather(SurfelCloud cloud) {
@@ -49,7 +49,7 @@ class FilterGather {
         if (query.count == 64) return;
         query.disc[query.count] = hit->primID;
         query.t[query.count++] = ray->tfar;
-        // An accepted hit may end the search later than itself: the window goes on behind the nearest disc.
+        // The search may end later than an accepted hit, because the window extends behind the nearest disc.
         float end = 1e30f;
         for (int i = 0; i < query.count; ++i) end = std::min(end, query.t[i] + 2 * query.radius[query.disc[i]]);
         ray->tfar = end;
@@ -59,7 +59,7 @@ class FilterGather {
     std::unique_ptr<NativeDiscs> discs_;
 };
 
-/// Blocks of eight surfels as primitives of a user geometry: as the renderer collects.
+/// Blocks of eight surfels as primitives of a user geometry, as the renderer collects them.
 class BlockGather {
   public:
     explicit BlockGather(const SurfelCloud& cloud)

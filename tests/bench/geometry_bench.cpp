@@ -1,7 +1,7 @@
-// What surfaces and bodies ask of geometry, each beside a reference in the same run:
-//   projection on F              one bare evaluation of the same sums: a projection takes a few of them
-//   winding number by clusters   the sum over all triangles: the ratio is what the tree saves
-//   look-up of a sampled shape   the exact signed distance to a mesh of that shape
+// The geometry that surfaces and bodies evaluate most, each beside a reference in the same run:
+//     projection onto F            one evaluation of the same sums; a projection takes a few of them
+//     winding number by clusters   the sum over all triangles
+//     sampled shape                the exact signed distance to a mesh of that shape
 #include <benchmark/benchmark.h>
 
 #include "pipeline/base/random.h"

@@ -1,5 +1,5 @@
-// Resident memory per particle of a running `eos` simulation: the slope of the peak between two sizes, so that what the
-// program itself takes does not count. Each size runs in a process of its own.
+// Resident memory per particle of a running `eos` simulation. It is the slope of the peak between two sizes, so that
+// the memory of the program itself does not count. Each size runs in a process of its own.
 #include <fmt/core.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -37,7 +37,7 @@ class NativeDiscs {
     NativeDiscs(const NativeDiscs&) = delete;
     NativeDiscs& operator=(const NativeDiscs&) = delete;
 
-    /// `context`: with a filter of one's own; none: the nearest disc.
+    /// `context` may have a filter; without one the result is the nearest disc.
     bool intersect(const Vec3f& origin, const Vec3f& direction, float& t,
                    RTCIntersectContext* context = nullptr) const {
         RTCIntersectContext plain;

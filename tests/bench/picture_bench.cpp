@@ -1,6 +1,6 @@
-// A whole picture: 500 000 matt surfels (a wavy sheet, a ball over it) in sun and sky, 640 x 360 pixels, 16 samples,
-// all threads. Seconds from the surfels in memory to the finished image, and the peak of memory. `picture_bench
-// FILE.png` writes the picture to be looked at.
+// A whole picture: 500 000 matt surfels (a wavy sheet, a ball over it) in sun and sky, 640 x 360 pixels, 16 samples, on
+// all threads. Prints the seconds from the surfels in memory to the finished image, and the peak of memory.
+// `picture_bench FILE.png` also writes the picture.
 #include <fmt/core.h>
 #include <sys/resource.h>
 
@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
     world.materials.push_back(make_material(matt));
     world.material_of = {0};
     light(world);
-    world.settings.max_bounces = 4;  // as Cycles has for matt surfaces from the factory
+    world.settings.max_bounces = 4;  // the default of Cycles for matt surfaces
     world.rays = std::make_unique<RayScene>(std::move(set), std::vector<MeshObject>());
     scene::Camera camera;
     camera.position = {0, -2.6, 1.5};

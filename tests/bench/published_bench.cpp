@@ -1,15 +1,16 @@
-// The elastic scenes of the dissertation that have published counts, whole films without writing a frame: what a step
-// of physics and an update of the surface cost, beside the figures of a Pentium IV of 3 GHz (5.10): fig. 5.5 (200
-// particles, 10k surfels) in real time, 30 frames a second; fig. 5.24 (2.7k particles, 465k surfels) 2 s a frame. Of
-// fig. 5.26 (two bodies of 390 particles and 10k surfels) no time is given. A published frame is one step and one
-// surface, so `times published` is its time over that of a step and an update here; aim: 50 on one core. Steps are the
-// leapfrog's sub-steps. Besides: milliseconds of a step by phase (elasticity and all else that moves the bodies;
-// contact), of an update by phase (displacing surfels; contact between bodies and with walls), and seconds of a frame
-// of film, 1/24 s, with its steps and its one update.
-// Of fig. 6.9 (3.9k particles, 56k surfels) the two are told apart (table 6.1): 3.1 s a step of physics, with the
-// forces of liquids and heat, and 20 s an iteration of the surface; an update here is made of up to six. Its film is
-// run as far as FRAMES; what a step and an update spend is told by phase below its line.
-//   published_bench [THREADS [FIGURE[:FRAMES]...]]      FIGURE: a file of configs/thesis without .yaml
+// Scenes of the dissertation with published times: whole films, of which no frame is written. The published times are
+// those of a Pentium IV of 3 GHz (5.10 and table 6.1):
+//     fig. 5.5    200 particles, 10k surfels              1/30 s a frame
+//     fig. 5.24   2.7k particles, 465k surfels            2 s a frame
+//     fig. 5.26   two bodies of 390 and 10k each          no time given
+//     fig. 6.9    3.9k particles, 56k surfels             3.1 s a step, 20 s an iteration of the surface
+// A published frame of chapter 5 is one step and one surface. `times` is its time over that of one step and one update
+// here; the aim is 50 on one core. Steps are the leapfrog's sub-steps. The columns split a step into elasticity and
+// contact, and an update into moving surfels and contact. They also give the seconds of a frame of film (1/24 s), with
+// all its steps and its one update.
+// For fig. 6.9 a step includes the forces of liquids and heat, and an update here makes up to six iterations. Its film
+// runs for FRAMES frames. The lines below it split a step and an update into their parts.
+//     published_bench [THREADS [FIGURE[:FRAMES]...]]      FIGURE: a file of configs/thesis without .yaml
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -40,7 +41,7 @@ struct Cost {
     std::int64_t steps = 0, frames = 0, updates = 0;
 };
 
-/// The two parts of the update that has just been made, once more.
+/// Repeats the two parts of the last update.
 void update_by_parts(Simulation& s, Cost& cost) {
     if (!s.solids.softening.any) {
         ScopedTimer timer(cost.displacing);
@@ -95,7 +96,7 @@ void measure(const Figure& figure) {
         figure.published > 0 ? fmt::format("{:.3f}", figure.published) : std::string("-"), times);
 }
 
-/// A film of matter that melts, as far as `last`.
+/// A film of melting matter, up to frame `last`.
 void measure_melting(const Figure& figure, int last) {
     Simulation s = scene_of(figure);
     const scene::Frames& frames = s.problem.scene.frames;

@@ -13,7 +13,7 @@ namespace thixo::bench {
 using render::Ray;
 namespace shapes = render::shapes;
 
-/// Of this thread: what other programs do meanwhile does not count.
+/// Processor time of this thread, in which other programs do not count.
 inline double cpu_seconds() {
     timespec t{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
@@ -29,7 +29,7 @@ double seconds_of(const std::vector<Ray>& rays, Trace&& trace, std::size_t& hits
     return cpu_seconds() - begin;
 }
 
-/// 8 x 8 pixel tiles of a picture that a unit sphere about fills.
+/// Primary rays in tiles of 8 x 8 pixels, of a picture that a unit sphere nearly fills.
 inline std::vector<Ray> primary_rays(int count) {
     std::vector<Ray> rays;
     const int side = int(std::sqrt(double(count))) / 8 * 8;
@@ -43,7 +43,7 @@ inline std::vector<Ray> primary_rays(int count) {
     return rays;
 }
 
-/// From a sphere of radius 2 to points within the unit sphere.
+/// Rays from a sphere of radius 2 to points within the unit sphere.
 inline std::vector<Ray> crossing_rays(int count) {
     std::vector<Ray> rays;
     for (std::uint64_t i = 0; i < std::uint64_t(count); ++i) {
@@ -54,12 +54,12 @@ inline std::vector<Ray> crossing_rays(int count) {
     return rays;
 }
 
-/// Diffuse bounces within a round room of radius 1: from random places `lift` off its wall.
+/// Diffuse bounces within a round room of radius 1, from random places at the distance `lift` from its wall.
 inline std::vector<Ray> bounce_rays(int count, float lift) {
     std::vector<Ray> rays;
     for (std::uint64_t i = 0; i < std::uint64_t(count); ++i) {
         const Vec3f at = shapes::on_sphere(i, 0);
-        // Even on the sphere about the normal's end: the directions are by the cosine.
+        // Points are even on the unit sphere around the normal's end, which gives directions by the cosine.
         rays.push_back({(1 - lift) * at, (-at + 0.999f * shapes::on_sphere(i, 1)).normalized()});
     }
     return rays;

@@ -1,5 +1,6 @@
-// Blended surfels from ten thousand to ten million: time to make ready, memory, rays; then the same number with radii
-// over five orders of magnitude. Each cloud in a process of its own. `scale_bench 1e6` stops at a million.
+// Blended surfels from ten thousand to ten million: time to make them ready, memory, and rays. Then half a million
+// surfels of one radius, and as many with radii over five orders of magnitude. Each cloud has a process of its own.
+// `scale_bench 1e6` stops at a million.
 #include <fmt/core.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -71,7 +72,7 @@ double native_ns(const NativeDiscs& discs, const std::vector<Ray>& rays) {
 void size(std::size_t n) {
     const std::vector<Ray> primary = primary_rays(kRays), crossing = crossing_rays(kRays);
     const double before = resident_bytes();
-    // With what a cache gives: m0, velocity, temperature.
+    // With the attributes of a cache: m0, velocity, temperature.
     SurfelSet set = shapes::one_object(shapes::sphere(n, 1, Vec3f::Zero(), 0.2f));
     set.cloud.normal = std::vector<Vec3f>();
     set.rest = set.velocity = set.cloud.position;
@@ -90,7 +91,7 @@ void size(std::size_t n) {
         native_ns(native, crossing));
 }
 
-/// As many surfels of one radius, and of radii from 1e-5 m to 1 m.
+/// Half a million surfels in a plane, of one radius or of radii from 1e-5 m to 1 m.
 void plane(bool graded) {
     const SurfelCloud cloud = graded ? shapes::graded_plane(500000) : shapes::even_plane(707);
     const std::vector<Ray> rays = shapes::rays_down(kRays, graded);

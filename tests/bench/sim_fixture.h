@@ -1,5 +1,5 @@
-// The liquid the simulation benchmarks run on: a block in mid splash, so that neighbour counts and memory order are
-// those of a real run.
+// The liquid of the simulation benchmarks: a block in mid splash, so that neighbour counts and memory order are those
+// of a real run.
 #pragma once
 
 #include <memory>
@@ -37,7 +37,7 @@ inline Simulation fallen_dam(double particles, double support = 2, scene::Pressu
     return s;
 }
 
-/// The same one for all benchmarks that ask for it in a row; the threads that prepare it are those set before.
+/// Shares one dam among consecutive benchmarks with equal arguments. The threads that were set before prepare it.
 inline Simulation& shared_fallen_dam(double particles, double support,
                                      scene::Pressure pressure = scene::Pressure::eos) {
     static std::unique_ptr<Simulation> kept;

@@ -1,12 +1,11 @@
-// One sub-step of the explicit elastic bodies: strain, stress, forces, walls, leapfrog. The reference of the same run
-// is one bare sweep over the same rest lists: read a sub-step in such sweeps, and items/s (particle-sub-steps a
-// second).
-//   elastic_sub_step/threads/particles     a cantilever in motion, no wall
-//   cantilever/log10(E)/step/particles/levels   bends under its weight from straight for 0.2 s (0.02 s of leapfrog), by
-//                                      leapfrog (0) or in implicit steps of so many ms, preconditioned by blocks alone
-//                                      (1) or with the coarse grid (2): read simulated_s_per_hour. E = 1e6 is the one
-//                                      that SPlisHSPlasH 2.13's Kugelstadt 2021 was measured with
-//   embedded_surface/threads/surfels       bringing the surfels of a body of 200 particles to where they are
+// Steps of elastic bodies. The reference of the same run is one bare sweep over the same rest lists. Read a sub-step in
+// such sweeps, and items/s (particle-sub-steps a second).
+//     elastic_sub_step/threads/particles           a moving cantilever without walls, one explicit sub-step
+//     cantilever/log10(E)/step/particles/levels    bends under its weight from straight for 0.2 s
+//       step                                       0: leapfrog, for 0.02 s; else length of implicit steps [ms]
+//       levels                                     preconditioner, 1: blocks alone; 2: with the coarse grid
+//     embedded_surface/threads/surfels             moves the surfels of a body of 200 particles
+// Of the cantilever read simulated_s_per_hour. Kugelstadt et al. 2021 in SPlisHSPlasH 2.13 was measured with E = 1e6.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -44,7 +43,7 @@ void elastic_sub_step(benchmark::State& state) {
     set_thread_count(static_cast<int>(state.range(0)));
     Simulation s = beam(static_cast<double>(state.range(1)), 0);
     fixture::steps(s, 1, 0.002);
-    // Strain, stress and forces: all but the last few parts in a hundred of a sub-step, which ends with a step.
+    // Strain, stress and forces are all but a few per cent of a sub-step, which ends with a step.
     s.stats = StepStats{};
     double seconds = 0;
     std::int64_t sub_steps = 0;
@@ -74,10 +73,10 @@ void cantilever(benchmark::State& state) {
     for (auto _ : state) {
         Simulation s =
             beam(static_cast<double>(state.range(2)), 0, std::pow(10.0, static_cast<double>(state.range(0))), implicit);
-        ImplicitScratch& i = s.solids.implicit;
+        ImplicitScratch& i = s.solid_scratch.implicit;
         i.two_levels = state.range(3) == 2;
         const double begin = wall_seconds();
-        fixture::steps(s, 1, 1e-9);  // sets up what is kept
+        fixture::steps(s, 1, 1e-9);  // prepares what later steps reuse
         state.counters["set_up_s"] = wall_seconds() - begin;
         s.stats = StepStats{};
         const int steps = static_cast<int>(std::lround(whole / dt));

@@ -1,8 +1,8 @@
 // A whole step of the two pressure solvers. The reference of the same run is one bare sweep over the same neighbour
-// lists: read a step's time in such sweeps, which does not depend on the machine's mood, and items/s (particle-steps a
-// second).
-//   step_of/solver/support in hundredths of the spacing           a dam of 100,000 in mid splash; 0 eos, 1 dfsph
-//   steps_by_size/solver/particles                                    time per particle from 10 thousand to a million
+// lists. Read a step's time in such sweeps, which depends little on other load, and items/s (particle-steps a second).
+//     step_of/solver/support           a dam of 100,000 in mid splash; support in hundredths of the spacing
+//     steps_by_size/solver/particles   time per particle from 10 thousand to a million
+// The solver is 0 for eos and 1 for dfsph.
 #include <benchmark/benchmark.h>
 
 #include <cstdlib>
@@ -13,7 +13,7 @@ namespace {
 
 using namespace thixo;
 
-// A process has one number of threads: the environment's THREADS, or one.
+// The number of threads of the process: the environment's THREADS, or one.
 int threads() {
     const char* asked = std::getenv("THREADS");
     return asked ? std::atoi(asked) : 1;

@@ -1,5 +1,5 @@
-// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels, the same rays, one
-// thread, turn by turn. Counters: million rays a second each, and their ratio.
+// Blended surfel hits beside bare rtcIntersect1 on Embree's oriented discs: the same surfels and rays, on one thread,
+// in turns. Counters: million rays a second of each, and their ratio.
 #include <benchmark/benchmark.h>
 
 #include "tests/bench/gather_designs.h"
@@ -89,7 +89,7 @@ void add_plane(SurfelSet& set, std::uint32_t sheet, const Vec3f& normal, float o
         }
 }
 
-/// A cube: six sheets that reach past its edges.
+/// A cube of six sheets that extend beyond its edges.
 SurfelSet cube() {
     SurfelSet set;
     constexpr float half = 0.65f, step = 2 * half / 285;
@@ -100,7 +100,7 @@ SurfelSet cube() {
     return set;
 }
 
-/// The ball without what lies beyond a slanting plane.
+/// The ball without the part beyond a slanting plane.
 SurfelSet cut_ball() {
     SurfelSet set;
     set.cloud = shapes::sphere(kSurfels * 4 / 5, 1, Vec3f::Zero(), 0.2f);
@@ -116,7 +116,7 @@ void trimmed(benchmark::State& state, SurfelSet set, const std::vector<Ray>& ray
     const RayScene scene(std::move(set), {});
     compare_scene(state, rays, native, scene);
 }
-/// Seen from askew.
+/// The rays seen from an oblique direction.
 std::vector<Ray> turned(std::vector<Ray> rays) {
     const Mat3f turn =
         (Eigen::AngleAxisf(0.5f, Vec3f::UnitX()) * Eigen::AngleAxisf(0.7f, Vec3f::UnitZ())).toRotationMatrix();
@@ -130,7 +130,7 @@ void trimmed_primary(benchmark::State& state) { trimmed(state, cube(), turned(pr
 void trimmed_crossing(benchmark::State& state) { trimmed(state, cube(), crossing_rays(kRays)); }
 void trimmed_curved(benchmark::State& state) { trimmed(state, cut_ball(), primary_rays(1 << 10)); }
 
-/// The two ways to collect, without what is done with the surfels: discs with a filter.
+/// The first way to collect surfels, without their blend: discs with a filter.
 void filter_gather(benchmark::State& state, const std::vector<Ray>& rays) {
     const FilterGather discs(ball());
     compare(state, rays, native_ball(), [&](const Ray& ray) {
@@ -141,7 +141,7 @@ void filter_gather(benchmark::State& state, const std::vector<Ray>& rays) {
 void filter_primary(benchmark::State& state) { filter_gather(state, primary_rays(kRays)); }
 void filter_crossing(benchmark::State& state) { filter_gather(state, crossing_rays(kRays)); }
 
-/// And blocks of eight.
+/// The second way: blocks of eight.
 void block_gather(benchmark::State& state, const std::vector<Ray>& rays) {
     const BlockGather blocks(ball());
     compare(state, rays, native_ball(), [&](const Ray& ray) { return blocks.gather(ray) > 0; });

@@ -1,5 +1,5 @@
-// The implicit viscosity of a block of about 96 000 particles that has settled for 0.2 s on a floor and against a wall
-// it sticks to, tolerance 0.01, steps of 2 ms. Read the time per iteration in density sweeps of the same run.
+// The implicit viscosity of a block of about 96 000 particles. It has settled for 0.2 s on a floor and at a no-slip
+// wall. The tolerance is 0.01, and steps have 2 ms. Read the time per iteration in density sweeps of the same run.
 #include <benchmark/benchmark.h>
 
 #include "tests/bench/sim_fixture.h"

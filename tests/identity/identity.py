@@ -3,7 +3,7 @@
 Usage: identity.py record BIN_FOLDER HASHES.json [SCENE ...]
        identity.py check  BIN_FOLDER HASHES.json [SCENE ...]
 
-`record` simulates the first frames of every scene (or of those named) at --draft with the programs of BIN_FOLDER, renders three of
+`record` simulates the first frames of every scene, or of those named, at --draft with the programs of BIN_FOLDER. It renders three of
 them, and writes the hash of every frame file. `check` does the same with another build, prints each scene that differs, with its
 first file that does, and exits with 1 if there is one. Manifests are left out: they hold the scene's text with its defaults.
 """

@@ -1,4 +1,4 @@
-// Solids that meet, against the laws of impact and of rest.
+// Solids in contact, beside the laws of impact and of rest.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,10 +34,10 @@ std::vector<Motion> motions(const Simulation& s) {
 }
 
 TEST(TwoFreeBodies, KeepTheirMomentaInACollision) {
-    // Velocities are rounded to 6e-8 at every sub-step, of which there are some hundred: 1e-5 leaves room, and any
-    // force without its opposite shows. They slide and turn on each other: friction takes part. Both forces of a node
-    // act at one place when it is found, and as far apart as the bodies slide until nodes are found again, at most a
-    // quarter of a particle's width, 3 mm; of its own length that is 5 % of the arm, in a tenth of the collision.
+    // Velocities are rounded to 6e-8 at each of some hundred sub-steps. 1e-5 leaves room, and shows any force without
+    // its opposite. The bodies slide and turn on each other, so that friction takes part. Both forces of a contact node
+    // act at one place when it is found. The places move apart with the sliding until nodes are found again: at most by
+    // a quarter of a particle's width, 3 mm. That is 5 % of the arm, in a tenth of the collision.
     Simulation s = make_simulation(gate::load("collision"));
     evaluate(s);
     const std::vector<Motion> before = motions(s);
@@ -76,7 +76,7 @@ TEST(StackedBlocks, ComeToRest) {
     const double most = *std::max_element(energy.begin(), energy.end());
     gate::expect(
         {"stacked blocks", "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
-    // It trembles a little still; the means of half seconds show what creeps.
+    // It still vibrates a little. The means over half seconds show how far it creeps.
     const auto mean = [&](std::size_t from) {
         return std::accumulate(x.end() - static_cast<std::ptrdiff_t>(from),
                                x.end() - static_cast<std::ptrdiff_t>(from - 12), 0.0) /
@@ -84,8 +84,8 @@ TEST(StackedBlocks, ComeToRest) {
     };
     gate::expect({"stacked blocks", "creep along the lower one in half a second", "m", mean(12) - mean(24), 0, 1e-5,
                   "friction holds"});
-    // As if the upper one's weight were spread over the lower: pressed together by the weight above and the contact's
-    // springs, within a tenth of a spacing.
+    // The blocks are compressed by the weight above them and by the springs of the contact, as if the upper weight were
+    // spread evenly. The tolerance is a tenth of a spacing.
     gate::expect({"stacked blocks", "distance of the middles", "m", upper.back() - lower.back(), 0.06, 1e-3,
                   "a tenth of a spacing"});
 }
@@ -94,15 +94,15 @@ TEST(BlockOnASolidSlope, SlidesWithWhatFrictionLeaves) {
     // Coefficients of 0.45 and 0.2: their geometric mean is 0.3.
     Simulation s = make_simulation(gate::load("slide_on_solid"));
     const gate::Series series = gate::run(s);
-    const double measured = series.rate("speed", 4);  // when it has settled into its own weight
+    const double measured = series.rate("speed", 4);  // after it has settled under its own weight
     const double law = 4.905 - 0.3 * 8.4957;
     gate::expect({"block on a solid slope", "acceleration", "m/s^2", measured, law, 0.03 * law, "Coulomb"});
 }
 
 TEST(BlockOnASolidSlope, SticksBelowTheAngleOfFriction) {
-    // tan 30 degrees = 0.577. It lands from a tenth of a millimetre and is then at rest: what it creeps in a third of a
-    // second is no more than what the rounding of places, 1e-8 m, leaves. Before friction had a memory it fluttered
-    // down at 20 mm/s. Landing it slides: from the 25 mm/s that it has gained, 1.4 mm by Coulomb.
+    // tan 30 degrees = 0.577. The block lands from a tenth of a millimetre and is then at rest. In a third of a second
+    // it creeps by no more than places are rounded to, 1e-8 m. Friction without memory would let it creep at 20 mm/s.
+    // As it lands it slides: by Coulomb's law 1.4 mm from the 25 mm/s that it has gained.
     Simulation s = make_simulation(gate::load(
         "slide_on_solid", {"materials.upper.friction=0.6", "materials.lower.friction=0.6", "frames.last=20"}));
     const gate::Series series = gate::run(s);
@@ -145,7 +145,7 @@ TEST(AFastBall, DoesNotPassThroughAPlate) {
     const std::vector<Motion> before = motions(s);
     while (s.clock.frame < s.problem.scene.frames.last) advance_frame(s);
     const std::vector<Motion> after = motions(s);
-    // Never launched: no more energy than came in; and the ball is still on its side of the plate's middle under it.
+    // The ball is not accelerated: there is no more energy than before. It is still on its side of the plate under it.
     double kinetic = 0;
     for (const Motion& m : after) kinetic += m.kinetic;
     EXPECT_LE(kinetic, before[1].kinetic);
@@ -164,9 +164,9 @@ TEST(AFastBall, DoesNotPassThroughAPlate) {
 }
 
 TEST(AFastBall, GivesBackWhatPressesIt) {
-    // Without friction and damping contact keeps energy: what its springs take they give back, however much softer or
-    // stiffer the matter about them has become meanwhile. Half of it is strain, of a density that leapfrog's velocities
-    // of half a step before know to a part in a hundred.
+    // Without friction and damping contact keeps energy. Its springs give back the energy that they take, even if the
+    // matter around them has become softer or stiffer meanwhile. Half of the energy is strain. Leapfrog's velocities
+    // are half a step behind, which leaves a hundredth.
     Simulation s =
         make_simulation(gate::load("shot", {"materials.plate.friction=0", "materials.ball.friction=0",
                                             "materials.plate.contact_damping=0", "materials.ball.contact_damping=0"}));
@@ -179,7 +179,7 @@ TEST(AFastBall, GivesBackWhatPressesIt) {
     };
     const double before = energy();
     while (s.clock.frame < s.problem.scene.frames.last) advance_frame(s);
-    EXPECT_EQ(s.solids.contacts.nodes.size(), 0u);  // they have parted
+    EXPECT_EQ(s.solids.contacts.nodes.size(), 0u);  // they have separated
     gate::expect({"shot, without friction and damping", "energy after over that before", "1", energy() / before, 1,
                   0.02, "contact is elastic"});
 }

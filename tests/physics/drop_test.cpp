@@ -1,4 +1,4 @@
-// Surface tension measured twice over: by the pressure in a drop, and by how fast it swings.
+// Surface tension by two measurements: the pressure in a drop, and the frequency of its oscillation.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +10,9 @@
 
 namespace thixo {
 namespace {
+
+/// The scale of the tension was set by the pressure in these very drops (sim/liquid/tension.cpp).
+const std::string kCalibrated = std::string(gate::kBoundOnChange) + ": the scale is set by such drops";
 
 constexpr double kTension = 1, kSpacing = 0.005, kDensity = 1000;  // [N/m], [m], [kg/m^3]
 
@@ -31,8 +34,8 @@ Drop make_drop(double wanted_radius, scene::Pressure solver) {
     return drop;
 }
 
-/// What the stress of surface tension, which disorder leaves a little of inside too, adds to the pressure at a
-/// particle: a third of its virial's trace [Pa].
+/// The part of the stress of surface tension in the pressure at a particle: a third of the trace of its virial [Pa].
+/// Disorder leaves a little of this stress inside the drop, too.
 double pressure_of_stress(const Simulation& s, std::size_t i) {
     const TensionScratch& t = s.tension;
     const auto stress = [&](std::size_t k) {
@@ -48,7 +51,7 @@ double pressure_of_stress(const Simulation& s, std::size_t i) {
     return virial / (6 * cube(kSpacing));
 }
 
-/// The pressure at a particle by the equation of state's pair forces [Pa].
+/// The pressure at a particle from the pair forces of the equation of state [Pa].
 double pressure_of_state(const Simulation& s, std::size_t i) {
     const Spiky& spiky = s.problem.smoothing.pressure;
     double virial = 0;
@@ -60,12 +63,12 @@ double pressure_of_state(const Simulation& s, std::size_t i) {
     return virial / (6 * cube(kSpacing));
 }
 
-/// Mean pressure in the inner fifth of the volume: of all forces between particles, and of their random motion [Pa].
+/// Mean pressure in the inner fifth of the volume, from all forces between particles and their random motion [Pa].
 double inner_pressure(Drop& drop) {
     Simulation& s = drop.simulation;
     const std::vector<Vec3> kept = s.particles.acceleration;
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials,
-                s.sweep, s.tension);
+    add_tension(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.tension,
+                s.problem.materials, s.tension);
     s.particles.acceleration = kept;
     const bool implicit = s.problem.scene.solver.pressure == scene::Pressure::dfsph;
     double sum = 0, count = 0;
@@ -78,15 +81,15 @@ double inner_pressure(Drop& drop) {
     return sum / count;
 }
 
-/// log of the drop's length over its width, of the second moments of its particles about z.
+/// The logarithm of the drop's length over its width, from the second moments of its particles about z.
 double elongation(const Simulation& s) {
     Vec3d moments(0, 0, 0);
     for (const Vec3& x : s.particles.position) moments += x.cast<double>().cwiseAbs2();
     return std::log(2 * moments.z() / (moments.x() + moments.y())) / 2;
 }
 
-/// Squared frequency without damping, w^2 + b^2, of the a + exp(-b t) (c cos w t + d sin w t) nearest to values 1/48 s
-/// apart.
+/// The squared frequency without damping, w^2 + b^2 [1/s^2]. It is that of the nearest function to values 1/48 s apart:
+///     a + exp(-b t) (c cos w t + d sin w t)
 double swing(const std::vector<double>& values, double expected) {
     const auto n = static_cast<Eigen::Index>(values.size());
     const Eigen::Map<const Eigen::VectorXd> y(values.data(), n);
@@ -105,7 +108,9 @@ double swing(const std::vector<double>& values, double expected) {
     return found;
 }
 
-/// Free of gravity and walls nothing may come or go: beside a drop as fast as its capillary waves, sqrt(gamma/(rho R)).
+/// Without gravity and walls the momenta must stay. They are reported relative to a drop as fast as its capillary
+/// waves:
+///     sqrt(gamma/(rho R))  [m/s]
 void report_budgets(const Drop& drop) {
     const Particles& p = drop.simulation.particles;
     Vec3d momentum(0, 0, 0), angular(0, 0, 0);
@@ -131,8 +136,10 @@ struct Tensions {
     double by_pressure, by_swing;  // [N/m]
 };
 
-/// Lets a drop settle for half a second, pulls it long (u = e (-x/2, -y/2, z)) and watches nearly two of Rayleigh's
-/// periods, w^2 = 8 gamma/(rho R^3).
+/// Lets a drop settle for half a second and stretches it by the velocity
+///     u = e (-x/2, -y/2, z)  [m/s]
+/// Then it measures nearly two of Rayleigh's periods:
+///     w^2 = 8 gamma/(rho R^3)  [1/s^2]
 Tensions measure(Drop& drop) {
     Simulation& s = drop.simulation;
     for (int f = 0; f < 24; ++f) advance_frame(s);
@@ -153,10 +160,9 @@ Tensions measure(Drop& drop) {
 }
 
 TEST(Drop, SwingsWithTheTensionOfItsPressure) {
-    // Two measurements that know nothing of each other, at radii of 7 to 10 spacings (of 6 they are 13 % apart). The
-    // scale of the tension is set by the pressure in such drops (sim/tension.cpp), so that what is told anew is the
-    // swing, and that all radii agree. That the pressure is linear in 1/R is to say that the tension does not depend on
-    // R: 5 %.
+    // Two independent measurements at radii of 7 to 10 spacings. (At 6 spacings they are 13 % apart.) The scale of the
+    // tension was set by the pressure in such drops. So the oscillation is what confirms the law, and the agreement of
+    // all radii. A pressure that is linear in 1/R means a tension that does not depend on R: 5 %.
     std::vector<Tensions> all;
     double by_pressure = 0, by_swing = 0;
     for (const double wanted : {0.036, 0.044, 0.052}) {
@@ -164,7 +170,7 @@ TEST(Drop, SwingsWithTheTensionOfItsPressure) {
         const Tensions tension = all.emplace_back(measure(drop));
         const auto at = [&](const char* what) { return fmt::format("{} at R = {:.1f} mm", what, 1e3 * drop.radius); };
         gate::expect({"drop", at("tension by its pressure"), "N/m", tension.by_pressure, kTension, 0.15 * kTension,
-                      "Young & Laplace"});
+                      kCalibrated});
         gate::expect(
             {"drop", at("tension by its swing"), "N/m", tension.by_swing, kTension, 0.15 * kTension, "Rayleigh 1879"});
         report_budgets(drop);
@@ -179,8 +185,8 @@ TEST(Drop, SwingsWithTheTensionOfItsPressure) {
 }
 
 TEST(Drop, HasThePressureOfItsTensionByTheEquationOfState) {
-    // Radii of 8 to 11 spacings (of 6: 60 % too much); the scale is set by the mean of such drops. The packing of a
-    // stiff liquid scatters: 25 % for one drop, 15 % for the mean.
+    // Radii of 8 to 11 spacings. (At 6 spacings the tension is 60 % too large.) The scale was set by the mean of such
+    // drops. The packing of a stiff liquid scatters: 25 % for one drop, 15 % for the mean.
     double mean = 0;
     for (const double wanted : {0.038, 0.046, 0.055}) {
         Drop drop = make_drop(wanted, scene::Pressure::eos);
@@ -191,12 +197,12 @@ TEST(Drop, HasThePressureOfItsTensionByTheEquationOfState) {
         }
         const double tension = pressure * drop.radius / 2;
         gate::expect({"drop, eos", fmt::format("tension by its pressure at R = {:.1f} mm", 1e3 * drop.radius), "N/m",
-                      tension, kTension, 0.25 * kTension, "Young & Laplace"});
+                      tension, kTension, 0.25 * kTension, kCalibrated});
         report_budgets(drop);
         mean += tension / 3;
     }
-    gate::expect({"drop, eos", "tension by its pressure, mean of three", "N/m", mean, kTension, 0.15 * kTension,
-                  "Young & Laplace"});
+    gate::expect(
+        {"drop, eos", "tension by its pressure, mean of three", "N/m", mean, kTension, 0.15 * kTension, kCalibrated});
 }
 
 }  // namespace

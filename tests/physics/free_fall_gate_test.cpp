@@ -6,8 +6,8 @@ namespace thixo {
 namespace {
 
 TEST(FreeFall, FollowsNewtonWhateverTheFluidDoes) {
-    // Leapfrog is exact under constant acceleration, and forces between particles cancel: what is left is rounding of
-    // float state over about a hundred steps, 1e-5 of the speeds and ways.
+    // Leapfrog is exact under constant acceleration, and forces between particles cancel. Only rounding of float state
+    // remains: over about a hundred steps it is 1e-5 of speeds and distances.
     Simulation s = make_simulation(gate::load("free_fall"));
     const gate::Series series = gate::run(s);
     const double t = series.time.back(), g = 9.81;

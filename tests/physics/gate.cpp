@@ -9,19 +9,20 @@
 #include <limits>
 
 #include "pipeline/contract/scene_io.h"
+#include "sim/stage/probes.h"
 
 namespace thixo::gate {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// A tab-separated line in a file of the running test's own: tests run side by side.
+/// Writes a tab-separated line to a file of the running test, because tests run side by side.
 void record(const std::string& line) {
     const auto* test = testing::UnitTest::GetInstance()->current_test_info();
     const fs::path folder = fs::path(THIXO_BIN_DIR) / ".." / "gates";
     fs::create_directories(folder);
     const fs::path file = folder / fmt::format("{}.{}.tsv", test->test_suite_name(), test->name());
-    static std::string begun;  // the file this process writes: its first line replaces an earlier run's
+    static std::string begun;  // this process's file: its first line replaces that of an earlier run
     std::ofstream out(file, begun == file.string() ? std::ios::app : std::ios::trunc);
     begun = file.string();
     out << line << '\n';

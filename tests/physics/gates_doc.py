@@ -1,12 +1,27 @@
 #!/usr/bin/env python3
-"""Writes docs/gates.md from what the gates measured: gates_doc.py GATES-FOLDER > docs/gates.md"""
+"""Writes docs/gates.md from the record of the gates: gates_doc.py GATES-FOLDER > docs/gates.md"""
 import pathlib
 import sys
 
 print("""# Gates: laws the simulation is held to
-Made from a run of `./thixo test --all`, which records every gate in `build/release/gates/`, by
-`python3 tests/physics/gates_doc.py build/release/gates > docs/gates.md`. The scenes are in tests/physics/gates/ and run with
+
+`./thixo test --all` records every gate in `build/release/gates/`. This page is made from that record by
+`python3 tests/physics/gates_doc.py build/release/gates > docs/gates.md`. The scenes are in `tests/physics/gates/` and run with
 `thixo sim` as any other; their probes are the columns of `probes.csv`. A line without a reference is reported, not judged.
+
+The last column names the origin of reference and tolerance: a law, a publication, or a need of those who look at the
+film. A **bound on change** comes from none of these. It lies a little above what was measured when the gate was
+made, and tells only that something has changed. Most of them are of four kinds:
+
+- *Pressure in drops.* The scale of the surface tension was set by the pressure in such drops. The drops confirm laws by
+  what was not set: how fast they swing, and that all radii give one tension.
+- *Dam front with a delay.* The delay is the one that brings the simulated front nearest to the experiment's. The
+  front's shape alone is held to the experiment; its speed and its distance to the ideal fluid's front are laws.
+- *Texture on what melts.* The need is a hundredth of the body's size in the median. Stricter bounds, and those on the
+  farthest surfels, are on change.
+- *Moves of surfels.* The need is that no surfel moves by a tenth of its support h, which is seen as a pop. Bounds on 99
+  surfels in 100 are on change. **A box that melts misses the need**: when the animated surface takes over, a few new
+  surfels at its foot move by more.
 
 | law | quantity | measured | reference | tolerance | source |
 |---|---|---|---|---|---|""")

@@ -1,4 +1,4 @@
-// Conduction against its analytic solutions.
+// Heat conduction beside its analytic solutions.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,8 +12,9 @@ namespace {
 constexpr double kDiffusivity = 100.0 / (1000 * 1000);  // of the scenes' materials [m^2/s]
 
 TEST(Heat, ASlabCoolsAsFourierSays) {
-    // Carslaw & Jaeger: 4/pi sum (-1)^n/(2n+1) exp(-(2n+1)^2 pi^2 Fo) at the centre, and 8/pi^2 sum exp(...)/(2n+1)^2
-    // on the mean.
+    // Carslaw & Jaeger, at the centre and in the mean:
+    //     4/pi sum (-1)^n/(2n+1) exp(-(2n+1)^2 pi^2 Fo)
+    //     8/pi^2 sum exp(-(2n+1)^2 pi^2 Fo)/(2n+1)^2
     Simulation s = make_simulation(gate::load("heat_slab"));
     const gate::Series series = gate::run(s);
     double centre = 0, mean = 0;
@@ -30,12 +31,15 @@ TEST(Heat, ASlabCoolsAsFourierSays) {
 }
 
 TEST(Heat, AMeltingFrontFollowsStefan) {
-    // Melt at T_w above the melting point, latent heat L, c (T_w - T_m)/L = 1: the front is at 2 lambda sqrt(a t), with
-    // sqrt(pi) lambda exp(lambda^2) erf(lambda) = 1. Half a melting range of 0.02 degrees belongs to the front.
+    // The wall is at T_w above the melting point T_m, the latent heat L is such that
+    //     c (T_w - T_m)/L = 1
+    // The front x_f then follows from
+    //     x_f = 2 lambda sqrt(a t)  [m],  sqrt(pi) lambda exp(lambda^2) erf(lambda) = 1
+    // Half of the melting range of 0.02 degrees belongs to the front.
     Simulation s = make_simulation(gate::load("melting_front"));
     gate::run(s);
     const double front = 2 * 0.6201 * std::sqrt(kDiffusivity * s.clock.time);
-    // Heat taken up by latent heat tells where the front is: each particle melted fills its share of the length.
+    // The place of the front comes from the molten parts of all particles: each fills its share of the length.
     double melted = 0;
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         melted +=

@@ -29,7 +29,7 @@ class RestingWater : public testing::Test {
     static void SetUpTestSuite() {
         scene::Scene scene = fixture::tank({0.05, 0.05, 0.15}, 0.1, 0.005);
         scene.materials[0].viscosity = 0.05;
-        scene.solver.artificial_viscosity = 0.3;  // comes to rest within the time simulated
+        scene.solver.artificial_viscosity = 0.3;  // to come to rest within the simulated time
         simulation_ = std::make_unique<Simulation>(make_simulation(scene));
         for (int f = 0; f < 16; ++f) advance_frame(*simulation_);
     }
@@ -38,8 +38,8 @@ class RestingWater : public testing::Test {
 };
 
 TEST_F(RestingWater, PressureIsLinearInDepth) {
-    // Mean of ten frames in layers of one spacing: pressure of single particles scatters with the packing about them
-    // (weak compressibility). The slope is rho g to 5 %.
+    // Means of ten frames in layers of one spacing. The pressure of single particles scatters with the packing around
+    // them (weak compressibility). The slope is rho g to 5 %.
     Simulation& s = *simulation_;
     constexpr int kLayers = 16;
     std::vector<double> sum(kLayers, 0), count(kLayers, 0);
@@ -66,8 +66,8 @@ TEST_F(RestingWater, PressureIsLinearInDepth) {
 }
 
 TEST_F(RestingWater, KeepsItsVolume) {
-    // The mean height of the water's mass is half its depth; depth = mass/(rho area). 3 %, of which one half layer at
-    // the surface is 2.5 %.
+    // The mean height of the water's mass is half its depth, and depth = mass/(rho area). The tolerance is 3 %, of
+    // which half a layer at the surface makes 2.5 %.
     const Particles& p = simulation_->particles;
     double mass = 0, moment = 0;
     for (std::size_t i = 0; i < p.size(); ++i) {
@@ -80,7 +80,7 @@ TEST_F(RestingWater, KeepsItsVolume) {
 }
 
 TEST_F(RestingWater, IsAtRest) {
-    // Free fall over one spacing would give 0.3 m/s, the fall through the depth 1.4 m/s: 1 % of that is rest.
+    // Free fall over one spacing would give 0.3 m/s, and over the depth 1.4 m/s. A hundredth of that counts as rest.
     const Particles& p = simulation_->particles;
     double sum = 0;
     for (const Vec3& v : p.velocity) sum += static_cast<double>(v.squaredNorm());

@@ -33,8 +33,8 @@ TEST(Incompressible, MomentumIsConserved) {
     fmt::print("two balls collide, 1000 steps: linear {:.2e} of sum m|v|, angular {:.2e}\n", lost, turned);
     // Rounding: 6e-8 sqrt(1000 n)/n of each kick.
     EXPECT_LT(lost, 1e-6);
-    // Pressure is central and keeps it; the density solve's shifts, which move x and not v, do not. A bound on those
-    // only.
+    // Pressure acts along the line of a pair and keeps the angular momentum. The shifts of the density solve move x and
+    // not v, and do not keep it. This is a bound on those shifts.
     EXPECT_LT(turned, 1e-2);
 }
 
@@ -49,8 +49,8 @@ TEST(Incompressible, ADropFallsFreely) {
     for (const Vec3& x : s.particles.position) after += x.cast<double>() / static_cast<double>(s.particles.size());
     const Vec3d expected = before + Vec3d(0.25, 0, -0.5 * 9.81 * 0.25);
     fmt::print("centre off by {:.2e} m after 0.5 s\n", (after - expected).norm());
-    // The leapfrog's first half step makes a constant force exact; positions of a metre round by 6e-8 in each of 200
-    // steps.
+    // With its first half step, leapfrog is exact under a constant force. Positions of a metre are rounded by 6e-8 in
+    // each of 200 steps.
     EXPECT_LT((after - expected).norm(), 2e-5);
 }
 
@@ -71,7 +71,7 @@ TEST(Incompressible, ACompressedBlockComesBack) {
     fmt::print("mean compression {:.4f} before, {:.5f} after 40 steps; speed left {:.4f} m/s\n", before, error(),
                root_mean_square(s.particles.velocity));
     EXPECT_LT(error(), 2 * scene.solver.density_tolerance);
-    // Density is restored by displacements: nothing flies apart.
+    // Density is restored by displacements, so that no particle gains speed.
     EXPECT_LT(root_mean_square(s.particles.velocity), 0.01);
 }
 

@@ -1,4 +1,4 @@
-// An elastic beam swings at its own frequency and goes on swinging.
+// An elastic beam oscillates at its natural frequency and keeps its energy.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,9 +10,9 @@ namespace thixo {
 namespace {
 
 constexpr double kLength = 0.2, kHeight = 0.02, kModulus = 2e6, kDensity = 1000;
-constexpr double kFirst = 1.875104;  // k L of the first mode: cos cosh = -1
+constexpr double kFirst = 1.875104;  // k L of the first mode: cos(k L) cosh(k L) = -1
 
-/// The first mode of a beam clamped at 0, 1 at its end.
+/// The first mode of a beam that is clamped at 0. It is 1 at the free end.
 double mode(double x) {
     const double k = kFirst, s = k * x / kLength, ratio = (std::cos(k) + std::cosh(k)) / (std::sin(k) + std::sinh(k));
     const auto shape = [&](double a) { return std::cosh(a) - std::cos(a) - ratio * (std::sinh(a) - std::sin(a)); };
@@ -28,7 +28,7 @@ std::vector<double> risings(const gate::Series& series, const std::vector<double
     return out;
 }
 
-/// Largest |z| in [from, to), by the parabola through the largest value and its neighbours.
+/// The largest |z| in [from, to), from the parabola through the largest value and its neighbours.
 double amplitude(const gate::Series& series, const std::vector<double>& z, double from, double to) {
     double largest = 0;
     for (std::size_t f = 1; f + 1 < z.size(); ++f) {

@@ -10,7 +10,7 @@
 namespace thixo::potential_flow {
 namespace {
 
-/// The free surface, from the wall down to the floor: the fluid lies on the right.
+/// The free surface from the wall down to the floor. The fluid lies to the right.
 struct Surface {
     std::vector<Vec2d> x;     // nodes [m]
     std::vector<double> phi;  // potential [m^2/s]
@@ -29,7 +29,7 @@ struct ElementIntegrals {
     double single[2], twofold[2];
 };
 
-/// The source sees the element's points at (s, d), s along it from s1 to s2, d along its normal.
+/// Seen from the source, points of the element are at (s, d): s runs along it from s1 to s2, d along its normal.
 ElementIntegrals integrate(double s1, double s2, double d) {
     const auto log_r = [d](double s) { return 0.5 * std::log(s * s + d * d + 1e-300); };
     const auto angle = [d](double s) { return std::abs(d) > 1e-14 ? std::atan(s / d) : 0.0; };
@@ -45,7 +45,8 @@ ElementIntegrals integrate(double s1, double s2, double d) {
 Vec2d turned_left(const Vec2d& t) { return {-t.y(), t.x()}; }
 
 /// Row i of Green's third identity, summed over the source and its three images:
-///   sum_j twofold_ij phi_j = sum_j single_ij (d phi/dn)_j,  a constant potential having no flow
+///     sum_j twofold_ij phi_j = sum_j single_ij (d phi/dn)_j  [m^2/s]
+/// The diagonal follows from a constant potential, which has no flow.
 void add_row(const Surface& s, Eigen::Index i, Eigen::MatrixXd& single, Eigen::MatrixXd& twofold) {
     const Vec2d at = s.x[static_cast<std::size_t>(i)];
     for (const double mirror_x : {1.0, -1.0})
@@ -72,8 +73,8 @@ std::vector<double> normal_velocity(const Surface& s) {
     return {q.begin(), q.end()};
 }
 
-/// Tangent and d phi/ds at a node, of the parabola through its neighbours; at the wall through the mirror image, at the
-/// toe, which becomes a sharp wedge, of the last element.
+/// Tangent and d phi/ds at a node, from the parabola through its neighbours. At the wall the neighbour is the mirror
+/// image. The toe becomes a sharp wedge, and takes both from the last element.
 std::pair<Vec2d, double> along_surface(const Surface& s, std::size_t i) {
     const std::size_t last = s.size() - 1;
     if (i == last) {
@@ -109,7 +110,7 @@ Surface moved(Surface s, const Rate& rate, double dt) {
     return s;
 }
 
-/// Runge & Kutta's step of fourth order.
+/// One step of the Runge-Kutta method of fourth order.
 Surface advanced(const Surface& s, double gravity, double dt) {
     const Rate a = rate_of(s, gravity), b = rate_of(moved(s, a, dt / 2), gravity);
     const Rate c = rate_of(moved(s, b, dt / 2), gravity), d = rate_of(moved(s, c, dt), gravity);
@@ -137,7 +138,7 @@ double interpolate(const std::vector<double>& s, const std::vector<double>& y, c
     return a * y[i] + b * y[i + 1] + ((a * a * a - a) * second[i] + (b * b * b - b) * second[i + 1]) * h * h / 6;
 }
 
-/// The same surface by `nodes` nodes, whose distances fall by a factor of eight from the wall to the toe.
+/// The same surface with `nodes` nodes, whose distances shrink by a factor of eight from the wall to the toe.
 Surface redistributed(const Surface& s, std::size_t nodes) {
     std::vector<double> length(s.size(), 0), x, z;
     for (std::size_t i = 0; i < s.size(); ++i) {
@@ -177,7 +178,7 @@ Surface at_rest(const Column& column, std::size_t nodes) {
     return redistributed(s, nodes);
 }
 
-/// Where the outermost `share` of the fluid begins.
+/// The place beyond which the outermost `share` of the fluid lies.
 double front_of(const Surface& s, double share, double area) {
     double beyond = 0;
     for (std::size_t i = s.size() - 1; i > 0; --i) {

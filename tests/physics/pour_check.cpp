@@ -53,7 +53,7 @@ void count_holes(const Simulation& s, std::size_t rays, PourFrame& frame) {
     }));
 }
 
-/// Surfels in pieces that hang together: within touch of each other and on one side.
+/// Connected pieces of surfels, which touch each other and face the same side.
 Sets pieces_of(const SurfelCloud& cloud, Real touch) {
     const PointGrid grid = grid_of(cloud.position, touch);
     Sets pieces(cloud.size());
@@ -64,7 +64,7 @@ Sets pieces_of(const SurfelCloud& cloud, Real touch) {
     return pieces;
 }
 
-/// Distance of x from disc i; a little too much beside very long ellipses.
+/// Distance of x from disc i. It is a little too large beside very long ellipses.
 Real distance_from_disc(const SurfelCloud& cloud, Index i, const Vec3& x) {
     const Vec3 offset = x - cloud.position[i], &a = cloud.axis1[i], &b = cloud.axis2[i];
     Real u = offset.dot(a) / a.squaredNorm(), v = offset.dot(b) / b.squaredNorm();
@@ -88,7 +88,7 @@ class Comparison {
     const std::vector<Real>& distances() const { return distances_; }  // [m], sorted
 
   private:
-    /// Surfels of pieces of `a` none of which has a surfel of `b` on its side near it.
+    /// The surfels of those pieces of `a` that have no surfel of `b` near them on their side.
     void note_gone(const SurfelCloud& a, const SurfelCloud& b) {
         Sets pieces = pieces_of(a, touch_);
         const PointGrid grid = grid_of(b.position, touch_);
@@ -182,18 +182,18 @@ std::vector<Real> moves_between(const Simulation& s, const SurfelCloud& a, const
 
 std::vector<Real> moves_when_frozen(const Simulation& s) {
     const scene::Surface& params = s.problem.scene.surface;
-    const Real spacing = s.problem.smoothing.spacing, h = s.problem.smoothing.support;
+    const SurfaceSetting setting{s.walls, params, s.problem.smoothing.spacing, s.problem.smoothing.support,
+                                 s.problem.moulds};
     SurfaceState again = s.surface;
     Particles frozen = s.particles;
     frozen.surface_position = frozen.position;
     if (s.embedded.size() == 0) {
-        update_surface(again, frozen, s.walls, params, spacing, h, s.problem.moulds);
+        update_surface(again, frozen, setting);
     } else {
         Solids solids = s.solids;
         MixedSurface mixed = s.mixed_surface;
         std::vector<Index> source = s.embedded_source;
-        update_mixed_surface(s.embedded, solids, frozen, s.walls, params, spacing, h, s.problem.moulds, mixed, again,
-                             source);
+        update_mixed_surface(s.embedded, solids, frozen, setting, mixed, again, source);
     }
     return moves_between(s, s.surface.surfels, again.surfels);
 }

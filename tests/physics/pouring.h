@@ -1,4 +1,4 @@
-// Water through a funnel into a glass, both thin-walled; the funnel is high enough for what splashes up in it.
+// Water flows through a funnel into a glass, both with thin walls. The funnel is high enough to hold its splashes.
 #pragma once
 
 #include <fmt/core.h>
@@ -11,8 +11,8 @@
 
 namespace thixo::fixture {
 
-// A funnel of 8 mm wall whose spout reaches into a tumbler of 6 mm wall: at 6 mm spacing about as thin as the particles
-// are apart.
+// The funnel has a wall of 8 mm, and its spout ends in a tumbler with a wall of 6 mm. That is about one spacing of 6
+// mm.
 inline scene::Scene funnel_scene(double spacing, double fill_radius) {
     scene::Scene s = empty_space();
     s.world.gravity = {0, 0, -9.81};
@@ -56,7 +56,7 @@ inline Outcome pour(const scene::Scene& scene, int frames) {
     return o;
 }
 
-/// Pours at this spacing: nothing leaves funnel and glass, nothing is not a number, nothing stays behind.
+/// Pours at this spacing. All numbers are finite, no particle leaves funnel and glass, and none stays behind.
 inline void expect_no_leak(double spacing, std::size_t least_particles) {
     const Outcome o = pour(funnel_scene(spacing, 0.055), 30);
     EXPECT_GT(o.particles, least_particles);
@@ -64,7 +64,7 @@ inline void expect_no_leak(double spacing, std::size_t least_particles) {
     std::string where;
     for (const auto& [id, place] : o.outside) where += place;
     EXPECT_TRUE(o.outside.empty()) << where;
-    // None stuck: what hangs back in the funnel is less than 1 %.
+    // No particles are stuck: less than 1 % is still in the funnel.
     EXPECT_LT(o.in_funnel, o.particles / 100);
 }
 

@@ -1,4 +1,4 @@
-// Walls hold: the pouring test at 50 000 particles.
+// Walls do not leak: the pouring test with 50 000 particles.
 #include <gtest/gtest.h>
 
 #include "tests/physics/pouring.h"

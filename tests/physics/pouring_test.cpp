@@ -1,4 +1,4 @@
-// Walls hold.
+// Walls do not leak.
 #include "tests/physics/pouring.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Elastic and plastic bodies against the laws they stand for.
+// Elastic and plastic bodies beside their laws.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,8 +10,8 @@
 namespace thixo {
 namespace {
 
-/// Mean over [0, end) of a vibration about its rest, by Hann's window: what of a mode is not a whole period is left out
-/// to a part in (periods)^3.
+/// Mean over [0, end) of a vibration about its rest, by Hann's window. Incomplete periods of a mode leave an error of
+///     1/(number of periods)^3
 double mean_of_vibration(const std::vector<double>& time, const std::vector<double>& value) {
     double sum = 0, weights = 0;
     for (std::size_t k = 0; k < time.size(); ++k) {
@@ -22,7 +22,8 @@ double mean_of_vibration(const std::vector<double>& time, const std::vector<doub
     return sum / weights;
 }
 
-/// Slope of the places along an axis over those at rest, of the particles within `reach` of the middle at rest.
+/// The stretch along an axis: the slope of places over places at rest, of particles that rest within `reach` of the
+/// middle.
 class Slope {
   public:
     Slope(const Particles& p, int axis, double reach) : axis_(axis) {
@@ -63,15 +64,15 @@ Pulled pulled(const std::vector<std::string>& set) {
 }
 
 TEST(PulledBar, GetsLongerByForceOverStiffnessAndNarrowsByPoisson) {
-    // Ten particles across. St. Venant's law at 1 % strain is 1.5 % stiffer than Hooke's; what is left is the sampling
-    // of the free faces: 3 %.
+    // Ten particles across. At 1 % strain St. Venant's law is 1.5 % stiffer than Hooke's. The rest of the 3 % is for
+    // the sampling of the free faces.
     const auto [strain, lateral] = pulled({});
     gate::expect({"pulled bar", "strain F/(E A)", "%", 100 * strain, 1, 0.03, "Hooke"});
     gate::expect({"pulled bar", "lateral contraction", "1", -lateral / strain, 0.3, 0.009, "Poisson"});
 }
 
 TEST(PulledBar, OfFibresGetsLongerByTheModulusOfTheDirectionItIsPulledIn) {
-    // Axis 1, four times as stiff as the others, is turned into z.
+    // Axis 1 is four times as stiff as the others and is rotated to z.
     const std::string fibres = "materials.rubber.orthotropic.";
     const auto [strain, lateral] =
         pulled({fibres + "youngs_modulus=[1e5,2.5e4,2.5e4]", fibres + "shear_modulus=[2e4,1e4,2e4]",
@@ -106,8 +107,7 @@ TEST(Cantilever, BendsAsTheoryOfBeamsHasIt) {
 }
 
 TEST(Cantilever, BendsTheSameInImplicitSteps) {
-    // Both are of the same forces; what differs is the phase and the damping of the vibration that the mean is taken
-    // of.
+    // Both have the same forces. The phase and the damping of the vibration under the mean differ.
     const double implicit = deflection({"solver.solids=implicit"});
     gate::expect({"cantilever, implicit", "deflection over theory", "1", implicit, 1, 0.05, "Timoshenko"});
     gate::expect({"cantilever, implicit", "deflection over the explicit one", "1", implicit / deflection({}), 1, 0.01,
@@ -119,8 +119,8 @@ TEST(BlockOnASlope, SlidesAndSticksInImplicitStepsToo) {
     const double law = 4.905 - 0.3 * 8.4957;
     gate::expect({"block on a slope, implicit", "acceleration", "m/s^2", gate::run(slides).rate("speed", 4), law,
                   0.03 * law, "Coulomb"});
-    // What holds creeps by 1/kHold of what it would fall in a step: 4.9 m/s^2 in 4.6 ms, borne by one layer of four,
-    // for a quarter of a second, are 2e-5 m, and as much again where that layer is not pressed evenly.
+    // A sticking contact creeps by 1/kHold of the fall within a step. One layer of four bears 4.9 m/s^2 in steps of
+    // 4.6 ms. For a quarter of a second that makes 2e-5 m, and up to twice as much where the layer is loaded unevenly.
     Simulation sticks =
         make_simulation(gate::load("slope", {"solver.solids=implicit", "materials.rubber.friction=0.65"}));
     const auto way = gate::run(sticks).of("way");
@@ -129,7 +129,8 @@ TEST(BlockOnASlope, SlidesAndSticksInImplicitStepsToo) {
 }
 
 TEST(FloatingBall, LiesInTheLiquidToItsMiddle) {
-    // Level of the surface: the liquid's volume and half the ball's over the tank's ground. A quarter of the spacing.
+    // The level of the surface is the volume of the liquid and of half the ball over the tank's ground. The tolerance
+    // is a quarter of the spacing.
     Simulation s = make_simulation(gate::load("floating_ball"));
     const gate::Series series = gate::run(s);
     const std::vector<double> z = series.of("centre");
@@ -153,7 +154,8 @@ std::vector<Stretched> stretched(const std::vector<std::string>& set) {
         out.push_back({(upper[k] - lower[k]) / (upper[0] - lower[0]), 1000 / density[k]});
     return out;
 }
-/// |J| of a bar under tension alone by the law sigma = C eps: eps_lateral = - nu eps.
+/// |J| of a bar under tension alone by the law sigma = C eps, where
+///     eps_lateral = -nu eps
 double volume_by_law(double stretch, double nu) { return stretch * (1 - nu * (stretch * stretch - 1)); }
 
 TEST(StretchedBar, KeepsToItsLawAtAnyStretch) {
@@ -170,7 +172,7 @@ TEST(StretchedBar, KeepsToItsLawAtAnyStretch) {
 }
 
 TEST(StretchedBar, KeepsItsVolumeWithTheVolumeTerm) {
-    // k_v = 350 E balances what the law itself would lose at half as much again (J = 0.58) with 1 % of volume.
+    // At half as much again the law itself would lose volume (J = 0.58). k_v = 350 E balances that with 1 % of volume.
     const std::vector<Stretched> all = stretched({"materials.rubber.volume_stiffness=3.5e7"});
     double worst = 0;
     for (const Stretched& at : all)
@@ -181,13 +183,13 @@ TEST(StretchedBar, KeepsItsVolumeWithTheVolumeTerm) {
 TEST(BlockOnASlope, SlidesWithWhatFrictionLeaves) {
     Simulation s = make_simulation(gate::load("slope"));
     const gate::Series series = gate::run(s);
-    const double measured = series.rate("speed", 4);  // when it has settled into its own weight
+    const double measured = series.rate("speed", 4);  // after it has settled under its own weight
     const double law = 4.905 - 0.3 * 8.4957;
     gate::expect({"block on a slope", "acceleration", "m/s^2", measured, law, 0.03 * law, "Coulomb"});
 }
 
 TEST(BlockOnASlope, SticksBelowTheAngleOfFriction) {
-    // tan 30 degrees = 0.577 < 0.65: it gives way elastically by less than a hundredth of a spacing, and no more.
+    // tan 30 degrees = 0.577 < 0.65. The block yields elastically by less than a hundredth of a spacing, and no more.
     Simulation s = make_simulation(gate::load("slope", {"materials.rubber.friction=0.65"}));
     const gate::Series series = gate::run(s);
     const auto way = series.of("way");
@@ -207,7 +209,8 @@ void land(const std::string& what, const std::vector<std::string>& set) {
     }
     EXPECT_GT(bounce, 0.06);
     gate::expect({what, "kinetic energy at the end over its largest", "1", energy.back() / most, 0, 1e-4, "rest"});
-    // Its weight presses it by rho g H/(3 E) in the mean, and the floor's spring by rho g H V^(1/3)/(lambda + 2 mu).
+    // The mean height falls by its compression under its weight, and by the compression of the floor's spring:
+    //     rho g H/(3 E),  rho g H V^(1/3)/(lambda + 2 mu)  [m]
     const double settled = 0.05 - 9810 * 0.01 / 3e5 - 9810 * 0.1 * 0.01 / 1.346e5;
     gate::expect({what, "height at the end", "m", height.back(), settled, 2e-4, "its weight; a fiftieth of a spacing"});
 }
@@ -228,7 +231,7 @@ Squash squash(const std::string& lattice) {
 }
 
 TEST(SquashedBall, OfAnOctreeGivesWayAndReboundsAsOneOfAPacking) {
-    // To a quarter of its height: strains of order one where cells of different size meet.
+    // It is squashed to a quarter of its height: strains are of order one where cells of different size meet.
     const Squash octree = squash("octree"), packing = squash("hexagonal");
     EXPECT_LT(packing.lowest, 0.06);  // of 0.17 m at rest
     gate::expect({"squashed ball, octree", "lowest centre over that of a packing", "1", octree.lowest / packing.lowest,

@@ -12,8 +12,8 @@
 namespace thixo {
 namespace {
 
-/// Pieces that surfels fall into which touch (less than two radii apart) and look the same way to 45 degrees, told by
-/// their highest z.
+/// Connected pieces of surfels, by their highest z. Surfels of one piece touch (less than two radii apart) and face the
+/// same way to 45 degrees.
 std::vector<Real> pieces(const SurfaceState& surface) {
     const auto& x = surface.surfels.position;
     const auto& n = surface.surfels.normal;
@@ -54,8 +54,8 @@ TEST(Topology, ADrawnOutDropPartsAndTwoThatMeetBecomeOne) {
     const Count first = count(s);
     EXPECT_EQ(first.upper, 1);
     EXPECT_EQ(first.lower, 2);
-    // The lower drops are 0.102 m apart and come nearer at 0.32 m/s: surfaces that reached for each other would meet
-    // early.
+    // The lower drops are 0.102 m apart and approach each other at 0.32 m/s. Surfaces that bulged towards each other
+    // would meet early.
     while (s.clock.time < 0.29) advance_frame(s);
     EXPECT_EQ(count(s).lower, 2) << "merged before they touched, at " << s.clock.time;
     while (s.clock.frame < s.problem.scene.frames.last) advance_frame(s);

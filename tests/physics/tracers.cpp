@@ -10,12 +10,12 @@ namespace thixo::gate {
 namespace {
 
 constexpr Real kSameSide = Real(0.5);  // cosine between normals of one side
-constexpr Real kFolded = 4;            // what was this much farther apart was brought together by a fold
+constexpr Real kFolded = 4;            // matter that was this much farther apart was brought together by a fold
 constexpr std::size_t kFitted = 16, kAsked = 150;
 
 }  // namespace
 
-/// Where matter was, asked where it is.
+/// Finds the first place of matter from its current place.
 struct Tracers::Matter {
     const std::vector<Vec3>&first, &place;
     Real reach;                  // a spacing [m]
@@ -40,13 +40,13 @@ struct Tracers::Matter {
         for (std::size_t k = 1; k < angles.size(); ++k) gap = std::max(gap, angles[k] - angles[k - 1]);
         return gap < static_cast<Real>(kPi);
     }
-    /// False where no tracer is within half a spacing, or x is not among them. `without`: a patch that is not asked.
+    /// False where no tracer is within half a spacing, or x is not surrounded by them. `without`: a patch to leave out.
     bool at(const Vec3& x, const Vec3& n, Index without, Vec3& was) const {
         Vec3 a, b;
         orthonormal_basis(n, a, b);
         std::vector<std::pair<Real, Index>> near, chosen;
         grid.nearest(x, kAsked, reach, near);
-        // Nearest along the surface: it may have left the tracers below or above it.
+        // Nearest along the surface, which may lie above or below the tracers.
         for (auto& [r2, t] : near) r2 -= square(n.dot(place[t] - x));
         std::ranges::sort(near);
         for (const auto& [r2, t] : near) {

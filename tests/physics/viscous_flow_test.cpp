@@ -1,4 +1,4 @@
-// Flows of one viscosity or two with known solutions, by the implicit solver.
+// Flows with known solutions, with one viscosity or two, by the implicit solver.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
@@ -49,7 +49,7 @@ scene::Scene channel_scene(const Channel& c) {
     return s;
 }
 
-// Largest difference of the layers' mean velocities to u(z), over `scale`.
+// The largest difference of the layers' mean velocities from u(z), over `scale`.
 template <class Profile>
 double profile_error(const Simulation& s, const Channel& c, double scale, Profile&& u) {
     std::vector<double> sum(static_cast<std::size_t>(c.layers), 0), reference = sum, count = sum;
@@ -116,8 +116,9 @@ TEST(ViscousFlow, CouetteStartsUpAndStays) {
 }
 
 TEST(ViscousFlow, TwoLiquidsInShearShareTheStress) {
-    // Below the middle ten times as thick: du/dz is ten times smaller there. 2 % of the plate's speed, and at the
-    // interface, which lies between two layers, half a layer of the thin liquid's gradient: 5 % / 1.1.
+    // The lower liquid is ten times as viscous, and du/dz is ten times smaller there. The tolerance is 2 % of the
+    // plate's speed. The interface lies between two layers. There it is half a layer of the thin liquid's gradient: 5 %
+    // / 1.1.
     Channel c;
     c.plate = 0.01;
     scene::Scene scene = channel_scene(c);
@@ -136,8 +137,8 @@ TEST(ViscousFlow, TwoLiquidsInShearShareTheStress) {
 }
 
 TEST(ViscousFlow, TaylorGreenVortexDecays) {
-    // The packing is dragged along and distorted: 5 % of the decay. Re 10 in a box of 1 m, U 1 m/s: v ~ exp(-8 pi^2
-    // t/Re).
+    // The flow distorts the packing: 5 % of the decay. With Re = 10 in a box of 1 m, and U = 1 m/s:
+    //     v ~ exp(-8 pi^2 t/Re)
     scene::Scene scene = fixture::empty_space();
     const double d = scene.solver.spacing = 1.0 / 32, half = 0.5, depth = 5 * d;
     scene.world.periodic = {
@@ -171,7 +172,8 @@ TEST(ViscousFlow, TaylorGreenVortexDecays) {
 }
 
 TEST(ViscousFlow, ASheetOfShearDiffuses) {
-    // A periodic block whose upper half moves against its lower half: the sine of longest wave decays by nu k^2.
+    // A periodic block whose upper half moves against its lower half. Its longest sine wave decays with the rate nu
+    // k^2.
     scene::Scene scene = fixture::empty_space();
     const double d = scene.solver.spacing = 0.01, layer = static_cast<double>(packing_layer(1)) * d;
     const double edge = 6 * static_cast<double>(packing_distance(1)) * d, wide = 6 * edge / 6 * std::sqrt(3.0) / 2,
@@ -203,8 +205,10 @@ TEST(ViscousFlow, ASheetOfShearDiffuses) {
 }
 
 TEST(ViscousFlow, ASpinningBlobKeepsSpinning) {
-    // Honey-thick, free in space, a quarter turn: mu lap v, which has a torque at a free surface, would stop it within
-    // rho R^2/(15 mu), some hundredths of a second. Rounding alone is left: 1e-3 of it.
+    // A drop as viscous as honey makes a quarter turn in free space. The force mu lap v has a torque at a free surface
+    // and would stop it in some hundredths of a second:
+    //     rho R^2/(15 mu)  [s]
+    // Only rounding remains: 1e-3 of the angular momentum.
     scene::Scene scene = fixture::empty_space();
     scene.bodies = {fixture::body("blob", fixture::shape_at({0, 0, 0}, scene::Sphere{0.08}))};
     scene.bodies[0].angular_velocity = {0, 0, 2};
@@ -219,8 +223,9 @@ TEST(ViscousFlow, ASpinningBlobKeepsSpinning) {
 }
 
 TEST(ViscousFlow, ASlabSpreadsOverTheFloorItSticksTo) {
-    // Half of a slab released on a no-slip floor; the plane of symmetry is a slip wall. Huppert 1982: a thin layer of
-    // volume q per width reaches x = 1.411 (g q^3/(3 nu))^(1/5) t^(1/5). Steps 20 times the explicit limit.
+    // Half of a slab is released on a no-slip floor. The plane of symmetry is a slip wall. Steps are 20 times the
+    // explicit limit. A thin layer of volume q per width reaches (Huppert 1982)
+    //     x = 1.411 (g q^3/(3 nu))^(1/5) t^(1/5)  [m]
     const double w = 0.12, g = 9.81, nu = 1.2 * std::sqrt(g * w * w * w), d = w / 12;
     scene::Scene scene = fixture::empty_space();
     scene.solver.spacing = d;

@@ -38,9 +38,10 @@ TEST(Camera, RaysOfALensMeetInTheFocus) {
 }
 
 TEST(Camera, WhatIsOutOfFocusBlursToItsCircleOfConfusion) {
-    // A small lamp at distance d is spread over a disc of diameter 2 aperture |d - f| / d in the plane of focus,
-    // evenly: its second moments along x and y are a sixteenth of the square of the diameter each. About a thousand
-    // samples meet the lamp: 5 %, and the lamp's own size and the pixel filter are added.
+    // A small lamp at distance d is spread evenly over a disc in the plane of focus. The diameter of the disc is
+    //     2 aperture |d - f| / d  [m]
+    // Its second moments along x and y are a sixteenth of the square of the diameter. About a thousand samples meet the
+    // lamp: 5 %. The lamp's own size and the pixel filter are added.
     for (const double distance : {1.2, 3.0}) {
         World world;
         world.rays = std::make_unique<RayScene>(SurfelSet{}, std::vector<MeshObject>{});

@@ -18,8 +18,8 @@ Vec3f towards(double longitude, double latitude) {  // degrees
     return Vec3d(std::cos(b) * std::cos(a), std::cos(b) * std::sin(a), std::sin(b)).cast<float>();
 }
 
-/// A dim sky over a dark ground and a sun of a few texels, 2000 times as bright, 40 degrees high towards -y: half of
-/// the light on level ground.
+/// A dim sky over a dark ground, and a sun of a few texels that is 2000 times as bright. It stands 40 degrees high
+/// towards -y and gives half of the light on level ground.
 constexpr int kWidth = 128, kHeight = 64;
 std::shared_ptr<const Environment> sunny() {
     std::vector<Vec3f> radiance;

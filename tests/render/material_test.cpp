@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/random.h"
-#include "render/microfacet.h"
 
 namespace thixo::render {
 namespace {
@@ -47,7 +46,7 @@ TEST(Material, AWhiteSurfaceInAWhiteFurnaceIsWhite) {
             constexpr int n = 40000;
             for (std::uint64_t i = 0; i < n; ++i)
                 sum += double(
-                    scatter(m, m.colour, toward(cosine), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.x());
+                    m.scatter(m.colour, toward(cosine), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.x());
             EXPECT_NEAR(sum / n, 1, 0.01) << int(c.type) << " roughness " << c.roughness << " cosine " << cosine;
         }
 }
@@ -63,9 +62,31 @@ TEST(Material, NoColourReflectsMoreThanItGets) {
         constexpr int n = 20000;
         for (std::uint64_t i = 0; i < n; ++i)
             sum +=
-                scatter(m, m.colour, toward(0.5f), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.cast<double>();
+                m.scatter(m.colour, toward(0.5f), uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).weight.cast<double>();
         EXPECT_LT(sum.maxCoeff() / n, 1.005);
         EXPECT_GT(sum.x(), sum.y());
+    }
+}
+
+TEST(Material, TheAlbedoIsTheShareOfLightThatComesBack) {
+    // The mean weight of the samples estimates the same integral. 40 000 samples: a standard error of about 0.2 %; the
+    // tables add 0.2 %. 1 % is what is promised.
+    scene::Appearance a;
+    a.colour = {0.9, 0.5, 0.1};
+    for (const Case& c : kCases) {
+        a.type = c.type;
+        a.roughness = c.roughness;
+        const Material m = make_material(a);
+        for (const float cosine : {0.1f, 0.3f, 0.6f, 1.0f}) {
+            Vec3d sum = Vec3d::Zero();
+            constexpr int n = 40000;
+            for (std::uint64_t i = 0; i < n; ++i)
+                sum += m.scatter(m.colour, toward(cosine), uniform(i, 0), {uniform(i, 1), uniform(i, 2)})
+                           .weight.cast<double>();
+            const Vec3d stated = m.albedo(m.colour, cosine).cast<double>();
+            EXPECT_LT((sum / n - stated).cwiseAbs().maxCoeff(), 0.01)
+                << int(c.type) << " roughness " << c.roughness << " cosine " << cosine;
+        }
     }
 }
 
@@ -78,8 +99,8 @@ TEST(Material, LightMayRunEitherWay) {
                         b = sample_cosine({uniform(i, 2), uniform(i, 3)});
             if (a.z() < 0.02f || b.z() < 0.02f) continue;
             float unused;
-            const float there = evaluate(m, m.colour, a, b, unused).x() / b.z(),
-                        back = evaluate(m, m.colour, b, a, unused).x() / a.z();
+            const float there = m.evaluate(m.colour, a, b, unused).x() / b.z(),
+                        back = m.evaluate(m.colour, b, a, unused).x() / a.z();
             EXPECT_NEAR(there, back, 1e-3f * std::max(1.0f, there));
         }
     }
@@ -98,8 +119,8 @@ TEST(Material, LightMayRunEitherWayInColour) {
                         q = sample_cosine({uniform(i, 2), uniform(i, 3)});
             if (p.z() < 0.02f || q.z() < 0.02f) continue;
             float unused;
-            const Vec3f there = evaluate(m, m.colour, p, q, unused) / q.z(),
-                        back = evaluate(m, m.colour, q, p, unused) / p.z();
+            const Vec3f there = m.evaluate(m.colour, p, q, unused) / q.z(),
+                        back = m.evaluate(m.colour, q, p, unused) / p.z();
             EXPECT_LT((there - back).norm(), 1e-3f * std::max(1.0f, there.norm())) << int(c.type) << " " << c.roughness;
         }
     }
@@ -117,21 +138,21 @@ TEST(Microfacet, FresnelReflectsTheSameFromBothSides) {
 }
 
 TEST(Material, TheDensityIsThatOfTheSamples) {
-    // The mean of 1/pdf over sampled directions is the solid angle of the hemisphere that is reached; for cosine-like
-    // lobes that is 2 pi up to the variance at the horizon. Instead of that, the share of samples within 30 degrees of
-    // the normal against the integral of pdf there: 1 %.
+    // The mean of 1/pdf over sampled directions would be the solid angle that they reach. For cosine-like lobes its
+    // variance at the horizon is too large. So the share of samples within 30 degrees of the normal is compared with
+    // the integral of pdf there: 1 %.
     for (const Case& c : kCases) {
         const Material m = white(c.type, c.roughness);
-        if (m.smooth() && c.type != AppearanceType::diffuse) continue;
+        if (c.roughness == 0 && c.type != AppearanceType::diffuse) continue;
         const Vec3f wo = toward(0.8f);
         const float edge = std::cos(0.5236f);
         constexpr int n = 60000;
         double share = 0, integral = 0;
         for (std::uint64_t i = 0; i < n; ++i) {
-            share += scatter(m, m.colour, wo, uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).direction.z() > edge;
+            share += m.scatter(m.colour, wo, uniform(i, 0), {uniform(i, 1), uniform(i, 2)}).direction.z() > edge;
             const Vec3f wi = sample_cone({uniform(i, 3), uniform(i, 4)}, 1 - edge);
             float pdf;
-            evaluate(m, m.colour, wo, wi, pdf);
+            m.evaluate(m.colour, wo, wi, pdf);
             integral += double(pdf) * 2 * kPi * (1 - edge);
         }
         EXPECT_NEAR(share / n, integral / n, 0.015) << int(c.type) << " " << c.roughness;

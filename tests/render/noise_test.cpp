@@ -47,8 +47,8 @@ SurfelSet tumbled(std::size_t n, const Eigen::Quaternionf& turn) {
 }
 
 TEST(Bumps, DoNotSlipOnABodyThatTumbles) {
-    // 100 poses: the m0 met at a material point, and the bumped normal there turned back, stay those of the first pose
-    // to 0.01 of the surfels' spacing, and 0.01 in the normal.
+    // In 100 poses the m0 at a material point stays that of the first pose, to 0.01 of the surfels' spacing. The bumped
+    // normal, turned back, stays to 0.01.
     constexpr std::size_t n = 4000;
     const float spacing = float(shapes::even_spacing(4 * kPi, n));
     const Bump bump{0.02f, 0.3f, 3};

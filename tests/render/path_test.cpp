@@ -145,9 +145,9 @@ MeshObject slab(Index object, float depth) {
 }
 
 TEST(Path, AMattFloorUnderGlassVanishesInAWhiteFurnaceWithStraightShadowsOrWithout) {
-    // Straight shadows move light from refracted paths to shadow rays; under a plane face they neither make nor lose
-    // any: each direction outside brings (1 - F) of its flux either way, and what is reflected inside is followed in
-    // both. 1 %.
+    // Straight shadows move light from refracted paths to shadow rays. Under a plane face no light is made or lost:
+    // each direction outside brings (1 - F) of its flux either way. Both ways follow the light that is reflected
+    // inside. 1 %.
     for (const bool straight : {true, false}) {
         World world;
         scene::Appearance glass, matt;
@@ -203,9 +203,10 @@ TEST(Path, TheClampLimitsOnlyIndirectLight) {
 }
 
 TEST(Path, AbsorptionFollowsBeerAndLambert) {
-    // Straight down through a slab of water: what is seen of a white furnace behind it. Fresnel at normal incidence
-    // twice, with all reflections between the faces: T (1-R)^2/(1 - R^2 T^2), and R (1 + T^2 (1-R)^2/(1 - R^2 T^2)) of
-    // the furnace on the near side.
+    // A ray goes straight down through a slab of water with white furnaces on both sides. Fresnel's law holds at two
+    // faces, with all reflections between them. The parts of the far and of the near furnace are
+    //     T (1 - R)^2/(1 - R^2 T^2)
+    //     R (1 + T^2 (1 - R)^2/(1 - R^2 T^2))
     World world;
     scene::Appearance water;
     water.type = AppearanceType::dielectric;

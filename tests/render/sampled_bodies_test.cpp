@@ -136,7 +136,7 @@ TEST_P(AnalyticPack, ErrorsFallWithTheSpacing) {
     std::printf("%-13s rates: depth 2^%.2f normal 2^%.2f crease 2^%.2f\n", body.name.c_str(),
                 std::log2(mean_depth(coarse) / mean_depth(fine)), std::log2(mean_turn(coarse) / mean_turn(fine)),
                 std::log2(mean_crease(coarse) / mean_crease(fine)));
-    // What is exact stays so: rounding is 1e-6 of the body.
+    // Exact bodies stay exact: rounding is 1e-6 of the body.
     EXPECT_LT(mean_depth(fine), mean_depth(coarse) / 2.5 + 1e-6);
     EXPECT_LT(mean_turn(fine), mean_turn(coarse) / 1.5 + 0.02);
 }

@@ -21,7 +21,7 @@ SurfelCloud pressed_ball(std::size_t count, float flat) {
     return cloud;
 }
 
-/// What it has to agree with: over the plane of the nearest disc. Zero where another disc is as near.
+/// The reference: the height over the plane of the nearest disc. Zero where another disc is as near.
 float nearest_height(const SurfelCloud& cloud, const Vec3f& x) {
     float best = 1e30f, height = 0;
     for (std::size_t i = 0; i < cloud.size(); ++i) {

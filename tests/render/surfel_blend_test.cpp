@@ -64,9 +64,9 @@ TEST(SurfelBlend, ASphereOfSurfelsIsTheSphere) {
 }
 
 TEST(SurfelBlend, ErrorsOnATorusFallWithTheSurfels) {
-    // Smooth, but no sphere anywhere. Position errors of a fit that is exact on spheres are at least of second order in
-    // the spacing, those of normals of first order: four times the surfels halve the spacing, so factors of 4 and 2; 3
-    // and 1.7 leave room for the lattice.
+    // A torus is smooth, but nowhere a sphere. A fit that is exact on spheres has position errors of second order in
+    // the spacing and normal errors of first order. Four times as many surfels halve the spacing, which gives factors
+    // of 4 and 2. The bounds of 3 and 1.7 leave room for the lattice.
     constexpr float R = 0.7f, a = 0.3f;
     const auto distance = [&](const Vec3f& x, Vec3f& normal) {
         const float q = std::hypot(x.x(), x.y());
@@ -84,8 +84,8 @@ TEST(SurfelBlend, ErrorsOnATorusFallWithTheSurfels) {
 }
 
 TEST(SurfelBlend, HasNoHolesAndARayThatEntersLeaves) {
-    // Uneven surfels (positions shifted by up to 30 % of their distance). Every ray that passes the sphere by less than
-    // its rim meets it; inside it is refracted as water would, and must find the way out.
+    // Surfels are uneven: positions are shifted by up to 30 % of their distance. Every ray towards the sphere, inside
+    // its rim, meets it. There it is refracted as by water, and it must find the way out.
     const RayScene scene(shapes::one_object(shapes::sphere(5000, 1, Vec3f::Zero(), 0.3f)), {});
     constexpr int rays = 400000;
     int holes = 0, lost = 0, phantoms = 0;
@@ -211,8 +211,9 @@ TEST(SurfelBlend, LayersDoNotBlend) {
 }
 
 TEST(SurfelBlend, AttributesTakeTheWeightsOfTheHit) {
-    // Constants are met exactly, a linear field to the unevenness of the weights about the hit. m0 is met to first
-    // order along the surface, so a texture does not swim: its error along it is a hundredth of a radius.
+    // Constants are exact. A linear field has the error of the uneven weights around the hit. The place m0 is
+    // exact to first order along the surface, so that a texture does not swim. Its error there is a hundredth of a
+    // radius.
     SurfelSet set = shapes::one_object(shapes::sphere(5000));
     for (const Vec3f& p : set.cloud.position) {
         set.temperature.push_back(20 + 10 * p.x());
@@ -278,9 +279,9 @@ TEST(SurfelBlend, AnEmptySceneIsMissed) {
 }
 
 TEST(SurfelBlend, TheShortWayFindsTheSurfaceOfTheGeneralOne) {
-    // The same candidates as rows and as a list: the list always takes the walk. Rays from outside, and from inside of
-    // the object; to twice the tolerance of a root, 1e-5 radii, over the least slope that the short way takes, 0.1, and
-    // the rounding of t.
+    // The same candidates come as rows and as a list; the list always takes the walk. Rays start outside and inside of
+    // the object. The tolerance is twice that of a root, 1e-5 radii, over the least slope of the short way, 0.1.
+    // Rounding of t is added.
     for (const SurfelCloud& cloud : {shapes::sphere(3000, 1, Vec3f::Zero(), 0.3f), shapes::torus(3000, 0.7f, 0.3f)}) {
         const SurfelSet set = shapes::one_object(cloud);
         const SurfelBlocks packed = pack_surfels(set.cloud, set.layer);
@@ -299,9 +300,8 @@ TEST(SurfelBlend, TheShortWayFindsTheSurfaceOfTheGeneralOne) {
             Candidates list = rows;
             list.make_list(ray.tmin);
             SurfelHit a, b;
-            const bool found = first_crossing(packed.blocks(), ray, interior, set.object, {}, rows, rows.end, true, a);
-            ASSERT_EQ(found, first_crossing(packed.blocks(), ray, interior, set.object, {}, list, list.end, true, b))
-                << i;
+            const bool found = first_crossing(gathering, {}, rows, rows.end, true, a);
+            ASSERT_EQ(found, first_crossing(gathering, {}, list, list.end, true, b)) << i;
             if (!found) continue;
             ++compared;
             EXPECT_NEAR(a.t, b.t, 2e-4f * radius + 1e-6f) << i;
@@ -325,8 +325,9 @@ double seconds_of_rays(const RayScene& scene, const std::vector<Ray>& rays) {
 }
 
 TEST(SurfelBlend, RadiiOverFiveOrdersOfMagnitudeAreMetAndCostNoMore) {
-    // The plane to a hundredth of the radius there (and the rounding of the ray's origin), in at most three times the
-    // time that surfels of one radius take (measured: as much), turn by turn and the best of five.
+    // The plane is met to a hundredth of the local radius, and the rounding of the ray's origin. It takes at most three
+    // times as long as surfels of one radius. (It was measured to take as long.) Both take turns, the best of five
+    // counts.
     const RayScene graded(shapes::one_object(shapes::graded_plane(60000)), {}),
         even(shapes::one_object(shapes::even_plane(245)), {});
     const std::vector<Ray> to_graded = shapes::rays_down(20000, true), to_even = shapes::rays_down(20000, false);

@@ -50,8 +50,8 @@ inline SurfelCloud sphere(std::size_t n, float radius = 1, const Vec3f& centre =
     return cloud;
 }
 
-/// A plane of about n surfels whose radii grow with the distance from the origin, from 1e-5 m to 1 m: rings that grow
-/// by a constant factor. A ring at distance x has surfels of radius kGradedSlope x.
+/// A plane of about n surfels whose radii grow with the distance from the origin, from 1e-5 m to 1 m. Its rings grow by
+/// a constant factor. A ring at distance x has surfels of radius kGradedSlope x.
 inline constexpr double kGradedSlope = 0.02;
 inline SurfelCloud graded_plane(std::size_t n) {
     SurfelCloud cloud;

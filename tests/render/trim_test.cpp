@@ -225,8 +225,8 @@ TEST_P(Trimmed, IsTheExactSolidToATenthOfARadius) {
 }
 
 TEST_P(Trimmed, DepthErrorFallsWithTheRadius) {
-    // All error is at the creases: the share of rays that meet one falls with the radius, and so does how far off they
-    // are: second order. A factor of 2.5 for half the radius leaves room for the lattice.
+    // All error is at the creases. The share of rays that meet a crease falls with the radius, and so does their error.
+    // Together that is second order. A factor of 2.5 for half the radius leaves room for the lattice.
     const Outcome coarse = probe(GetParam().second(0.08f), 20000), fine = probe(GetParam().second(0.04f), 20000);
     EXPECT_LT(fine.depth / double(fine.hits), coarse.depth / double(coarse.hits) / 2.5 + 1e-6);
 }

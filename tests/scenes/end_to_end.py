@@ -1,5 +1,5 @@
-"""The promises of the whole, tried on a tiny scene with the real programs: same bytes, whatever happens on the way; exit codes; nothing
-made twice.
+"""The promises of the whole, tried on a tiny scene with the real programs. The bytes are the same whatever happens on the way, exit codes
+are as listed, and nothing is made twice.
 
 Usage: end_to_end.py BIN_FOLDER TEST_CLASS
 """

@@ -105,7 +105,7 @@ TEST(Error, ABrokenPromiseAborts) {
 }
 
 TEST(Error, SignalsAreNotedNotObeyed) {
-    // In a process of its own: handlers and the note outlive the test.
+    // The test runs in a process of its own, because handlers and the noted signal outlive it.
     testing::FLAGS_gtest_death_test_style = "threadsafe";
     EXPECT_EXIT(
         {

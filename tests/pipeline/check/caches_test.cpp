@@ -3,9 +3,11 @@
 
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "pipeline/check/check.h"
 #include "pipeline/check/compare_frames.h"
+#include "pipeline/check/compare_manifests.h"
 #include "tests/pipeline/contract/cache_fixture.h"
 
 namespace thixo {
@@ -21,7 +23,7 @@ std::string problems_of(const FrameReport& report) {
     return text;
 }
 
-/// What compare_frames says after `change` was made to a copy of a sample frame.
+/// The problems that compare_frames reports after `change` was made to a copy of a sample frame.
 template <class F>
 std::string after(F&& change) {
     Frame a = sample_frame(2);
@@ -76,6 +78,56 @@ TEST(FrameComparison, FailsOnEveryKindOfFact) {
     EXPECT_TRUE(says(after([](Frame& f) { values<std::int64_t>(f.particles, "id")[5] += 1000; }), "other ids"));
 }
 
+TrimNode sheet(int number) { return {TrimNode::Op::sheet, number, {}}; }
+
+/// Two sheets, a body bounded by both.
+Frame creased_frame() {
+    Frame frame = sample_frame(2);
+    frame.bodies[0].trim = TrimNode{TrimNode::Op::all, 0, {sheet(0), sheet(1)}};
+    return frame;
+}
+
+TEST(FrameComparison, FailsOnOtherTrimTrees) {
+    const Frame reference = creased_frame();
+    const auto other_trim = [&](std::optional<TrimNode> trim) {
+        Frame frame = reference;
+        frame.bodies[0].trim = std::move(trim);
+        return problems_of(compare_frames("frame 2", frame, reference));
+    };
+    EXPECT_EQ(other_trim(reference.bodies[0].trim), "");
+    const std::string differs = "bodies: 'pour' differs in trim tree\n";
+    EXPECT_EQ(other_trim(std::nullopt), differs);
+    EXPECT_EQ(other_trim(TrimNode{TrimNode::Op::any, 0, {sheet(0), sheet(1)}}), differs);
+    EXPECT_EQ(other_trim(TrimNode{TrimNode::Op::all, 0, {sheet(0), sheet(2)}}), differs);
+    EXPECT_EQ(other_trim(TrimNode{TrimNode::Op::all, 0, {sheet(0)}}), differs);
+    EXPECT_EQ(other_trim(TrimNode{TrimNode::Op::all, 0, {sheet(0), {TrimNode::Op::any, 0, {sheet(1)}}}}), differs);
+}
+
+using Json = nlohmann::ordered_json;
+
+/// Another value of the same type.
+Json another(const Json& value) {
+    if (value.is_string()) return value.get<std::string>() + "x";
+    if (value.is_number_integer()) return value.get<std::int64_t>() + 1;
+    if (value.is_number()) return value.get<double>() + 1;
+    throw std::runtime_error("a value of no type that frame files hold: " + value.dump());
+}
+
+// The file is taken as it is printed, so that a fact that is added to it is tried as well.
+TEST(FrameComparison, FailsOnAChangeOfAnyValueInAFrameFile) {
+    const std::string text = print_frame_facts(creased_frame());
+    const Frame reference = parse_frame_facts(text, "reference");
+    const Json values = Json::parse(text).flatten();
+    ASSERT_GT(values.size(), 40u);
+    for (const auto& [place, value] : values.items()) {
+        if (place == "/particles" || place == "/surfels") continue;  // counts, compared with the points themselves
+        Json changed = values;
+        changed[place] = another(value);
+        const Frame frame = parse_frame_facts(changed.unflatten().dump(), "changed");
+        EXPECT_NE(problems_of(compare_frames("frame 2", frame, reference)), "") << place;
+    }
+}
+
 TEST(FrameComparison, FailsOnNaNInBoth) {
     Frame a = sample_frame(2);
     values<float>(a.surfels, "temperature")[3] = std::numeric_limits<float>::quiet_NaN();
@@ -98,6 +150,7 @@ TEST_F(CacheCheck, PassesEqualCaches) {
     const CheckReport report = check(args_);
     EXPECT_EQ(report.kind, "cache");
     EXPECT_EQ(report.frames.size(), 3u);
+    EXPECT_EQ(report.notes.size(), 0u);
     EXPECT_EQ(exit_code_of(report), kDone);
 }
 
@@ -111,6 +164,36 @@ TEST_F(CacheCheck, FailsOnMissingAndExtraFrames) {
     EXPECT_EQ(problems_of(report.frames.back()), "is missing\n");
     args_.frames = "1-2";
     EXPECT_EQ(exit_code_of(check(args_)), kDone);
+}
+
+TEST_F(CacheCheck, NotesOtherScenesAndAnUnfinishedSimulation) {
+    CacheIdentity identity = test::sample_identity();
+    identity.scene = "rain";
+    identity.scene_text += "seed: 2\n";
+    identity.simulation_hash = "another";
+    CacheWriter writer = CacheWriter::create(folder_ / "c", identity);
+    for (int n = 1; n <= 3; ++n) {
+        Frame frame = sample_frame(n);
+        frame.obstacles[0].asset = writer.add_asset("ply\nthe mesh of a glass\n");
+        writer.write_frame(frame);
+    }
+    args_.against = (folder_ / "c").string();
+    const CheckReport report = check(args_);
+    EXPECT_EQ(exit_code_of(report), kDone);
+    EXPECT_EQ(report.notes.size(), 4u);
+    const std::string text = print_text(report);
+    EXPECT_TRUE(says(text, "note, not compared: the scene is 'pour', the reference's 'rain'\n"));
+    EXPECT_TRUE(says(text, "the two were simulated with different settings"));
+    EXPECT_TRUE(says(text, "the resolved scenes differ"));
+    EXPECT_TRUE(says(text, "the reference's simulation has not reached its last frame"));
+    EXPECT_EQ(nlohmann::json::parse(print_json(report))["notes"], report.notes);
+}
+
+TEST(ManifestComparison, ComparesTheTimesThatItLists) {
+    ManifestFrame a, b;
+    EXPECT_TRUE(compare_entries(a, b).empty());
+    a.time = 0.5;
+    EXPECT_EQ(compare_entries(a, b).size(), 1u);
 }
 
 TEST_F(CacheCheck, CallsATruncatedFileDamaged) {

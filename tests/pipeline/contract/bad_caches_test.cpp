@@ -37,7 +37,7 @@ class BadCaches : public ::testing::Test {
         ASSERT_LT(seconds, 10) << what << " of " << name;
     }
     void put(const std::string& name, const std::string& bytes) const {
-        // Not through write_whole: this is damage, and need not reach the disk.
+        // Not by write_whole: this is damage, and it need not be flushed to the disk.
         std::FILE* f = std::fopen((out_ / name).c_str(), "wb");
         ASSERT_NE(f, nullptr);
         std::fwrite(bytes.data(), 1, bytes.size(), f);

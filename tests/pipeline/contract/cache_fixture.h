@@ -1,4 +1,4 @@
-// What the tests of caches share: a folder of their own, sample frames, children that are killed.
+// Helpers that the tests of caches share: temporary folders, sample frames, child processes that are killed.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-// Wrong scenes: each file of bad_scenes/ says in its comments what must be told about it, and where.
-//   # expect: LINE:COLUMN: part of the message   (or without a place)      as many as there are errors
-//   # hint: part of what stands behind the caret
+// Wrong scenes. The comments of each file in bad_scenes/ say which errors must be reported, and where:
+//     # expect: LINE:COLUMN: part of the message    (or without a place), one for each error
+//     # hint: part of the text behind the caret
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -78,7 +78,7 @@ TEST(SceneFuzz, DamagedScenesAreReadOrRefused) {
         const std::string text = damaged(id % 2 ? sound : texts[id / 2 % texts.size()], texts, id);
         try {
             const Scene scene = parse_scene(text, "fuzz.yaml", {}, Files::ignore);
-            // What was accepted can be printed and is accepted again.
+            // An accepted scene can be printed and is accepted again.
             const std::string printed = print_scene(scene);
             EXPECT_EQ(print_scene(parse_scene(printed, "again.yaml", {}, Files::ignore)), printed) << text;
             ++accepted;

@@ -112,7 +112,7 @@ solver: {spacing: 0.02}
 )",
                                 "folder/my drop.yaml");
     EXPECT_EQ(s.name, "my_drop");
-    // What is needed to see something is there: a sky, a sun, and an appearance for everything that has none.
+    // The defaults are enough to see the scene: a sky, a sun, and an appearance for everything that has none.
     EXPECT_EQ(s.look.lights.size(), 2u);
     EXPECT_EQ(s.materials[0].look, "water");
     EXPECT_EQ(s.world.boundaries[0].look, "floor");

@@ -29,7 +29,7 @@ FilmPlan plan_of(const TemporaryFolder& folder, std::vector<int> numbers, double
     return {folder.path / "frames", std::move(numbers), fps};
 }
 
-/// What ffprobe says of one property of the film's picture stream.
+/// The value that ffprobe gives for one property of the film's picture stream.
 std::string probed(const fs::path& film, const std::string& property) {
     std::string out;
     run_to_end({"ffprobe",

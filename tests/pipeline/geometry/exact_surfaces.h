@@ -16,9 +16,9 @@ struct SurfacePoint {
     Vec3d position, normal;
 };
 
-/// A body: its shape, an exact formula of the solid by other code (< 0 inside, its size never above the distance), and
-/// patches that hold its whole surface: u in [0,1]^2 -> a point and its normal; a point counts where it is on the
-/// solid.
+/// A body: its shape, an exact formula of the solid by other code, and patches that cover its whole surface. The
+/// formula is < 0 inside and never larger than the distance. A patch maps [0,1]^2 to points and normals. Only points on
+/// the solid count.
 struct Body {
     std::string name;
     Shape shape;
@@ -183,7 +183,7 @@ inline Body cup() {
     const std::vector<Vec2d> profile = cup_profile();
     Body body{"cup", revolve(profile), {}, {}, int(profile.size()) - 1};
     body.solid = [profile](const Vec3d& x) {
-        // By the crossings of a line outwards with the profile, and the nearest edge: slow and plain.
+        // Slow and simple: the crossings of a line outwards with the profile, and the nearest edge.
         const Vec2d p(std::hypot(x.x(), x.y()), x.z());
         double best = 1e9;
         bool inside = false;

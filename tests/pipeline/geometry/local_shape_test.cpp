@@ -61,7 +61,7 @@ TEST(LocalShape, HasTheSameDistanceInItsBall) {
             for (int j = 0; j < 20; ++j) {
                 Vec3 way = random_point(std::uint64_t(1000 * k + j), 1);
                 const Vec3 x = ball.centre + ball.radius * way / std::max(way.norm(), Real(1));
-                // What is left out changes nothing at all: no rounding either.
+                // Parts that are left out change nothing, not even rounding.
                 EXPECT_EQ(part->distance(x), shape.distance(x)) << name;
             }
         }
@@ -109,11 +109,11 @@ TEST(SlopedShape, GradientIsThatOfTheDistance) {
                 e[axis] = step;
                 central[axis] = (shape.distance(x + e) - shape.distance(x - e)) / (2 * step);
             }
-            // By differences the distance is right to their curvature; else to rounding.
+            // A distance by differences is exact to their curvature, and otherwise to rounding.
             EXPECT_NEAR(double(d), double(shape.distance(x)), sloped.knows_slope() ? 1e-6 : double(step)) << name;
             wrong += (g - central).norm() > Real(0.02);
         }
-        // In edges and where two parts are as near there is none: a step's width about surfaces, a few in a thousand.
+        // There is no gradient on edges and where two parts are equally near: a few places in a thousand.
         EXPECT_LT(wrong, count / 50) << name;
     }
 }

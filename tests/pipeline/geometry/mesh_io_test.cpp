@@ -190,7 +190,7 @@ TEST(MeshFiles, KeepTextureCoordinatesOfCorners) {
     for (std::size_t k = 0; k < 2; ++k)
         for (std::size_t c = 0; c < 3; ++c)
             EXPECT_EQ(quad.uvs[k][c], Vec2f(quad.vertices[quad.triangles[k][c]].head<2>() / 2));
-    // Where a face has none, the mesh has none; names of coordinates that are not there do no harm.
+    // A mesh has none where one of its faces has none. References to missing coordinates do no harm.
     EXPECT_TRUE(parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nf 1 2 3\n", "a.obj").uvs.empty());
     EXPECT_TRUE(parse_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/2 3/3\n", "a.obj").uvs.empty());
 }

@@ -107,7 +107,7 @@ TEST(WindingNumber, OfTheHierarchyIsThatOfAllTriangles) {
 }
 
 TEST(WindingNumber, IsOneInsideAndZeroOutside) {
-    // All triangles: solid angles sum to 4 pi or 0; float rounding of ten thousand of them stays below 1e-4.
+    // The solid angles of all triangles add up to 4 pi or 0. Float rounding of ten thousand stays below 1e-4.
     const MeshQuery query(cases()[1].mesh);
     EXPECT_NEAR(query.winding_number(Vec3(Real(0.6), 0, 0), Real(1e9)), 1, 1e-4);
     EXPECT_NEAR(query.winding_number(Vec3(0, 0, 0), Real(1e9)), 0, 1e-4);

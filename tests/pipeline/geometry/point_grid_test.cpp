@@ -143,8 +143,8 @@ TEST(PointGrid, OrderIsAFunctionOfCellAndIdOnly) {
 }
 
 TEST(PointGrid, OrderOfNearlySortedPointsIsThatOfAPlainSort) {
-    // One cell a point along x, so that the order is that of x and ids: few strays, rows of strays, and no order at
-    // all.
+    // Each point has a cell of its own along x, so that the order is that of x and ids. There are a few strays, rows of
+    // strays, and no order at all.
     constexpr std::size_t kCount = 3000;
     const auto stray = [](std::uint64_t kind, std::size_t i) {
         const double r = random_unit(kind, i, 0, 0);

@@ -165,7 +165,7 @@ TEST(Changes, MovedShapeIsTheShapeSeenFromTheMovedPoint) {
 }
 
 TEST(Changes, DegreesTurnAboutXThenYThenZ) {
-    // 90 degrees about x takes y to z; about y then takes z to x; about z then takes x to y: in all, y is kept.
+    // 90 degrees about x take y to z, 90 degrees about y take z to x, and 90 degrees about z take x to y. So y stays.
     EXPECT_LT((rotation_from_degrees({90, 90, 90}) * Vec3d::UnitY() - Vec3d::UnitY()).norm(), 1e-12);
     EXPECT_LT((rotation_from_degrees({90, 0, 90}) * Vec3d::UnitY() - Vec3d::UnitZ()).norm(), 1e-12);
 }
@@ -280,9 +280,10 @@ TEST(Revolve, SignIsRightAtTheHeightOfEveryCorner) {
 }
 
 TEST(Ellipsoid, FromItsAxesTheNearestPointLeavesThem) {
-    // At x on the long axis a the nearest point of the ellipse (a, b) is off the axis while |x| < a - b^2/a, at a
-    // distance of b sqrt(1 - x^2/(a^2 - b^2)), and the vertex after that. Third axis longer than b. To rounding of
-    // Real.
+    // From x on the long axis a, the nearest point of the ellipse (a, b) is off the axis while |x| < a - b^2/a. Its
+    // distance is then
+    //     b sqrt(1 - x^2/(a^2 - b^2))  [m]
+    // Beyond that it is the vertex. The third axis is longer than b. The tolerance is rounding of Real.
     const double a = 0.9, b = 0.3;
     const Shape shape = ellipsoid({a, 0.5, b});
     for (const double x : {0.0, 1e-9, 0.1, 0.4, 0.79, 0.8, 0.81, 0.9, 1.5, 100.0}) {

@@ -77,8 +77,8 @@ TEST(Extraction, IsClosedAtEveryGridOfARoughShape) {
 }
 
 TEST(Tessellation, LiesOnTheSurfaceWithItsNormals) {
-    // Vertices are exact but for float rounding; extracted ones lie within a tenth of a cell (4e-3) at edges. Where an
-    // extracted triangle spans an edge, the normal of a corner may be that of the far face: 120 degrees away at the
+    // Vertices are exact to float rounding. Extracted vertices at edges are exact to a tenth of a cell (4e-3). Where an
+    // extracted triangle spans an edge, a corner may have the normal of the far face. That is 120 degrees off at the
     // sharpest edge here.
     for (const Named& s : shapes()) {
         const TriangleMesh mesh = tessellate(s.shape, 0.04, 96);

@@ -102,8 +102,8 @@ TEST_F(PreviewTest, AnEmptyFrameIsBackground) {
 }
 
 TEST_F(PreviewTest, ASphereCoversTheAreaOfItsCone) {
-    // A pixel along the outline counts whole or not at all: the outline's length in pixels over the area, 2/radius = 3
-    // %, twice for the pixels that are partly covered and count.
+    // A pixel along the outline counts whole or not at all. The outline's length in pixels over the area is 2/radius =
+    // 3 %. Partly covered pixels that count make it a little more.
     EXPECT_NEAR(covered_share(draw(particles_at({{0, 0, 0}}, {0.5f}, {0}))) / sphere_share(0.5, 4), 1, 0.04);
 }
 

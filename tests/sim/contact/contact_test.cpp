@@ -1,5 +1,5 @@
-// Solids in contact: that runs repeat, that nothing is launched, that a body does not pass through itself, and what is
-// drawn. The laws are in tests/physics/contact_gate_test.cpp.
+// Solids in contact: runs repeat, no body is launched, no body passes through itself, and surfaces are drawn right. The
+// laws are in tests/physics/contact_gate_test.cpp.
 #include "sim/contact/contact.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace thixo {
 namespace {
 
-/// Two bodies that fall onto each other and a floor, and rub.
+/// Two bodies fall onto each other and a floor, and slide.
 scene::Scene busy() {
     scene::Scene s = fixture::rubber_scene(5);
     s.world.gravity = {0, 0, -9.81};
@@ -43,8 +43,8 @@ TEST(Contact, ResumedRunEqualsTheUninterruptedOneBitForBit) {
     fixture::expect_resumes(whole, 2);
 }
 
-/// The largest speed of any particle within a second of two bodies that are placed into each other, and how far apart
-/// their middles are then [m].
+/// Two bodies start inside each other. Gives the largest speed of any particle within a second, and the distance of
+/// their middles after it [m].
 std::pair<double, double> released(const scene::Shape& left, const scene::Shape& right) {
     scene::Scene scene = fixture::rubber_scene(5);
     scene.bodies = {fixture::body("left", left), fixture::body("right", right)};
@@ -59,13 +59,13 @@ std::pair<double, double> released(const scene::Shape& left, const scene::Shape&
 }
 
 TEST(Contact, BodiesPlacedIntoEachOtherAreNotLaunched) {
-    // They are pushed out at kOutwards widths a second, 0.04 m/s, on springs that are pressed so little that they add
-    // less than twice that. The springs alone, at a depth of 20 mm, would send them off at 8 m/s.
+    // They are pushed out at kOutwards widths a second, which is 0.04 m/s. The compression of the springs adds less
+    // than twice that. The springs alone, at a depth of 20 mm, would give 8 m/s.
     const auto [speed, apart] = released(fixture::shape_at({0, 0, 0}, scene::Sphere{0.03}),
                                          fixture::shape_at({0.04, 0.005, 0}, scene::Sphere{0.03}));
     EXPECT_LT(speed, 0.12);
     EXPECT_GT(apart, 0.055);
-    // Boxes whose sides lie in each other, too, know no way out that all their faces agree on. They stay.
+    // Boxes that overlap with their sides, too, have no direction outwards that suits all faces. They stay.
     EXPECT_LT(released(fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}),
                        fixture::shape_at({0.04, 0.005, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))
                   .first,
@@ -88,8 +88,9 @@ TEST(Contact, BodiesThatStartInEachOtherAreToldOfOnce) {
     EXPECT_EQ(said(0.0601), "");
 }
 
-/// A strip bent to a hairpin, its lower arm held: the upper one falls onto it and is drawn sideways by a slope of 0.3.
-/// Returns how far the end of the upper arm is drawn along, and the fastest particle's speed at the end.
+/// A strip is bent to a hairpin, and its lower arm is held. The upper arm falls onto it and is pulled sideways by a
+/// slope of 0.3. Returns how far the end of the upper arm moves sideways, and the speed of the fastest particle at the
+/// end.
 std::pair<double, double> folded_strip(double friction) {
     scene::Scene scene = fixture::rubber_scene(30);
     scene.materials[0].elastic.youngs_modulus = 3e4;
@@ -127,15 +128,15 @@ std::pair<double, double> folded_strip(double friction) {
 TEST(Contact, AFoldedStripComesToRestOnItselfByFriction) {
     const double slid = folded_strip(0).first;
     const auto [held, fast] = folded_strip(0.8);
-    // The slope is within the friction cone: what presses on the lower arm sticks to it, and is drawn along by no more
-    // than what the arm gave way before it came down.
+    // The slope is within the friction cone, so that the upper arm sticks to the lower one. It moves along no more than
+    // the arm yielded before it came down.
     EXPECT_GT(slid, 0.004);
     EXPECT_LT(held, 0.5 * slid);
     EXPECT_LT(fast, 0.005);  // of the 0.6 m/s that it falls with
 }
 
 TEST(Contact, ABodyDoesNotPassThroughItself) {
-    // A fork whose prongs, 32 mm apart, are drawn together by as much force as would cross them by 50 mm.
+    // The prongs of a fork are 32 mm apart. A force pulls them together that would let them cross by 50 mm.
     scene::Scene scene = fixture::rubber_scene(5);
     scene.materials[0].elastic.youngs_modulus = 2e4;
     scene::Sweep fork;
@@ -169,8 +170,7 @@ TEST(Contact, ABodyDoesNotPassThroughItself) {
     EXPECT_LT(fixture::momentum(s.particles).norm(), 1e-5);  // 0.1 N for a second is 0.1 Ns
 }
 
-/// Every surfel's depth in the other body's surface as it is drawn, the largest, in radii; and the largest distance
-/// from the contact surface of undeformed spheres of stiffness E1, E2 about c1, c2.
+/// The largest depth of a surfel in the other body's surface as it is drawn, in radii.
 double deepest(const Simulation& s, Real support) {
     std::vector<Vec3> place[2], normal[2];
     for (std::size_t i = 0; i < s.surface.size(); ++i) {
@@ -188,7 +188,7 @@ double deepest(const Simulation& s, Real support) {
 }
 
 TEST(Contact, IsDrawnWhereStiffnessesBalance) {
-    // Spheres placed into each other by 12 mm, before they have moved: on the contact surface E1 depth1 = E2 depth2.
+    // Spheres overlap by 12 mm and have not moved yet. On the contact surface E1 depth1 = E2 depth2.
     for (const double ratio : {1.0, 8.0}) {
         scene::Scene scene = fixture::rubber_scene(5);
         scene.surface.enabled = true;

@@ -34,8 +34,8 @@ TEST(Heat, EnthalpyAndTemperatureAreInverse) {
 }
 
 TEST(Heat, OfAnInsulatedBodyIsConserved) {
-    // Random temperatures, two materials, latent heat, particles that move: to 1e-6 of sum C |T - mean|, the rounding
-    // of single-precision sums.
+    // Temperatures are random, there are two materials and latent heat, and particles move. The tolerance is the
+    // rounding of single-precision sums, 1e-6 of sum C |T - mean|.
     scene::Scene scene = block({0.1, 0.1, 0.1});
     scene.materials[0].thermal.latent_heat = 20000;
     scene.materials[0].thermal.solidus = 20;
@@ -84,8 +84,9 @@ TEST(Heat, ASourceGivesItsPower) {
 }
 
 TEST(Heat, AGaussianPulseSpreads) {
-    // exp(-r^2/(4 a (t + t0))) ((t0/(t + t0))^(3/2)) in a block wide enough to be without bounds, from a width of 1.7
-    // supports on: what is narrower the kernel smooths. 2 % of the peak everywhere.
+    // In a block that is wide enough, a pulse spreads as in free space:
+    //     (t0/(t + t0))^(3/2) exp(-r^2/(4 a (t + t0)))
+    // It begins with a width of 1.7 supports, because the kernel smooths narrower ones. 2 % of the peak everywhere.
     constexpr double a = 1e-4, start = 6, later = 9;  // m^2/s, s
     scene::Scene scene = block({0.3, 0.3, 0.3});
     Simulation s = make_simulation(scene);

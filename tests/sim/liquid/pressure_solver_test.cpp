@@ -49,7 +49,7 @@ TEST(PressureSystem, RateIsTheChangeOfDensityWallsIncluded) {
     Simulation s = shaken_tank();
     const std::vector<Real> rate = s.pressure_system.rate;
     const std::vector<double> seen = difference(s, s.particles.velocity, Real(4e-6));
-    // Densities are good to 3e-7, over a motion of 8e-6 of a metre: 0.04/s, of rates up to 300/s; near a wall's edge
+    // Densities are exact to 3e-7, over a motion of 8e-6 m. That gives 0.04/s, of rates up to 300/s. Near a wall's edge
     // the second plane's normal is a difference over a 512th of the support.
     std::size_t off = 0;
     double worst = 0;

@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
+#include "sim/loop/time_step.h"
 #include "sim/stage/checkpoint.h"
 #include "tests/sim/fixture.h"
 
@@ -35,19 +36,20 @@ double energy(const Particles& p) {
     return sum;
 }
 
-// One implicit solve from the present velocities, without any other force; velocities become the new ones.
+// One implicit solve from the current velocities, without any other force. Velocities become the new ones.
 ViscosityReport solve_alone(Simulation& s, double dt, double tolerance) {
     evaluate(s);
     Particles& p = s.particles;
     for (std::size_t i = 0; i < p.size(); ++i) p.acceleration[i] = p.viscous_acceleration[i] = Vec3::Zero();
-    const ViscosityReport report = solve_viscosity(p, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials,
-                                                   {.kick = dt, .tolerance = tolerance}, s.sweep, s.viscosity);
+    const ViscosityReport report =
+        solve_viscosity(p, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.materials,
+                        {.kick = dt, .tolerance = tolerance}, s.viscosity);
     for (std::size_t i = 0; i < p.size(); ++i) p.velocity[i] += static_cast<Real>(dt) * p.acceleration[i];
     return report;
 }
 
 TEST(ViscositySolver, SolvesTheFormulaWrittenPlainly) {
-    // Two liquids, a thousandfold apart, each half of a stirred ball.
+    // Each half of a stirred ball is a liquid; their viscosities differ by a factor of a thousand.
     scene::Scene scene = ball(100);
     scene.materials.push_back(scene.materials[0]);
     scene.materials[1].viscosity = 0.1;
@@ -92,8 +94,8 @@ TEST(ViscositySolver, SolvesTheFormulaWrittenPlainly) {
         residual += left.squaredNorm();
         target += (static_cast<double>(p.mass[i]) * before[i]).squaredNorm();
     }
-    // What is applied differs from the solution by r/m, which the stiffest motions (dt sum kappa/m about 25 here)
-    // answer to that much more than it is.
+    // The applied acceleration differs from the solution by r/m. The stiffest motions multiply this by dt sum kappa/m,
+    // which is about 25 here.
     EXPECT_LT(std::sqrt(residual / target), 50 * 1e-5);
 }
 
@@ -122,8 +124,8 @@ TEST(ViscositySolver, WallFrictionIsTheIntegralOverTheHalfSpace) {
 }
 
 TEST(ViscositySolver, KeepsBothMomentaAtAnyTolerance) {
-    // 0.1 leaves plenty of residual. Pair forces are equal and opposite and along the line of the pair, to rounding:
-    // against sum m|v| and radius sum m|v|, over 100 steps of a few hundred roundings each.
+    // A tolerance of 0.1 leaves a large residual. Pair forces are opposite and along the line of the pair, to rounding.
+    // The momenta are relative to sum m|v| and radius sum m|v|, over 100 steps of a few hundred roundings each.
     for (const double tolerance : {0.1, 1e-3}) {
         scene::Scene scene = ball(1000);
         scene.solver.viscosity_tolerance = tolerance;
@@ -159,7 +161,7 @@ TEST(ViscositySolver, NeverAddsEnergy) {
         double last = energy(s.particles);
         for (int k = 0; k < 20; ++k) {
             solve_alone(s, 2e-3, 1e-3);
-            // The rest, rigid motion, is left to rounding.
+            // The rigid motion remains, to rounding.
             EXPECT_LT(energy(s.particles), last * (1 + 1e-6)) << viscosity << " Pa s, solve " << k;
             last = energy(s.particles);
         }
@@ -167,8 +169,8 @@ TEST(ViscositySolver, NeverAddsEnergy) {
 }
 
 TEST(ViscositySolver, AgreesWithTheExplicitForceWhereTheStepIsSmall) {
-    // A sinusoidal shear through a periodic block: both are the same Laplacian in a divergence-free flow, up to their
-    // discretisation: the packing's moments, 1.3 %, and the 4 % that the packing is stretched by at most.
+    // A sinusoidal shear through a periodic block. In a divergence-free flow both are the same Laplacian, up to their
+    // discretisation. That gives 1.3 % for the packing's moments, and at most 4 % because the packing is stretched.
     const auto decayed = [](scene::Viscosity solver) {
         scene::Scene scene = fixture::empty_space();
         const double edge = 12 * 0.01 * std::pow(2, 1.0 / 6);

@@ -1,5 +1,5 @@
-// Solids and liquids together, and matter that is both: what is conserved, and that each end is exactly what it is
-// alone.
+// Solids and liquids together, and matter that is both. Momenta and heat are conserved, and each end of a material acts
+// exactly as it does alone.
 #include "sim/phase/phases.h"
 
 #include <gtest/gtest.h>
@@ -156,8 +156,8 @@ double height(const Simulation& s) {
 }
 
 TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
-    // Melted it spreads on the floor; frozen it keeps the shape it then has, and thrown up it comes down and bounces as
-    // a whole: it leaves the floor again by more than its spacing, and the shape stays.
+    // The molten block spreads on the floor. Frozen again it keeps the shape it has by then. Thrown up, it comes down
+    // and bounces as a whole: it rises by more than its spacing, and keeps its shape.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
     scene.world.boundaries = {floor_at(0)};
@@ -198,8 +198,8 @@ TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
 }
 
 TEST(Melting, TheSurfaceOfWhatHasFrozenAgainIsASolids) {
-    // A block melts half way on a floor, freezes, then flies up spinning: its surface goes round with it as that of a
-    // solid does, and keeps every detail, disc by disc.
+    // A block melts half way on a floor, freezes, and then flies up spinning. Its surface turns with it as that of a
+    // solid does, and keeps every disc.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
     scene.world.boundaries = {floor_at(0)};
@@ -227,9 +227,9 @@ TEST(Melting, TheSurfaceOfWhatHasFrozenAgainIsASolids) {
                                     s.surface.rest[i]};
         return out;
     };
-    // Free, and let ring out first: a rest shape taken on the floor carries its weight.
+    // The body is free, and its vibration ends first. A rest shape that was taken on the floor would carry its weight.
     scene.world.gravity = {0, 0, 0};
-    s.problem.gravity = Vec3::Zero();
+    s.problem.outside.gravity = Vec3::Zero();
     s.problem.scene.world.gravity = {0, 0, 0};
     for (auto& v : s.solids.elements.velocity)
         v = quad(s.solids.bodies[0].turn.cast<Real>().transpose() * Vec3(0, 0, 0.5f));
@@ -257,14 +257,14 @@ TEST(Melting, TheSurfaceOfWhatHasFrozenAgainIsASolids) {
         EXPECT_EQ(at.second, before.at(id).second);
         moved = std::max(moved, static_cast<double>((at.first - before.at(id).first).norm()));
     }
-    // Centrifugal stretch of 20 Pa against 1 MPa is nothing; what is left is that it still rings. A hundredth of a
-    // spacing; carried by the particles' mean motion it would be off by a spacing.
+    // A centrifugal stress of 20 Pa is negligible beside 1 MPa, but the body still vibrates. The tolerance is a
+    // hundredth of a spacing. Moved by the particles' mean motion, the surface would be off by a spacing.
     EXPECT_LT(moved, 1e-4);
 }
 
 TEST(Melting, TheColdHalfOfARodSpringsBackWhenTheHotHalfHasFlowedOff) {
-    // In free space, the hot half pulled away. The cold half's rest shape has no memory but its own: back to 1 % of its
-    // length.
+    // In free space the hot half is pulled away. The cold half remembers its own rest shape alone, and returns to it to
+    // 1 % of its length.
     scene::Scene scene = fixture::empty_space();
     scene.materials = {wax()};
     scene.materials[0].viscosity = 60;
@@ -293,7 +293,7 @@ TEST(Melting, TheColdHalfOfARodSpringsBackWhenTheHotHalfHasFlowedOff) {
         }
         return right_sum / right_count - left_sum / left_count;
     };
-    // What is hot flies off to the right.
+    // The hot matter flies off to the right.
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         if (s.particles.temperature[i] > 60) s.particles.velocity[i].x() = 0.5f;
     double stretched = 0;
@@ -333,8 +333,8 @@ TEST(Melting, HeatBetweenSolidsAndLiquidsIsConserved) {
 }
 
 TEST(Melting, WhatIsSolidStillMeetsWhatIsSolid) {
-    // Two cubes of wax meet at 1 m/s in free space, as bodies and as two parts of one, while a far corner of each is
-    // liquid. As long as contact was for whole bodies alone they went through each other.
+    // Two cubes of wax meet at 1 m/s in free space, as two bodies and as two parts of one. A far corner of each is
+    // liquid. With contact for solid bodies alone they would go through each other.
     for (const bool one_body : {false, true}) {
         scene::Scene scene = fixture::empty_space();
         scene.materials = {wax()};
@@ -447,7 +447,7 @@ TEST(Melting, StateIsTheSameAtAnyThreadCount) {
 }
 
 TEST(Flowing, AViscoelasticJetHangsTogetherAndKeepsMomentum) {
-    // What an emitter releases of a material with a stiffness: bound to its present neighbours.
+    // Matter from an emitter whose material has a stiffness is bound to its current neighbours.
     scene::Scene scene = fixture::empty_space();
     scene.materials = {rubber()};
     scene.materials[0].viscosity = 5;

@@ -31,16 +31,18 @@ TEST(OctreeSolid, HasTheMassOfItsShapeInElementsOfThreeSizes) {
     const SolidBody& ball = s.solids.bodies[0];
     std::set<Real> supports;
     double mass = 0;
-    for (Index i = ball.begin; i < ball.end; ++i) {
+    for (const Index i : ball.elements) {
         supports.insert(e.support[i]);
         mass += static_cast<double>(e.mass[i]);
         EXPECT_GE(e.mass[i], e.mass[ball.lightest]);
         // Fluids and walls within reach of the surface meet the finest alone.
-        if (e.depth[i] < Real(0.02)) EXPECT_FLOAT_EQ(e.support[i], 0.02f);
+        if (e.depth[i] < Real(0.02)) {
+            EXPECT_FLOAT_EQ(e.support[i], 0.02f);
+        }
     }
     EXPECT_EQ(supports.size(), 3u);
     EXPECT_NEAR(mass, 1000 * 4 / 3.0 * kPi * cube(0.12), 2e-3 * mass);  // the volume of cut cells is found to that
-    EXPECT_LT(ball.end - ball.begin, 0.8 * 4 / 3.0 * kPi * cube(12));   // fewer than of one size
+    EXPECT_LT(static_cast<double>(ball.size()), 0.8 * 4 / 3.0 * kPi * cube(12));  // fewer than of one size
     EXPECT_FLOAT_EQ(e.support[ball.typical], 0.02f);
     EXPECT_NEAR(std::cbrt(e.volume[ball.typical]), 0.01, 5e-4);
 }
@@ -51,8 +53,8 @@ TEST(OctreeSolid, PassesThePatchTest) {
     Elements& e = s.solids.elements;
     const SolidBody& ball = s.solids.bodies[0];
     const Mat3 h = (Mat3() << 0.01f, 0.02f, -0.01f, 0.005f, -0.02f, 0.015f, 0.01f, -0.005f, 0.015f).finished();
-    for (Index i = ball.begin; i < ball.end; ++i) e.displacement[i] = quad(h * xyz(e.rest[i]));
-    for (Index i = ball.begin; i < ball.end; ++i) EXPECT_LT((gradient_of(e, i) - h).norm(), 2e-5f);
+    for (const Index i : ball.elements) e.displacement[i] = quad(h * xyz(e.rest[i]));
+    for (const Index i : ball.elements) EXPECT_LT((gradient_of(e, i) - h).norm(), 2e-5f);
     refresh_surface(s);
     const Vec3 centre = ball.place.cast<Real>();
     for (std::size_t i = 0; i < 500; ++i) {
@@ -61,16 +63,16 @@ TEST(OctreeSolid, PassesThePatchTest) {
         EXPECT_LT((s.surface.surfels.position[i] - centre - m - h * m).norm(), 1e-6f);
         EXPECT_LT((s.surface.surfels.axis1[i] - (Mat3::Identity() + h) * s.embedded.rest.axis1[i]).norm(), 1e-6f);
     }
-    // Turned, it feels nothing.
+    // A rotation causes no force.
     const Mat3 turn = Eigen::AngleAxis<Real>(Real(1.3), Vec3(0.3f, -0.8f, 0.52f).normalized()).toRotationMatrix();
-    for (Index i = ball.begin; i < ball.end; ++i) {
+    for (const Index i : ball.elements) {
         e.displacement[i] = quad((turn - Mat3::Identity()) * xyz(e.rest[i]));
         e.velocity[i] = quad(Vec3::Zero());
     }
     StressScratch scratch;
     std::vector<Vec3> force;
     find_stress_forces(s.solids.laws, e, scratch, force);
-    for (Index i = ball.begin; i < ball.end; ++i)  // against those of 1 % strain on a cell's face
+    for (const Index i : ball.elements)  // against those of 1 % strain on a cell's face
         EXPECT_LT(force[i].norm(), 0.02 * 1e5 * 0.01 * square(std::cbrt(e.volume[i])));
 }
 

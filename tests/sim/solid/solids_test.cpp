@@ -10,6 +10,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/shapes.h"
 #include "sim/bonds/gradients.h"
+#include "sim/solid/laws.h"
 #include "tests/sim/identity.h"
 #include "tests/sim/solid/blocks.h"
 #include "tests/sim/solid/rubber.h"
@@ -49,8 +50,8 @@ scene::Scene busy() {
 }
 
 TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
-    // A thousand sub-steps. Velocities are rounded to 6e-8 of themselves at each of them and at every turn of the
-    // frame, at random: 1e-6 of sum m|v|, and of its arm.
+    // Velocities are rounded at random, by 6e-8 of their size, in each of a thousand sub-steps and in every turn of the
+    // frame. That gives 1e-6 of sum m|v|, and of its arm.
     scene::Scene scene = fixture::rubber_scene();
     scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.08, 0.05, 0.06}, 0}),
                                   {1, -0.5, 0.3})};
@@ -67,8 +68,8 @@ TEST(Solids, ABodyThatSpinsAndTremblesKeepsItsMomenta) {
         sub_steps = s.stats.solid_sub_steps;
     }
     EXPECT_LT((fixture::momentum(s.particles) - linear).norm(), 1e-6 * motion);
-    // v(t) of a particle is carried on from half a sub-step before, without the change of the force in between: of
-    // angular momentum that leaves what the trembling does in it.
+    // v(t) of a particle is extrapolated from half a sub-step before, with an unchanged force. The vibration changes
+    // the angular momentum in that time.
     EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-4 * motion * 0.1);
 }
 
@@ -148,14 +149,14 @@ TEST(Solids, AHandleHoldsMovesAndLetsGo) {
         EXPECT_LT((s.particles.position[i].cast<double>() - Vec3d(0.1 - m.y(), m.x(), m.z())).norm(), 1e-6);
         EXPECT_LT(s.particles.velocity[i].norm(), 1e-4);
     }
-    // Let go, it stays; carried without strain, it has nothing to spring back with.
+    // Released, it stays. It was moved without strain, so that no stress drives it back.
     for (int k = 0; k < 4; ++k) advance_frame(s);
     EXPECT_LT(fixture::motion(s.particles) / (1000 * cube(0.06)), 1e-4);
 }
 
 TEST(Solids, ElasticMatterSpringsBackAndPlasticMatterKeepsItsDent) {
-    // Drawn out by a fifth, held, let go, with damping enough to settle. Elastic: back within a hundredth of the
-    // stretch.
+    // The body is stretched by a fifth, held, and released, with enough damping to settle. An elastic one returns to
+    // within a hundredth of the stretch.
     for (const double creep : {0.0, 30.0}) {
         scene::Scene scene = fixture::rubber_scene();
         scene.materials[0].viscosity = 100;
@@ -262,10 +263,10 @@ TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {
     std::size_t within = 0;
     const Real size = stress.cwiseAbs().maxCoeff(), width = std::cbrt(e.volume[0]);
     for (std::size_t i = 0; i < e.size(); ++i) {
-        const Symmetric found = whole_stress(s.solids.laws[0], e, i, gradient_of(e, i));
+        const Symmetric found = total_stress(s.solids.laws[0], e, i, gradient_of(e, i));
         const Real all[6] = {found.xx, found.yy, found.zz, found.xy, found.yz, found.zx};
         for (int k = 0; k < 6; ++k) EXPECT_NEAR(all[k], stress[k], 1e-3f * size);  // a gradient's rounding over 1 %
-        // Where a uniform stress has nothing to push against: two supports below the surface.
+        // Two supports below the surface a uniform stress gives no force.
         if (xyz(e.rest[i]).cwiseAbs().maxCoeff() > Real(0.06) - 2 * e.support[i]) continue;
         ++within;
         EXPECT_LT(force[i].norm(), 1e-3f * size * width * width);
@@ -294,7 +295,7 @@ TEST(Solids, ASurfaceIsDisplacedAsTheFormulaSays) {
     scene.bodies[0].surfels = 600;
     Simulation s = make_simulation(scene);
     const Elements& e = s.solids.elements;
-    // Bent, and pulled out at one end so far that some surfels split.
+    // The body is bent, and stretched so far at one end that some surfels split.
     for (std::size_t i = 0; i < e.size(); ++i) {
         const Vec3 m = xyz(e.rest[i]);
         const Real end = std::max(m.z(), Real(0));

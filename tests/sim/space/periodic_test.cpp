@@ -29,7 +29,7 @@ scene::Scene periodic_cube(double edge = 0.128) {
     return box({edge, edge, edge}, {scene::Axis::x, scene::Axis::y, scene::Axis::z});
 }
 
-// In the order of ids, whatever the order in memory.
+// The values in the order of ids, whatever the order in memory.
 std::vector<Index> by_id(const Particles& p) {
     std::vector<Index> order(p.size());
     for (std::size_t i = 0; i < p.size(); ++i) order[static_cast<std::size_t>(p.id[i])] = static_cast<Index>(i);
@@ -40,8 +40,8 @@ TEST(Periodic, AFilledBlockHasTheSameDensityEverywhere) {
     Simulation s = make_simulation(periodic_cube());
     evaluate(s);
     const auto [least, most] = std::minmax_element(s.particles.density.begin(), s.particles.density.end());
-    // Every site of the packing sees the same sites but for the rounding of places to 1.5e-8 m, a few 1e-6 of the
-    // spacing, in some 40 terms.
+    // Every site of the packing sees the same sites. Places are rounded to 1.5e-8 m, a few 1e-6 of the spacing, in some
+    // 40 terms.
     EXPECT_LT(*most - *least, 1e-5 * 1000);
     // The packing is stretched to fit by up to 4 % along each axis; masses follow, the sum to its quadrature error.
     EXPECT_NEAR(*least, 1000, 5);
@@ -135,9 +135,9 @@ void expect_shift_changes_nothing(const std::function<Vec3(double phase)>& veloc
         largest = std::max(largest, here[i].norm());
         worst = std::max(worst, (here[i] - there[i]).norm());
     }
-    // Half a period is a multiple of the grain: differences are the same bits, only sums run in another order. What
-    // that changes in a density (a few 1e-7 of it) is a pressure of that many rho c^2, pushing for a tenth of a
-    // millimetre of sound's way in each of 200 steps.
+    // Half a period is a multiple of the grain. Differences have the same bits, but sums run in another order. That
+    // changes a density by a few 1e-7, and so the pressure by as many rho c^2. This pressure acts in each of 200 steps,
+    // in which sound moves by a tenth of a millimetre.
     EXPECT_LT(worst, 1e-5);
     EXPECT_GT(largest, 0.02);
 }

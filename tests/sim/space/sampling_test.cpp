@@ -18,8 +18,8 @@ namespace {
 const auto anywhere = [](const Vec3&) { return true; };
 
 TEST(Sampling, PackingHoldsOneParticlePerSpacingCubed) {
-    // Sites of a packing counted in a ball of 20 spacings: the surface layer of width one spacing bounds the error,
-    // 3/20 of the volume in the worst case; its sign varies along the surface, so that 1 % is generous.
+    // The sites of a packing are counted in a ball of 20 spacings. A surface layer of one spacing bounds the error:
+    // 3/20 of the volume in the worst case. Its sign varies along the surface, so that 1 % is generous.
     const double count = static_cast<double>(pack_shape(sphere(20), 1, anywhere).size());
     EXPECT_NEAR(count, 4.0 / 3.0 * kPi * 8000, 0.01 * 4.0 / 3.0 * kPi * 8000);
 }
@@ -38,7 +38,7 @@ TEST(Sampling, NearestNeighboursStandTwelveAtOneDistance) {
 }
 
 TEST(Sampling, PackedInteriorHasTheRestDensity) {
-    // The kernel is calibrated on the packing: what is left is rounding of the sum of about 60 terms.
+    // The kernel is calibrated on the packing. Rounding of a sum of about 60 terms remains.
     for (const double support : {1.6, 2.0, 2.7}) {
         scene::Scene scene = fixture::empty_space();
         scene.solver.support = support;
@@ -57,8 +57,8 @@ TEST(Sampling, PackedInteriorHasTheRestDensity) {
 }
 
 TEST(Sampling, KernelsGiveAPackingItsGradientAndLaplacian) {
-    // A field linear in x, and one quadratic, summed as forces sum them over all neighbours of a site within the
-    // packing; 1e-5: rounding of float.
+    // A linear and a quadratic field in x are summed as forces are, over all neighbours of a site within the packing.
+    // The tolerance of 1e-5 is rounding of float.
     const Smoothing smoothing(1, 2);
     Vec3d gradient(0, 0, 0);
     double laplacian = 0;
@@ -83,8 +83,8 @@ TEST(Sampling, KernelsGiveAPackingItsGradientAndLaplacian) {
 }
 
 TEST(Sampling, BodyHasTheMassOfItsVolume) {
-    // A ball of 10 spacings radius: counting error of a lattice, well under one layer of the surface; 1 % measured by
-    // the law of the count above.
+    // A ball with a radius of 10 spacings. The counting error of a lattice is well below one layer of the surface. By
+    // the law of the count above it is 1 %.
     scene::Scene scene = fixture::empty_space();
     scene.bodies = {fixture::body("ball", fixture::shape_at({0.3, 0, 0}, scene::Sphere{0.1}))};
     const Simulation s = make_simulation(scene);

@@ -60,8 +60,9 @@ TEST(WallMap, HalfSpaceHasTheSharesOfAFullAndAnEmptyBall) {
 }
 
 TEST(WallMap, TablesAgreeWithTheIntegralAtEdgesAndCurves) {
-    // Trilinear in cells of h/4: second derivatives, about 5/h^2 of the share and 7/h^3 of the gradient where particles
-    // come (a fifth of a support off and more), times (h/4)^2/8 are 0.04 and 0.055/h; quadrature adds 0.016.
+    // Tables are trilinear in cells of h/4, which leaves (h/4)^2/8 times a second derivative. Particles come as near as
+    // a fifth of a support. There the second derivatives are about 5/h^2 of the share and 7/h^3 of the gradient. So
+    // errors are 0.04 and 0.055/h. Quadrature adds 0.016.
     const Shape solids[] = {box({0.1, 0.1, 0.1}), sphere(0.05),
                             rotated(box({0.1, 0.1, 0.02}), rotation_from_degrees({20, 30, 40}))};
     for (const Shape& solid : solids) {

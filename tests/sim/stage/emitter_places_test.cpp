@@ -3,8 +3,8 @@
 
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/geometry/packing.h"
-#include "sim/stage/setup.h"
 #include "sim/loop/step.h"
+#include "sim/stage/setup.h"
 
 namespace thixo {
 namespace {

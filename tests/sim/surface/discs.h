@@ -1,4 +1,4 @@
-// Which rays meet a cloud of discs.
+// Tells which rays meet a cloud of discs.
 #pragma once
 
 #include "pipeline/base/random.h"

@@ -15,14 +15,13 @@ inline constexpr double kSupport = 2 * kSpacing;  // particle kernel support [m]
 /// Particles of volume spacing^3 at the given places, of one material and body.
 Particles liquid(const std::vector<Vec3>& places);
 
-/// Places of hexagonal close packing, one in every spacing^3, within `lower`..`upper` where `inside` holds, each shaken
-/// by up to `shake` spacings along each axis: a liquid's particles are no crystal.
+/// Places of a hexagonal close packing, one per spacing^3, within `lower`..`upper` where `inside` holds. Each is
+/// shifted at random by up to `shake` spacings along each axis, because a liquid is no crystal.
 std::vector<Vec3> packed(const Vec3d& lower, const Vec3d& upper, double shake,
                          const std::function<bool(const Vec3d&)>& inside);
 std::vector<Vec3> packed_ball(double radius, double shake);
 
-/// Places of a cubic lattice, half a spacing off the planes x, y, z = 0 and all their multiples of the spacing: a
-/// liquid as it stands in a box.
+/// Places of a cubic lattice at half a spacing from the planes x, y, z = 0, as a liquid stands in a box.
 std::vector<Vec3> stacked(int nx, int ny, int nz, double shake, const std::function<bool(const Vec3d&)>& inside);
 
 /// The walls that the surface sees until the next call: signed distance, > 0 in the room; empty: none.

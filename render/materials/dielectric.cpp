@@ -1,8 +1,6 @@
-#include "render/rough_interface.h"
+#include "render/materials/dielectric.h"
 
 #include <cmath>
-
-#include "render/microfacet.h"
 
 namespace thixo::render {
 namespace {
@@ -36,34 +34,6 @@ bool refracted(const Vec3f& wo, const Vec3f& h, float eta, float& reflectance, V
 /// Masking and shadowing of a path that is refracted: each side on its own.
 float masking(const Vec3f& wo, const Vec3f& wi, float alpha) { return ggx_g1(wo, alpha) * ggx_g1(wi, alpha); }
 
-float single_reflection(const RoughInterface& m, const Vec3f& wo, const Vec3f& wi, float& pdf) {
-    const Vec3f h = (wo + wi).normalized();
-    const float f = fresnel(wo.dot(h), m.eta);
-    pdf = f * visible_reflection_pdf(wo, h, m.alpha);
-    return f * ggx_d(h, m.alpha) * ggx_g2(wo, wi, m.alpha) / (4 * std::max(wo.z(), 1e-6f));
-}
-
-float single_refraction(const RoughInterface& m, const Vec3f& wo, const Vec3f& wi, float& pdf) {
-    pdf = 0;
-    Vec3f h = -(wo + m.eta * wi);
-    if (h.z() < 0) h = -h;
-    h.normalize();
-    const float o = wo.dot(h), i = wi.dot(h);
-    if (o <= 0 || i >= 0) return 0;
-    const float f = fresnel(o, m.eta);
-    const float jacobian = square(m.eta) * -i / std::max(square(o + m.eta * i), 1e-12f);
-    const float common = (1 - f) * ggx_d(h, m.alpha) * o / std::max(wo.z(), 1e-6f) * jacobian;
-    pdf = common * ggx_g1(wo, m.alpha);
-    return common * masking(wo, wi, m.alpha) / square(m.eta);
-}
-
-/// How the multiply scattered light of this side is shared: the part that goes through. With 1 - F for the means of
-/// both sides, and (1 - F) (1 - E) alike seen from either side, f/n^2 is symmetric.
-float share_through(const RoughInterface& m) {
-    const float own = 1 - m.albedo->mean(m.eta), other = 1 - m.albedo->mean(1 / m.eta);
-    return (1 - m.albedo->mean_reflectance(m.eta)) * std::min(1.0f, other / std::max(own, 1e-9f));
-}
-
 }  // namespace
 
 float InterfaceAlbedo::of(float mu, float eta) const {
@@ -82,9 +52,9 @@ InterfaceAlbedo tabulate_interface(float alpha) {
     for (int k = 0; k < InterfaceAlbedo::kIndices; ++k) {
         const float eta = index_at(k);
         double reflected = 0;
-        Albedo& albedo = table.at[std::size_t(k)];
-        for (int step = 0; step <= Albedo::kSteps; ++step) {
-            const float mu = std::max(float(step) / Albedo::kSteps, 1e-3f);
+        AlbedoTable& albedo = table.at[std::size_t(k)];
+        for (int step = 0; step <= AlbedoTable::kSteps; ++step) {
+            const float mu = std::max(float(step) / AlbedoTable::kSteps, 1e-3f);
             const Vec3f wo(std::sqrt(1 - mu * mu), 0, mu);
             double sum = 0;
             for (int i = 0; i < samples; ++i) {
@@ -97,8 +67,8 @@ InterfaceAlbedo tabulate_interface(float alpha) {
                 if (passes && through.z() < 0) sum += double((1 - f) * ggx_g1(through, alpha));
             }
             albedo.at[std::size_t(step)] = float(sum / samples);
-            const double weight = step == 0 || step == Albedo::kSteps ? 0.5 : 1;
-            reflected += weight * 2 * double(fresnel(mu, eta)) * double(mu) / Albedo::kSteps;
+            const double weight = step == 0 || step == AlbedoTable::kSteps ? 0.5 : 1;
+            reflected += weight * 2 * double(fresnel(mu, eta)) * double(mu) / AlbedoTable::kSteps;
         }
         add_mean(albedo);
         table.reflectance[std::size_t(k)] = float(reflected);
@@ -106,37 +76,70 @@ InterfaceAlbedo tabulate_interface(float alpha) {
     return table;
 }
 
-float evaluate(const RoughInterface& m, const Vec3f& wo, const Vec3f& wi, float& pdf) {
+Dielectric::Dielectric(const scene::Appearance& a)
+    : roughness(float(a.roughness)), ior(float(a.ior)), absorption(a.absorption.cast<float>()), priority(a.priority) {
+    if (!smooth()) table = std::make_shared<const InterfaceAlbedo>(tabulate_interface(roughness));
+}
+
+float RoughInterface::single_reflection(const Vec3f& wo, const Vec3f& wi, float& pdf) const {
+    const Vec3f h = (wo + wi).normalized();
+    const float f = fresnel(wo.dot(h), eta);
+    pdf = f * visible_reflection_pdf(wo, h, alpha);
+    return f * ggx_d(h, alpha) * ggx_g2(wo, wi, alpha) / (4 * std::max(wo.z(), 1e-6f));
+}
+
+float RoughInterface::single_refraction(const Vec3f& wo, const Vec3f& wi, float& pdf) const {
+    pdf = 0;
+    Vec3f h = -(wo + eta * wi);
+    if (h.z() < 0) h = -h;
+    h.normalize();
+    const float o = wo.dot(h), i = wi.dot(h);
+    if (o <= 0 || i >= 0) return 0;
+    const float f = fresnel(o, eta);
+    const float jacobian = square(eta) * -i / std::max(square(o + eta * i), 1e-12f);
+    const float common = (1 - f) * ggx_d(h, alpha) * o / std::max(wo.z(), 1e-6f) * jacobian;
+    pdf = common * ggx_g1(wo, alpha);
+    return common * masking(wo, wi, alpha) / square(eta);
+}
+
+/// How the multiply scattered light of this side is shared: the part that goes through. With 1 - F for the means of
+/// both sides, and (1 - F) (1 - E) alike seen from either side, f/n^2 is symmetric.
+float RoughInterface::share_through() const {
+    const float own = 1 - table->mean(eta), other = 1 - table->mean(1 / eta);
+    return (1 - table->mean_reflectance(eta)) * std::min(1.0f, other / std::max(own, 1e-9f));
+}
+
+float RoughInterface::evaluate(const Vec3f& wo, const Vec3f& wi, float& pdf) const {
     pdf = 0;
     if (wo.z() <= 0 || wi.z() == 0) return 0;
     const bool through = wi.z() < 0;
-    const float single = m.albedo->of(wo.z(), m.eta), cosine = std::abs(wi.z()) / kPif, shared = share_through(m);
+    const float single = table->of(wo.z(), eta), cosine = std::abs(wi.z()) / kPif, shared = share_through();
     float pdf_single = 0;
-    float f = through ? single_refraction(m, wo, wi, pdf_single) : single_reflection(m, wo, wi, pdf_single);
-    const float eta_behind = through ? 1 / m.eta : m.eta;
-    const float lost = std::max(1 - m.albedo->mean(eta_behind), 1e-6f);
-    float several = (1 - single) * (1 - m.albedo->of(std::abs(wi.z()), eta_behind)) / lost * cosine;
-    several *= through ? shared / square(m.eta) : 1 - shared;
+    float f = through ? single_refraction(wo, wi, pdf_single) : single_reflection(wo, wi, pdf_single);
+    const float eta_behind = through ? 1 / eta : eta;
+    const float lost = std::max(1 - table->mean(eta_behind), 1e-6f);
+    float several = (1 - single) * (1 - table->of(std::abs(wi.z()), eta_behind)) / lost * cosine;
+    several *= through ? shared / square(eta) : 1 - shared;
     pdf = single * pdf_single + (1 - single) * (through ? shared : 1 - shared) * cosine;
     return f + several;
 }
 
-Scatter scatter(const RoughInterface& m, const Vec3f& wo, float choose, const Vec2f& u) {
+Scatter RoughInterface::scatter(const Vec3f& wo, float choose, const Vec2f& u) const {
     Scatter s;
     if (wo.z() <= 0) return s;
-    const float single = m.albedo->of(wo.z(), m.eta);
+    const float single = table->of(wo.z(), eta);
     if (choose < single) {
-        const Vec3f h = sample_visible_normal(wo, m.alpha, u);
+        const Vec3f h = sample_visible_normal(wo, alpha, u);
         float f;
-        const bool passes = refracted(wo, h, m.eta, f, s.direction);
+        const bool passes = refracted(wo, h, eta, f, s.direction);
         const bool back = !passes || choose / single < f;
         if (back) s.direction = 2 * wo.dot(h) * h - wo;
         if (back != (s.direction.z() > 0)) return s;  // into the next facet: the table counts it as lost
     } else {
         s.direction = sample_cosine(u);
-        if ((choose - single) / (1 - single) < share_through(m)) s.direction.z() = -s.direction.z();
+        if ((choose - single) / (1 - single) < share_through()) s.direction.z() = -s.direction.z();
     }
-    const float f = evaluate(m, wo, s.direction, s.pdf);
+    const float f = evaluate(wo, s.direction, s.pdf);
     if (s.pdf > 0) s.weight = Vec3f::Constant(f / s.pdf);
     return s;
 }

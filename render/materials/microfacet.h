@@ -5,8 +5,9 @@
 
 namespace thixo::render {
 
-/// Unpolarised reflectance of a smooth interface met from the side of the incident ray; eta = n_other / n_incident,
-/// cosine >= 0. One where the reflection is total. cos_t: cosine on the other side.
+/// Unpolarised reflectance of a smooth interface, met from the side of the incident ray at cosine >= 0:
+///   eta = n_other / n_incident
+/// One where the reflection is total. `cos_t` becomes the cosine on the other side.
 inline float fresnel(float cosine, float eta, float& cos_t) {
     const float sin2 = std::max(0.0f, 1 - cosine * cosine) / (eta * eta);
     if (sin2 >= 1) {
@@ -45,7 +46,8 @@ inline float ggx_g2(const Vec3f& wo, const Vec3f& wi, float alpha) {
     return 1 / (1 + ggx_lambda(wo, alpha) + ggx_lambda(wi, alpha));
 }
 
-/// A normal out of those visible from wo (Heitz 2018); density G1(wo) D(h) max(0, wo.h) / wo.z.
+/// A normal out of those visible from wo (Heitz 2018). Its density is
+///   G1(wo) D(h) max(0, wo.h) / wo.z   [1/sr]
 inline Vec3f sample_visible_normal(const Vec3f& wo, float alpha, const Vec2f& u) {
     const Vec3f v = Vec3f(alpha * wo.x(), alpha * wo.y(), wo.z()).normalized();
     const float length2 = v.x() * v.x() + v.y() * v.y();
@@ -57,9 +59,19 @@ inline Vec3f sample_visible_normal(const Vec3f& wo, float alpha, const Vec2f& u)
     const Vec3f h = d.x() * t1 + y * t2 + std::sqrt(std::max(0.0f, 1 - d.x() * d.x() - y * y)) * v;
     return Vec3f(alpha * h.x(), alpha * h.y(), std::max(1e-6f, h.z())).normalized();
 }
-/// Density of the direction wi that reflection at such a normal gives.
+/// The direction that one reflection at such a normal gives.
+inline Vec3f sample_reflection(const Vec3f& wo, float alpha, const Vec2f& u) {
+    const Vec3f h = sample_visible_normal(wo, alpha, u);
+    return 2 * wo.dot(h) * h - wo;
+}
+/// Its density [1/sr].
 inline float visible_reflection_pdf(const Vec3f& wo, const Vec3f& h, float alpha) {
     return ggx_g1(wo, alpha) * ggx_d(h, alpha) / (4 * std::max(wo.z(), 1e-6f));
+}
+/// One reflection at facets that reflect everything, times cos(wi):
+///   D(h) G2(wo, wi) / (4 cos(wo))   [1/sr],   h half-way between wo and wi
+inline float facet_reflection(const Vec3f& wo, const Vec3f& wi, const Vec3f& h, float alpha) {
+    return ggx_d(h, alpha) * ggx_g2(wo, wi, alpha) / (4 * std::max(wo.z(), 1e-6f));
 }
 
 }  // namespace thixo::render

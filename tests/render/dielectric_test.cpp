@@ -1,5 +1,5 @@
 // Rough glass: no energy is made or lost, what is sampled is what is evaluated, light may run either way.
-#include "render/rough_interface.h"
+#include "render/materials/dielectric.h"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ TEST_P(RoughGlass, ScattersAllTheFluxItGets) {
         double sum = 0;
         constexpr int n = 40000;
         for (std::uint64_t i = 0; i < n; ++i) {
-            const Scatter s = scatter(m_, toward(cosine), uniform(i, 0), {uniform(i, 1), uniform(i, 2)});
+            const Scatter s = m_.scatter(toward(cosine), uniform(i, 0), {uniform(i, 1), uniform(i, 2)});
             sum += double(s.weight.x() * (s.direction.z() < 0 ? m_.eta * m_.eta : 1));
         }
         EXPECT_NEAR(sum / n, 1, 0.01) << cosine;
@@ -43,13 +43,13 @@ TEST_P(RoughGlass, IsSampledAsItIsEvaluated) {
     for (const bool through : {false, true}) {
         double sampled = 0, even = 0, even2 = 0, sampled2 = 0;
         for (std::uint64_t i = 0; i < n; ++i) {
-            const Scatter s = scatter(m_, wo, uniform(i, 0), {uniform(i, 1), uniform(i, 2)});
+            const Scatter s = m_.scatter(wo, uniform(i, 0), {uniform(i, 1), uniform(i, 2)});
             const double w = (s.direction.z() < 0) == through ? double(s.weight.x()) : 0;
             sampled += w / n;
             sampled2 += w * w / n;
             const Vec3f wi = on_sphere(i);
             float pdf;
-            const double e = (wi.z() < 0) == through ? 4 * kPi * double(evaluate(m_, wo, wi, pdf)) : 0;
+            const double e = (wi.z() < 0) == through ? 4 * kPi * double(m_.evaluate(wo, wi, pdf)) : 0;
             even += e / n;
             even2 += e * e / n;
         }
@@ -68,10 +68,10 @@ TEST_P(RoughGlass, LetsLightRunEitherWay) {
         Vec3f b = on_sphere(i);
         if (a.z() < 0.05f || std::abs(b.z()) < 0.05f) continue;
         float unused;
-        const float there = evaluate(m_, a, b, unused) / std::abs(b.z());
+        const float there = m_.evaluate(a, b, unused) / std::abs(b.z());
         const bool through = b.z() < 0;
         // Seen from the other side the normal is the other one.
-        const float again = through ? evaluate(back, -b, -a, unused) / a.z() : evaluate(m_, b, a, unused) / a.z();
+        const float again = through ? back.evaluate(-b, -a, unused) / a.z() : m_.evaluate(b, a, unused) / a.z();
         const float scale = through ? m_.eta * m_.eta : 1;
         EXPECT_NEAR(there * scale, again, 0.01f * std::max(0.1f, again)) << through;
     }

@@ -1,0 +1,36 @@
+// What a run is given.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pipeline/contract/scene.h"
+#include "sim/external/outside.h"
+#include "sim/heat/heat.h"
+#include "sim/liquid/tension.h"
+#include "sim/sources/emitter.h"
+#include "sim/space/periodic.h"
+#include "sim/space/smoothing.h"
+#include "sim/state/materials.h"
+#include "sim/state/strategy.h"
+#include "sim/surface/mould.h"
+
+namespace thixo {
+
+/// What does not change during a run.
+struct Problem {
+    scene::Scene scene;
+    Strategy strategy;
+    std::string scene_path;  // as the user wrote it, for messages; may be empty
+    Smoothing smoothing;
+    TensionScale tension;
+    std::vector<MaterialParams> materials;
+    HeatParams heat;
+    std::vector<Mould> moulds;
+    Outside outside;
+    Periodic periodic;
+    double expected_speed = 0;            // U [m/s]
+    std::vector<EmitterLayout> emitters;  // one per scene emitter
+};
+
+}  // namespace thixo

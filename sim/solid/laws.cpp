@@ -7,7 +7,7 @@
 namespace thixo {
 namespace {
 
-struct Values {  // what goes over from one material to another
+struct Values {  // what changes from one material to another
     scene::Elastic elastic;
     double viscosity;
 };
@@ -71,7 +71,7 @@ StressLaw MeltingLaw::at(double b) const {
     mix(e.volume_stiffness, 0);
     mix(e.yield_strain, liquid.yield_strain);
     mix(e.creep, liquid.creep);
-    if (b > 0) e.maximum_plastic_strain = 0;  // a liquid flows as far as it likes
+    if (b > 0) e.maximum_plastic_strain = 0;  // a liquid flows without limit
     return law_of(e, (1 - b) * viscosity_);
 }
 

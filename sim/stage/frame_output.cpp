@@ -14,7 +14,7 @@
 namespace thixo {
 namespace {
 
-constexpr double kPlaneExtent = 200;  // m, edge of the square a plane is drawn as
+constexpr double kPlaneExtent = 200;  // m, edge of the square that is drawn for a plane
 
 template <class T, class F>
 std::vector<T> collect(std::size_t n, F&& f) {
@@ -157,12 +157,12 @@ FrameTotals totals(const Simulation& s) {
             const Vec3d x = p.position[i].cast<double>();
             const Quad& q = s.sweep.motion[i];
             const Vec3d v(q.x, q.y, q.z);
-            const double rest = p.mass[i] / p.rest_volume[i];
+            const double rest_density = p.mass[i] / p.rest_volume[i];
             return Sums{m,
                         0.5 * m * v.squaredNorm(),
                         -m * gravity.dot(x),
                         p.rest_volume[i],
-                        std::max(p.density[i] / rest - 1, 0.0),
+                        std::max(p.density[i] / rest_density - 1, 0.0),
                         m * v,
                         m * x.cross(v)};
         },
@@ -179,13 +179,13 @@ FrameTotals totals(const Simulation& s) {
     }
     const Real radius = static_cast<Real>(s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
     if (s.embedded.size() > 0) {
-        // Sheets reach past their edges; the matter of what has not begun to melt knows its volume.
-        const double whole = parallel_sum(p.size(), [&](std::size_t i) {
+        // Sheets reach past their edges. The volume of matter that has not begun to melt is that of its elements.
+        const double unmolten = parallel_sum(p.size(), [&](std::size_t i) {
             const Index e = s.solids.element(p.id[i]);
             if (e == kNone) return 0.0;
             return s.solids.owner(e).skin == Skin::embedded ? static_cast<double>(p.mass[i] / p.density[i]) : 0.0;
         });
-        t.surface_volume = whole + surface_volume(s.mixed_surface.animated, p, s.walls, radius);
+        t.surface_volume = unmolten + surface_volume(s.mixed_surface.animated, p, s.walls, radius);
     } else if (s.surface.size() > 0) {
         t.surface_volume = surface_volume(s.surface, p, s.walls, radius);
     }

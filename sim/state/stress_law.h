@@ -14,12 +14,12 @@ struct StressLaw {
     Real zero_energy = 0;        // modulus of the zero-energy modes [Pa]
     Real yield = 0;              // k_yield [1]
     Real creep = 0;              // k_creep [1/s]
-    Real most_plastic = 0;       // largest norm of eps^p [1]; 0: any
+    Real most_plastic = 0;       // largest norm of eps^p [1]; 0: no limit
     Real friction = 0;           // [1]
     Real contact_damping = 0;    // of critical [1]
     Real contact_stiffness = 0;  // [Pa/m]; 0: of a layer of the matter
-    Real rate_modulus = 0;       // that viscosity adds to mu in a tangent [Pa]
-    Index anisotropy = kNone;    // of Elements::anisotropic; kNone: lambda and mu tell all
+    Real rate_modulus = 0;       // added to mu by viscosity in a tangent [Pa]
+    Index anisotropy = kNone;    // of Elements::anisotropic; kNone: isotropic, by lambda and mu
     bool operator==(const StressLaw&) const = default;
     Real wave_modulus() const { return lambda + 2 * mu; }  // rho c^2 of pressure waves [Pa]
 };
@@ -43,15 +43,15 @@ inline StressLaw law_of(const scene::Elastic& e, double viscosity) {
     return law;
 }
 
-/// All moduli and the damping times a share [1]; yield and creep stay.
+/// The law with all moduli and the damping times a share [1]. Yield and creep stay.
 inline StressLaw scaled(const StressLaw& law, Real share) {
     StressLaw out = law;
     for (Real* a : {&out.lambda, &out.mu, &out.volume_stiffness, &out.viscosity, &out.zero_energy}) *a *= share;
     return out;
 }
 
-/// Second Piola-Kirchhoff stress of an elastic strain, where the law is isotropic [Pa]. It is linear in the strain, for
-/// tangents and stable steps (sim/solid/stiffness.h) ask here for the stress of a change of strain.
+/// Second Piola-Kirchhoff stress of an elastic strain, where the law is isotropic [Pa]. Requires that it is linear in the
+/// strain: tangents and stable steps (sim/solid/stiffness.h) ask here for the stress of a change of strain.
 inline Symmetric stress_of(const StressLaw& law, const Symmetric& e) {
     const Real pressure = law.lambda * (e.xx + e.yy + e.zz), shear = 2 * (law.mu + law.rate_modulus);
     return {pressure + shear * e.xx,

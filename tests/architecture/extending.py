@@ -1,7 +1,7 @@
 """The diffs of docs/extending.md apply, are short, and touch few files; with --build, what they add is compiled and its tests pass.
 
 Usage: extending.py                       the first three, in a second
-       extending.py --build [WORD...]     builds and tests each diff whose heading has one of the words in a copy of the repository; all without words
+       extending.py --build [WORD...]     builds and tests the diffs whose heading has one of the words, in one copy of the repository; all without words
 """
 import os
 import pathlib
@@ -132,32 +132,26 @@ def run(command, folder, **settings):
 
 
 def build(words):
-    """One copy serves all examples: each is applied, built, tested and taken back, so that an unchanged file is compiled once."""
+    """What failed. One copy takes all the diffs, so that what they share is compiled once and they are seen to stand side by side."""
     failed = []
     chosen = [e for e in examples(PAGE.read_text()) if not words or any(w in e.title for w in words)]
     with tempfile.TemporaryDirectory() as scratch:
         folder = pathlib.Path(scratch) / "thixo"
         copy_of_repository(folder)
         settings = {**os.environ, "CCACHE_SLOPPINESS": "pch_defines,time_macros", "CCACHE_BASEDIR": str(folder), "CCACHE_NOHASHDIR": "1"}
-        if not run(["cmake", "--preset", "release"], folder, env=settings, stdout=subprocess.DEVNULL):
-            return ["the configuration"]
         for example in chosen:
-            print(f"== {example.title}", flush=True)
-            before = {name: (folder / name).read_bytes() for name in example.existing_files()}
-            created = [new[2:] for old, new in FILE.findall(example.diff) if old == "/dev/null"]
             if complaint := apply(example.diff, folder):
                 print(complaint)
                 failed.append(example.title)
-                continue
-            built = run(["ninja", "-C", "build/release", *example.targets], folder, env=settings)
+        if not run(["cmake", "--preset", "release"], folder, env=settings, stdout=subprocess.DEVNULL):
+            return failed + ["the configuration"]
+        for example in chosen:
+            print(f"== {example.title}", flush=True)
+            built = run(["nice", "ninja", "-C", "build/release", f"-j{os.cpu_count()}", *example.targets], folder, env=settings)
             # --no-tests=error: a pattern that finds no test is a failure.
             if not built or not run(["ctest", "--test-dir", "build/release", "-R", example.tests, "--no-tests=error", "--output-on-failure"], folder):
                 failed.append(example.title)
-            for name, content in before.items():
-                (folder / name).write_bytes(content)
-            for name in created:
-                (folder / name).unlink()
-    return failed
+    return failed or ([] if chosen else ["no heading has these words"])
 
 
 if __name__ == "__main__":

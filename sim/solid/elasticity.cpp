@@ -98,16 +98,6 @@ Symmetric total_stress(const StressLaw& law, const Elements& e, std::size_t i, c
     return symmetric(Mat3(matrix(stress) + law.viscosity * (turned + turned.transpose())));
 }
 
-Symmetric stress_of(const StressLaw& law, const Symmetric& e) {
-    const Real pressure = law.lambda * (e.xx + e.yy + e.zz), shear = 2 * (law.mu + law.rate_modulus);
-    return {pressure + shear * e.xx,
-            pressure + shear * e.yy,
-            pressure + shear * e.zz,
-            shear * e.xy,
-            shear * e.yz,
-            shear * e.zx};
-}
-
 Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& e) {
     if (law.anisotropy == kNone) return stress_of(law, e);
     Eigen::Matrix<Real, 6, 1> strain;

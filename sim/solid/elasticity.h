@@ -47,8 +47,7 @@ void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::
 
 /// Green strain of element i, of the whole displacement, plastic part included [1].
 Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradient);
-/// Second Piola-Kirchhoff stress of an elastic strain [Pa]: of an isotropic law, and of any law.
-Symmetric stress_of(const StressLaw& law, const Symmetric& strain);
+/// Second Piola-Kirchhoff stress of an elastic strain, of any law [Pa].
 Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& strain);
 /// The stress of element i with gradient H [Pa]: of its elastic strain, plus that of viscosity.
 Symmetric total_stress(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& gradient);

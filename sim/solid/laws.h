@@ -28,9 +28,6 @@ inline bool keeps_shape(const scene::Material& m, double b) {
     return m.elastic.solid() && (b < 1 || !m.melting.any() || m.melting.liquid.youngs_modulus > 0);
 }
 
-/// The law with all moduli and the damping times a share [1]. Yield and creep stay.
-StressLaw scaled(const StressLaw& law, Real share);
-
 /// C of an orthotropic material whose axes 1, 2, 3 are the columns of `axes` [Pa]. It is the inverse of the compliance
 ///     eps_aa = sigma_aa/E_a - nu_ba sigma_bb/E_b - nu_ca sigma_cc/E_c
 ///     2 eps_ab = sigma_ab/G_ab,   nu_ab/E_a = nu_ba/E_b

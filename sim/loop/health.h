@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/loop/simulation.h"
+#include "sim/loop/time_step.h"
 
 namespace thixo {
 

@@ -12,6 +12,7 @@
 #include "sim/loop/coupling.h"
 #include "sim/loop/health.h"
 #include "sim/loop/plan.h"
+#include "sim/loop/time_step.h"
 #include "sim/phase/phases.h"
 #include "sim/surface/contact_surface.h"
 

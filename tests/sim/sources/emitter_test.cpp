@@ -19,7 +19,7 @@ scene::Scene jet_scene(double radius, double speed) {
     return s;
 }
 
-// A jet that flies freely for this time: the emitter alone, called every `dt`.
+// A jet flies freely for this time. The emitter alone is called every `dt`.
 Particles free_jet(const scene::Scene& scene, double seconds, double dt) {
     Simulation s = make_simulation(scene);
     std::int64_t id = 0;

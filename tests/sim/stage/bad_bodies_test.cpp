@@ -1,4 +1,4 @@
-// Bodies that no scene should have: each is refused by one clear line or simulated soundly.
+// Bodies that no scene should have. Each is refused with one clear line, or simulated without fault.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -165,7 +165,7 @@ TEST(AnOrthotropicMaterial, ThatCannotBeIsRefusedInOneLine) {
 }
 
 TEST(ASolidThatDiverges, StopsWithItsParticleFrameAndLikelyCause) {
-    // A hand that tears a block away at 10 km/s.
+    // A handle pulls a block away at 10 km/s.
     Simulation s = make_simulation(
         scene::parse_scene("frames: {first: 0, last: 9, fps: 100}\n"
                            "materials: {stuff: {density: 1000, youngs_modulus: 1.0e4}}\n"
@@ -204,7 +204,7 @@ TEST(AWall, ThatCannotBeIsRefusedInOneLine) {
     const std::string turned = refusal(box + ", motion: [{time: 0}, {time: 1, rotate: [0, 0, 180]}]");
     EXPECT_NE(turned.find("bad.yaml:3:"), std::string::npos) << turned;
     EXPECT_NE(turned.find("180 degrees or more"), std::string::npos) << turned;
-    // Told while the simulation is being made, when parts of it stand already.
+    // The error comes while the simulation is being made, when parts of it exist already.
     for (const Case& c : cases()) {
         if (std::string(c.refusal) != "is empty" && std::string(c.name) != "of points without normals") continue;
         std::ofstream(file) << c.mesh;

@@ -1,11 +1,12 @@
 #include "render/material.h"
 
+#include <optional>
+#include <type_traits>
+
 #include "pipeline/base/error.h"
 
 namespace thixo::render {
 namespace {
-
-using scene::AppearanceType;
 
 Vec3f mapped(const std::vector<std::pair<float, Vec3f>>& map, float value) {
     if (value <= map.front().first) return map.front().second;
@@ -32,18 +33,20 @@ Vec3f Material::colour_at(const Hit& hit) const {
 
 namespace {
 
-std::variant<Opaque, Dielectric> make_surface(const scene::Appearance& a) {
-    switch (a.type) {
-        case AppearanceType::plastic:
-            return Opaque(Plastic(a));
-        case AppearanceType::conductor:
-            return Opaque(Conductor(a));
-        case AppearanceType::dielectric:
-            return Dielectric(a);
-        case AppearanceType::diffuse:
-            break;
-    }
-    return Opaque(Diffuse(a));
+using Surface = std::variant<Opaque, Dielectric>;
+
+/// Of the materials in a list of opaque ones, that of the appearance's type; nothing where it is none of them.
+template <class... Kinds>
+std::optional<Surface> make_opaque(const scene::Appearance& a, std::type_identity<std::variant<Kinds...>>) {
+    std::optional<Surface> made;
+    ((a.type == Kinds::kType && (made = Opaque(Kinds(a)), true)) || ...);
+    return made;
+}
+
+Surface make_surface(const scene::Appearance& a) {
+    if (std::optional<Surface> made = make_opaque(a, std::type_identity<Opaque>{})) return *std::move(made);
+    THIXO_ASSERT(a.type == scene::AppearanceType::dielectric, "appearance {}: a type without a material", a.name);
+    return Dielectric(a);
 }
 
 }  // namespace

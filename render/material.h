@@ -16,7 +16,7 @@
 
 namespace thixo::render {
 
-/// Materials that let no light through (materials/scatter.h says what each of them states).
+/// Materials that let no light through, each a file of its own (materials/scatter.h says what it states).
 using Opaque = std::variant<Diffuse, Plastic, Conductor>;
 
 struct Material {

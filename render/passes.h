@@ -1,5 +1,5 @@
 // The passes of a picture, in one table. An entry says what a pass is called, how it is stored and how it is gathered
-// from the samples of a pixel. Another pass is another entry, and a field of FirstHit where it needs one.
+// from the samples of a pixel. Another pass is another entry, and says how many there are.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// thixo-sim: a scene to a cache. All it takes is in pipeline/contract/stage_args.h.
+// thixo-sim: simulates a scene into a cache. Its arguments are in pipeline/contract/stage_args.h.
 #include <fmt/core.h>
 
 #include "pipeline/base/error.h"

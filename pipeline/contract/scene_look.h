@@ -160,7 +160,8 @@ struct Appearance {
 template <class V>
 void visit(V& v, Appearance& a) {
     v.key("type", a.type, "", any(),
-          "diffuse: matt; plastic: matt under a clear coat; conductor: metal; dielectric: water, glass");
+          "diffuse: matt; plastic: matt under a clear coat; "
+          "conductor: metal; dielectric: water, glass");
     v.key("colour", a.colour, kColour, between(0, 1),
           "albedo, linear Rec.709; of a conductor its reflectance at normal incidence");
     v.key("colour2", a.colour2, kColour, between(0, 1), "second colour of a checker");

@@ -11,6 +11,7 @@ namespace thixo::render {
 /// `colour` is the reflectance at normal incidence.
 class Conductor {
   public:
+    static constexpr auto kType = scene::AppearanceType::conductor;
     explicit Conductor(const scene::Appearance& appearance);
 
     Vec3f evaluate(const Vec3f& colour, const Vec3f& wo, const Vec3f& wi, float& pdf) const;

@@ -7,6 +7,7 @@
 namespace thixo::render {
 
 struct Diffuse {
+    static constexpr auto kType = scene::AppearanceType::diffuse;
     explicit Diffuse(const scene::Appearance&) {}
 
     Vec3f evaluate(const Vec3f& colour, const Vec3f& wo, const Vec3f& wi, float& pdf) const {
@@ -17,12 +18,7 @@ struct Diffuse {
     }
 
     Scatter scatter(const Vec3f& colour, const Vec3f& wo, float, const Vec2f& u) const {
-        Scatter s;
-        if (wo.z() <= 0) return s;
-        s.direction = sample_cosine(u);
-        const Vec3f f = evaluate(colour, wo, s.direction, s.pdf);
-        if (s.pdf > 0) s.weight = f / s.pdf;
-        return s;
+        return scatter_by_cosine(*this, colour, wo, u);
     }
 
     Vec3f albedo(const Vec3f& colour, float) const { return colour; }

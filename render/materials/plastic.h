@@ -9,6 +9,7 @@ namespace thixo::render {
 
 class Plastic {
   public:
+    static constexpr auto kType = scene::AppearanceType::plastic;
     explicit Plastic(const scene::Appearance& appearance);
 
     /// The coat reflects E(wo); the base scatters its colour's part of the rest.

@@ -2,6 +2,8 @@
 // with which density, and how much of the light comes back. The local frame has the normal along +z. wo leads to where
 // the path came from, wi to where light comes from.
 //
+//   kType
+//     Its word in the scene file (scene::AppearanceType). make_material looks for it in the list of materials.
 //   Vec3f evaluate(colour, wo, wi, pdf)
 //     f(wo, wi) cos(wi)   [1/sr]
 //     `pdf` becomes the density of scatter() in wi [1/sr]. Both are zero where wi or wo is below the surface, and for
@@ -35,5 +37,16 @@ struct Scatter {
 
 /// The mirror direction of wo.
 inline Vec3f mirrored(const Vec3f& wo) { return {-wo.x(), -wo.y(), wo.z()}; }
+
+/// scatter() of a material whose density is that of sample_cosine, cos(wi)/pi.
+template <class M>
+Scatter scatter_by_cosine(const M& material, const Vec3f& colour, const Vec3f& wo, const Vec2f& u) {
+    Scatter s;
+    if (wo.z() <= 0) return s;
+    s.direction = sample_cosine(u);
+    const Vec3f f = material.evaluate(colour, wo, s.direction, s.pdf);
+    if (s.pdf > 0) s.weight = f / s.pdf;
+    return s;
+}
 
 }  // namespace thixo::render

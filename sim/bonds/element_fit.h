@@ -1,4 +1,4 @@
-// How a body's matter lies about a place: a linear least-squares fit of its elements there.
+// The material place that belongs to a place of a deformed body: a linear least-squares fit of the elements about it.
 #pragma once
 
 #include "pipeline/geometry/kernels.h"
@@ -7,10 +7,15 @@
 
 namespace thixo {
 
-/// With weights w_j = w_poly6(x - x_j, h), means xbar and mbar, and A = sum_j w_j (x_j - xbar)(x_j - xbar)^T:
-///   m(x) = mbar + G (x - xbar),   G = (sum_j w_j (m_j - mbar)(x_j - xbar)^T + e R^T) (A + e)^-1,   e = 1e-3 tr A
-///   W_j = w_j (1/sum w + (x - xbar)^T (A + e)^-1 (x_j - xbar)),   sum_j W_j = 1,  sum_j W_j x_j = x, of flat and thin
-/// parts within their plane. Where the elements do not tell (across a thin part) matter is as turned as the body, R.
+/// The fit has weights w_j = w_poly6(x - x_j, h), means xbar and mbar, and the spread
+///     A = sum_j w_j (x_j - xbar)(x_j - xbar)^T
+/// The map to the material frame is
+///     m(x) = mbar + G (x - xbar)
+///     G = (sum_j w_j (m_j - mbar)(x_j - xbar)^T + e R^T) (A + e)^-1,   e = 1e-3 tr A
+/// The interpolation weights are
+///     W_j = w_j (1/sum w + (x - xbar)^T (A + e)^-1 (x_j - xbar)),   sum_j W_j = 1,  sum_j W_j x_j = x
+/// The last equation holds in flat and thin parts only within their plane. Elements say nothing about the direction
+/// across a thin part. The map is there the body's rotation R.
 struct ElementFit {
     Vec3 material{0, 0, 0};  // m(x)
     Mat3 slope;              // G
@@ -21,19 +26,29 @@ struct ElementFit {
     std::vector<std::pair<Real, Index>> near;  // squared distance, element within the body
 };
 
-/// Elements at their rest places.
+/// Places of elements in the rest shape.
 struct RestPlaces {
     const Elements& e;
     Vec3 operator[](std::size_t j) const { return xyz(e.rest[j]); }
 };
 
-/// The fit about x for the elements of a body at `place` (by element; any frame that R turns the material frame into),
-/// found by `grid` of the body's alone, of cells at least `support`. Too few within `support` [m]: the nearest sixteen,
-/// however far. Those far from the nearest one in the rest shape are left out: another limb of the body that is near by
-/// chance.
+/// The elements of a body to which a fit is made. `place` gives their places, by element, in any frame that the
+/// material frame turns into by `turn`. `grid` holds the elements of this body alone.
 template <class Places>
-void fit_elements(const SolidBody& body, const Elements& e, const Places& place, const PointGrid& grid,
-                  const Mat3& turn, Real support, const Vec3& x, ElementFit& fit) {
+struct PlacedElements {
+    const SolidBody& body;
+    const Elements& elements;
+    const Places& place;
+    const PointGrid& grid;
+    const Mat3& turn;
+};
+
+/// Fits the elements of a body about the place x. The cells of their grid have at least the size `support`. If fewer
+/// than eight lie within `support` [m], the nearest sixteen are taken, however far. Elements far from the nearest one
+/// in the rest shape are left out: they belong to another limb that is near by chance.
+template <class Places>
+void fit_elements(const PlacedElements<Places>& placed, Real support, const Vec3& x, ElementFit& fit) {
+    const auto& [body, e, place, grid, turn] = placed;
     constexpr std::size_t kEnough = 8;
     constexpr Real kPrior = Real(1e-3), kMostSlant = 2;
     fit.near.clear();
@@ -77,7 +92,7 @@ void fit_elements(const SolidBody& body, const Elements& e, const Places& place,
     fit.slope = (both + prior * turn.transpose()) * inverse;
     fit.material = middle + mean - fit.slope * to_mean;
     const Vec3 towards = -(inverse * to_mean);
-    // Far from its elements a place has weights of either sign that are large: those are drawn back to their mean.
+    // Far from its elements a place has large weights of both signs: these are drawn back to their mean.
     Real positive = 0;
     for (std::size_t k = 0; k < fit.element.size(); ++k) {
         const Real linear = towards.dot(place[fit.element[k]] - x - to_mean);

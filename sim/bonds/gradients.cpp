@@ -31,9 +31,9 @@ void find_gradients(const Elements& elements, std::vector<Mat3>& gradients) {
 }
 
 void complete_gradients(const Elements& e, std::vector<Mat3>& gradients) {
-    constexpr int kPasses = 4;  // a limb's last few elements may all be flat: each leans on the one before it
+    constexpr int kPasses = 4;  // a limb's last few elements may all be flat: each takes R' from the one before it
     std::vector<std::uint8_t> done(e.bonds.flat.size(), 0);
-    const auto whole = [&](Index j) {
+    const auto is_complete = [&](Index j) {
         if (e.bonds.moment[j].full) return true;
         const auto at = std::lower_bound(e.bonds.flat.begin(), e.bonds.flat.end(), j,
                                          [](const auto& a, Index b) { return a.first < b; });
@@ -47,7 +47,7 @@ void complete_gradients(const Elements& e, std::vector<Mat3>& gradients) {
             Mat3d sum = Mat3d::Zero();
             int count = 0;
             for (std::size_t l = e.bonds.begin[i]; l < e.bonds.begin[i + 1]; ++l)
-                if (const Index j = e.bonds.neighbour[l]; j != i && whole(j)) {
+                if (const Index j = e.bonds.neighbour[l]; j != i && is_complete(j)) {
                     sum += gradients[j].cast<double>();
                     ++count;
                 }

@@ -9,7 +9,7 @@
 namespace thixo {
 namespace {
 
-/// One bond of an element, with all that is kept of it.
+/// One bond of an element, with all its fields.
 struct Bond {
     Index neighbour;
     Real weight, weight_back, base, base_back, visibility;
@@ -55,32 +55,32 @@ void pack(const BondLists& lists, Bonds& bonds) {
     bonds.changed();
 }
 
-/// The new numbers of what a list names; what is gone is left out.
+/// Replaces the indices of a list by the new ones, and leaves out those that are gone.
 void renumber(const std::vector<Index>& now, std::vector<Index>& list) {
-    std::vector<Index> kept;
+    std::vector<Index> remaining;
     for (const Index i : list)
-        if (now[i] != kNone) kept.push_back(now[i]);
-    std::ranges::sort(kept);
-    list = std::move(kept);
+        if (now[i] != kNone) remaining.push_back(now[i]);
+    std::ranges::sort(remaining);
+    list = std::move(remaining);
 }
 
-/// Nodes between two elements, and of samples: the order of nodes is that of their keys.
+/// Renumbers the nodes between two elements, and of samples. The order of nodes is that of their keys.
 void renumber_nodes(const std::vector<Index>& now, ContactNodes& nodes) {
-    std::vector<Index> kept;
+    std::vector<Index> remaining;
     for (Index k = 0; k < nodes.size(); ++k) {
         const bool elements = nodes.sample[k] == kNone;
         if (elements && (now[nodes.first[k]] == kNone || now[nodes.second[k]] == kNone)) continue;
         if (elements) nodes.first[k] = now[nodes.first[k]], nodes.second[k] = now[nodes.second[k]];
-        kept.push_back(k);
+        remaining.push_back(k);
     }
     const auto key = [&](Index k) {
         return std::tuple(nodes.sample[k], nodes.partner[k], nodes.first[k], nodes.second[k]);
     };
-    std::ranges::stable_sort(kept, [&](Index a, Index b) { return key(a) < key(b); });
+    std::ranges::stable_sort(remaining, [&](Index a, Index b) { return key(a) < key(b); });
     ContactNodes sorted;
-    resize_table(sorted, kept.size());
+    resize_table(sorted, remaining.size());
     for_each_pair(sorted, nodes, [&](auto& to, const auto& from) {
-        for (std::size_t k = 0; k < kept.size(); ++k) to[k] = from[kept[k]];
+        for (std::size_t k = 0; k < remaining.size(); ++k) to[k] = from[remaining[k]];
     });
     nodes = std::move(sorted);
 }
@@ -154,15 +154,15 @@ void select_elements(const std::vector<Index>& rows, Solids& solids) {
             *example = now[*example] != kNone ? now[*example] : body.elements.front();
     }
     for (Handle& handle : solids.handles) {
-        std::vector<std::pair<Index, std::size_t>> kept;
+        std::vector<std::pair<Index, std::size_t>> remaining;
         for (std::size_t k = 0; k < handle.elements.size(); ++k)
-            if (now[handle.elements[k]] != kNone) kept.emplace_back(now[handle.elements[k]], k);
-        std::ranges::sort(kept);
+            if (now[handle.elements[k]] != kNone) remaining.emplace_back(now[handle.elements[k]], k);
+        std::ranges::sort(remaining);
         Handle old_handle = handle;
         handle.elements.clear();
         handle.anchor.clear();
         handle.mass = 0;
-        for (const auto& [i, k] : kept) {
+        for (const auto& [i, k] : remaining) {
             handle.elements.push_back(i);
             handle.mass += static_cast<double>(e.mass[i]);
             if (!old_handle.anchor.empty()) handle.anchor.push_back(old_handle.anchor[k]);

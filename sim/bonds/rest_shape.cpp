@@ -9,7 +9,7 @@
 namespace thixo {
 namespace {
 
-/// Neighbours of the elements of one body, appended to `lists` from its first element on.
+/// Appends the neighbours of the elements of one body to `lists`, from the body's first element on.
 void list_body(const SolidBody& body, const Elements& elements, const std::function<bool(Index, Index)>& hang_together,
                std::vector<std::vector<Index>>& lists) {
     if (!body.shaped() || body.empty()) return;
@@ -81,7 +81,7 @@ HangTogether hang_together_in_shapes(const Solids& solids) {
         if (!body.shape) return true;
         const Vec3 from = xyz(e.rest[i]), way = xyz(e.rest[j]) - from;
         const Real outside = kOutside * std::cbrt(e.volume[i]);
-        // Distance changes by no more than the way does: most lie too deep for that.
+        // The depth changes by no more than the way: most pairs lie too deep to leave the shape between them.
         if (e.depth[i] + e.depth[j] + 2 * outside >= way.norm()) return true;
         for (const Real part : {Real(0.5), Real(0.25), Real(0.75)})
             if (body.shape->distance(from + part * way + body.origin) > outside) return false;
@@ -93,25 +93,25 @@ void measure_moments(Elements& elements, const std::vector<std::uint8_t>* which,
     const std::size_t n = elements.size();
     elements.bonds.moment.resize(n);
     std::vector<Symmetric> projection(n);
-    for (const auto& [i, kept] : elements.bonds.flat) projection[i] = kept;
+    for (const auto& [i, flat_projection] : elements.bonds.flat) projection[i] = flat_projection;
     parallel_for(n, [&](std::size_t i) {
         if (which && !(*which)[i]) return;
         Vec3d first;
         const Mat3d a = moment_matrix(elements, i, first);
         const Eigen::SelfAdjointEigenSolver<Mat3d> eigen(a);
         const Vec3d& value = eigen.eigenvalues();
-        Mat3d inverse = Mat3d::Zero(), kept = Mat3d::Zero();
+        Mat3d inverse = Mat3d::Zero(), onto = Mat3d::Zero();
         int rank = 0;
         for (int c = 0; c < 3; ++c) {
             if (!(value[c] > flat * value[2])) continue;
             const Vec3d v = eigen.eigenvectors().col(c);
             inverse += v * v.transpose() / value[c];
-            kept += v * v.transpose();
+            onto += v * v.transpose();
             ++rank;
         }
         elements.bonds.moment[i] = {symmetric(inverse.cast<Real>()), first.cast<Real>(), static_cast<Real>(a.trace()),
                                     rank == 3};
-        projection[i] = symmetric(kept.cast<Real>());
+        projection[i] = symmetric(onto.cast<Real>());
     });
     elements.bonds.flat.clear();
     for (Index i = 0; i < n; ++i)

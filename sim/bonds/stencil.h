@@ -8,13 +8,13 @@
 
 namespace thixo {
 
-/// What the force sweep reads of a neighbour: one cache line in single precision.
+/// What the force sweep reads of a neighbour. It fills one cache line in single precision.
 struct alignas(16 * sizeof(Real)) StencilForce {
-    Quad row[3];  // rows of T = F_e + c H [N/m], and u_x, u_y, u_z [m]
-    Quad place;   // m [m], c
+    Quad row[3];  // rows of T = F + c H [N m^2], and u_x, u_y, u_z [m]
+    Quad place;   // m [m], c [N m^2]
 };
 
-/// Scratch of a force computation; nothing of it outlives a sub-step.
+/// Scratch of a force computation. Nothing of it lives longer than a sub-step.
 struct StressScratch {
     std::vector<StencilForce> stencil;
     std::vector<Vec3> own;    // [N]
@@ -54,7 +54,7 @@ inline Differences differences(const Elements& e, std::size_t i, const Quad* fie
     return out;
 }
 
-/// |J| - 1 of J = 1 + H, without the difference.
+/// |J| - 1 of J = 1 + H, computed without a difference of large numbers.
 inline Real dilatation(const Mat3& h) {
     const Real minors = h(0, 0) * h(1, 1) - h(0, 1) * h(1, 0) + h(1, 1) * h(2, 2) - h(1, 2) * h(2, 1) +
                         h(0, 0) * h(2, 2) - h(0, 2) * h(2, 0);
@@ -68,7 +68,7 @@ inline Mat3 cofactors(const Mat3& j) {
     return c;
 }
 
-/// Of all stencils that i is a neighbour in.
+/// The force on element i from all stencils in which it is a neighbour [N].
 inline Vec3 force_of_neighbours(const Elements& e, const StencilForce* stencil, std::size_t i) {
     const StencilForce& own = stencil[i];
     const Quad* first = stencil->row;
@@ -92,7 +92,7 @@ inline Vec3 force_of_neighbours(const Elements& e, const StencilForce* stencil, 
     return {sum_of(fx), sum_of(fy), sum_of(fz)};
 }
 
-/// Writes the stencil of element i: F and H of it, sum_j w_ij (u_j - u_i), and u.
+/// Writes the stencil of element i: its F and H, sum_j w_ij (u_j - u_i), and u.
 inline void write_forces(const Elements& e, std::size_t i, const Mat3& force, const Mat3& h, const Vec3& sum,
                          const Quad& shift, StressScratch& out) {
     const Real c = e.rest[i].w;

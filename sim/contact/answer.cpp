@@ -32,7 +32,8 @@ void follow_contacts(Solids& solids) {
         64);
 }
 
-Pressing pressing_of(const Solids& solids, std::size_t partner, double kick, double dt, double last, bool backwards) {
+NodeConditions conditions_at(const Solids& solids, std::size_t partner, double kick, double dt, double last,
+                             bool backwards) {
     const Real width = std::cbrt(solids.elements.volume[solids.bodies[partner].typical]);
     return {static_cast<Real>(0.5 / kick),
             kOutwards * width * static_cast<Real>(dt),
@@ -42,7 +43,7 @@ Pressing pressing_of(const Solids& solids, std::size_t partner, double kick, dou
             backwards};
 }
 
-void press_contacts(double dt, Solids& solids) {
+void add_contact_forces(double dt, Solids& solids) {
     ContactNodes& n = solids.contacts.nodes;
     if (n.size() == 0) return;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
@@ -52,8 +53,8 @@ void press_contacts(double dt, Solids& solids) {
         [&](std::size_t k) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
             const NodeMotion m = motion_of_node(n, solids.elements, poses, k);
-            const Pressing pressing = pressing_of(solids, partner, kick, dt, solids.last_dt);
-            take_answer(answer_of(n, k, m, poses[partner].turn, pressing), m.way, k, n);
+            const NodeConditions conditions = conditions_at(solids, partner, kick, dt, solids.last_dt);
+            store_answer(answer_of(n, k, m, poses[partner].turn, conditions), m.way, k, n);
         },
         64);
     spread_forces(n.force, poses, solids, solids.force);

@@ -1,4 +1,4 @@
-// How one node between two bodies answers their motion.
+// The force of one contact node between two bodies.
 #pragma once
 
 #include "sim/contact/contact.h"
@@ -7,13 +7,13 @@
 
 namespace thixo {
 
-inline constexpr Real kBraked = Real(0.25);  // depth in particle widths from which on what goes deeper is braked
+inline constexpr Real kBraked = Real(0.25);  // depth in particle widths from which on inward motion is braked
 
 struct NodeMotion {
-    Vec3 way, velocity;  // of the owner against the partner, in the world
+    Vec3 way, velocity;  // displacement and velocity of the owner relative to the partner, in the world
 };
 
-/// Sum over a node's elements of what `add(element, weight, motion)` makes of them, in the world.
+/// Sums what `add(element, weight, motion)` adds over a node's elements, in the world.
 template <class Add>
 NodeMotion sum_of_node(const ContactNodes& n, const std::vector<BodyPose>& poses, std::size_t k, Add&& add) {
     const auto sum = [&](std::size_t begin, std::size_t end, std::int32_t body) {
@@ -34,17 +34,18 @@ inline NodeMotion motion_of_node(const ContactNodes& n, const Elements& e, const
     });
 }
 
-/// What all nodes have in common at one instant.
-struct Pressing {
-    Real brake, outwards;  // [1/s], [m]
-    Real dt, last;         // the step that the force acts over, the one that led here [s]
+/// What all nodes with one partner have in common at one instant.
+struct NodeConditions {
+    Real brake, outwards;  // braking rate [1/s], most by which unexplained depth decreases [m]
+    Real dt, last;         // the step that the force acts over, the step that led here [s]
     Real width;            // of the partner's particles [m]
-    bool backwards;        // of a step backwards in time, which asks for forces without jumps
+    bool backwards;        // a step backwards in time, which needs forces without jumps
 };
 
-/// The force k d - c v of a spring that is pressed by d and a damper, never pulling, and minus its derivative for v =
-/// change of -d per `last`. Backwards in time what is struck is damped by no more than the spring's own force: it does
-/// not jump.
+/// The force of a spring compressed by d, with a damper. It never pulls:
+///     f = max(k d - c v, 0)      [N]
+/// The stiffness is minus its derivative by d, where v is the change of -d per `last`. Backwards in time the damping of
+/// an impact is at most the spring's own force, so that the force has no jump.
 struct SpringForce {
     Real force, stiffness;
 };
@@ -55,27 +56,27 @@ inline SpringForce spring_force(Real k, Real c, Real d, Real v, Real last, bool 
     return {force, k + c * per_last};
 }
 
-/// With a partner's particles, for forces that act over `dt` and brake over `kick`, `last` after the state before [s].
-Pressing pressing_of(const Solids& solids, std::size_t partner, double kick, double dt, double last,
-                     bool backwards = false);
+/// What nodes with a partner share, for forces over `dt` that brake over `kick`, `last` after the state before [s].
+NodeConditions conditions_at(const Solids& solids, std::size_t partner, double kick, double dt, double last,
+                             bool backwards = false);
 
-/// The answer, and the node's state after it.
+/// The node's force, and its state afterwards.
 struct NodeAnswer {
     Vec3 force;          // on the owner, in the world [N]
-    Real along, across;  // |d force/d way| of a step `last` backwards in time, along the normal and across [N/m]
-    Real part;           // that friction's limit leaves of what its spring and damper would do [1]
+    Real along, across;  // |d force/d way| of a step `last` backwards in time: along the normal, tangential [N/m]
+    Real part;           // part of the force of friction's spring and damper that friction's limit permits [1]
     Real excess, depth, normal_force, duration;
-    Vec3 slip;  // in the partner's frame
+    Vec3 slip;  // tangential, in the partner's frame
 };
 
-/// The law of press_contacts for one node. Sliding counts across as stiff as it would be to get where it got (a
-/// secant), and where `part` is given, not below 0, that is the part that friction leaves, whatever its limit.
+/// The law of add_contact_forces for one node. The tangential stiffness while sliding is a secant: the force over the
+/// way that led to it. A `part` of 0 or more replaces the part that friction's limit permits.
 inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMotion& m, const Mat3& turn,
-                            const Pressing& p, Real part = -1) {
+                            const NodeConditions& p, Real part = -1) {
     NodeAnswer a{Vec3::Zero(), 0, 0, 0, n.excess[k], 0, n.normal_force[k], n.duration[k], Vec3::Zero()};
     const Vec3& normal = n.normal[k];
     const Real gap = n.gap[k] + normal.dot(m.way - n.start[k]);
-    // Only while it presses hardly: what parts faster, or cannot part, is not helped on.
+    // Excess shrinks only under a small load: bodies that part faster, or cannot part, need no help.
     if (a.excess - gap < kUnexplained * p.width) a.excess = std::min(a.excess + p.outwards, Real(0));
     a.depth = std::max(a.excess - gap, Real(0));
     const Real speed = normal.dot(m.velocity), per_last = p.last > 0 ? 1 / p.last : Real(0);
@@ -96,21 +97,21 @@ inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMoti
     Vec3 slip = turn * n.slip[k] + (m.way - n.last[k]);
     slip -= normal * normal.dot(slip);
     const Vec3 sliding = m.velocity - speed * normal;
-    Vec3 rub = -n.stiffness[k] * slip - n.drag[k] * sliding;
+    Vec3 friction = -n.stiffness[k] * slip - n.drag[k] * sliding;
     a.across = n.stiffness[k] + n.drag[k] * per_last;
-    const Real size = rub.norm();
+    const Real size = friction.norm();
     a.part = part >= 0 ? part : size > most ? most / size : Real(1);
-    rub *= a.part;
+    friction *= a.part;
     a.across *= a.part;
     if (a.part < 1) {
-        slip = (n.drag[k] * (slip - p.last * sliding) - p.last * rub) / (n.drag[k] + p.last * n.stiffness[k]);
+        slip = (n.drag[k] * (slip - p.last * sliding) - p.last * friction) / (n.drag[k] + p.last * n.stiffness[k]);
     }
     a.slip = turn.transpose() * slip;
-    a.force += rub;
+    a.force += friction;
     return a;
 }
 
-inline void take_answer(const NodeAnswer& a, const Vec3& way, std::size_t k, ContactNodes& n) {
+inline void store_answer(const NodeAnswer& a, const Vec3& way, std::size_t k, ContactNodes& n) {
     n.force[k] = a.force;
     n.excess[k] = a.excess;
     n.depth[k] = a.depth;
@@ -120,7 +121,7 @@ inline void take_answer(const NodeAnswer& a, const Vec3& way, std::size_t k, Con
     n.last[k] = way;
 }
 
-/// Adds the nodes' forces to those of their elements, in the bodies' frames.
+/// Adds the nodes' forces to their elements, in the bodies' frames.
 void spread_forces(const std::vector<Vec3>& node_force, const std::vector<BodyPose>& poses, const Solids& solids,
                    std::vector<Vec3>& force);
 

@@ -10,9 +10,10 @@ Mat3 node_stiffness(const BoundaryTerms::Node& n) {
     return n.across * Mat3::Identity() + (n.along - n.across) * n.normal * n.normal.transpose();
 }
 
-/// Force and stiffness of the walls on element i.
-Vec3 press_wall(const Walls& walls, const StressLaw& law, const BodyPose& pose, const Elements& e, std::size_t i,
-                Real dt, bool frozen, WallCursor& cursor, Real* drag, Mat3& stiffness) {
+/// Force and stiffness of the walls on element i, in the frame of its body.
+Vec3 wall_force(const Walls& walls, const ElementBesideWalls& element, Real dt, bool frozen, WallCursor& cursor,
+                Real* drag, Mat3& stiffness) {
+    const auto& [law, pose, e, i] = element;
     const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place,
                v = pose.turn * xyz(e.velocity[i]);
     const Real spring = contact_stiffness(law, e.volume[i], e.mass[i]) * e.mass[i];
@@ -53,9 +54,9 @@ void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, Bo
         n.size(),
         [&](std::size_t k) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
-            const NodeAnswer a =
-                answer_of(n, k, motion_of_node(n, e, poses, k), poses[partner].turn,
-                          pressing_of(solids, partner, dt, dt, dt, true), terms.frozen ? terms.node[k].part : Real(-1));
+            const NodeAnswer a = answer_of(n, k, motion_of_node(n, e, poses, k), poses[partner].turn,
+                                           conditions_at(solids, partner, dt, dt, dt, true),
+                                           terms.frozen ? terms.node[k].part : Real(-1));
             terms.node[k] = {n.normal[k], a.along, a.across, a.part};
             terms.force[k] = a.force;
         },
@@ -73,7 +74,7 @@ void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, Bo
                 terms.wall[i].setZero();
                 if (solids.held[i] || !(e.depth[i] < std::cbrt(e.volume[i]))) continue;
                 const auto owner = static_cast<std::size_t>(e.owner[i]);
-                force[i] += press_wall(walls, solids.laws[owner], poses[owner], e, i, static_cast<Real>(dt),
+                force[i] += wall_force(walls, {solids.laws[owner], poses[owner], e, i}, static_cast<Real>(dt),
                                        terms.frozen, cursor, terms.drag.data() + i * walls.list.size(), terms.wall[i]);
             }
         },
@@ -128,7 +129,7 @@ void add_boundary_diagonal(const Solids& solids, const BoundaryTerms& terms, std
             diagonal.size(), [&](std::size_t i) { add(diagonal[i], terms.wall[i]); }, 1024);
 }
 
-void take_boundary_state(double dt, Solids& solids) {
+void store_boundary_state(double dt, Solids& solids) {
     ContactNodes& n = solids.contacts.nodes;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
     parallel_for(
@@ -136,8 +137,8 @@ void take_boundary_state(double dt, Solids& solids) {
         [&](std::size_t k) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
             const NodeMotion m = motion_of_node(n, solids.elements, poses, k);
-            take_answer(answer_of(n, k, m, poses[partner].turn, pressing_of(solids, partner, dt, dt, dt, true)), m.way,
-                        k, n);
+            store_answer(answer_of(n, k, m, poses[partner].turn, conditions_at(solids, partner, dt, dt, dt, true)),
+                         m.way, k, n);
         },
         64);
 }

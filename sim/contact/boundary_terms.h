@@ -1,4 +1,4 @@
-// Contact between bodies and with walls as an implicit step sees it: forces at a trial state, and how they change.
+// Contact between bodies and with walls in an implicit step: the forces of a trial state, and their derivatives.
 #pragma once
 
 #include "sim/space/walls.h"
@@ -10,20 +10,21 @@ struct BoundaryTerms {
     struct Node {
         Vec3 normal;         // in the world
         Real along, across;  // [N/m]
-        Real part;           // of friction, as in NodeAnswer
+        Real part;           // of friction, as in NodeAnswer [1]
     };
     std::vector<Node> node;
     std::vector<Vec3> force;  // of nodes [N]
     std::vector<Mat3> wall;   // stiffness of an element against walls, in its frame [N/m]
     std::vector<Real> drag;   // of friction, by element and wall [kg/s]
     bool walls = false;
-    bool frozen = false;  // friction keeps its parts and drags
+    bool frozen = false;  // friction's parts and drags stay as they are
 };
 
-/// Adds to `force` [N] what contact nodes and walls do to every element at displacement and velocity, dt [s] after
-/// the state the nodes remember, and keeps the stiffness of that, per displacement over the step, in `terms`. Walls
-/// push and rub as push_off_walls has it, but for friction that holds: it is a drag of kHold m/dt, so that what sticks
-/// creeps by 1/kHold of what it would fall in a step.
+/// Adds the forces of contact nodes and walls on every element to `force` [N]. Displacement and velocity are dt [s]
+/// after the state that the nodes remember. Their stiffness, per displacement over the step, goes into `terms`. Walls
+/// act as in push_off_walls, but for static friction. It is a drag of
+///     kHold m/dt      [kg/s]
+/// A sticking element therefore creeps by 1/kHold of the way that it would fall in a step.
 void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, BoundaryTerms& terms,
                          std::vector<Vec3>& force);
 
@@ -31,11 +32,11 @@ void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, Bo
 void multiply_boundaries(const Solids& solids, const std::vector<Quad>& du, BoundaryTerms& terms,
                          std::vector<Vec3>& out);
 
-/// Adds the diagonal blocks of K.
+/// Adds the diagonal blocks of K [N/m].
 void add_boundary_diagonal(const Solids& solids, const BoundaryTerms& terms, std::vector<Symmetric>& diagonal);
 
-/// What the nodes remember after the step.
-void take_boundary_state(double dt, Solids& solids);
+/// Writes the state that the nodes remember after the step.
+void store_boundary_state(double dt, Solids& solids);
 
 inline constexpr Real kHold = 1000;
 

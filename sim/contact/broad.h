@@ -1,4 +1,4 @@
-// Contact's broad phase: which bodies may meet.
+// The broad phase of contact: pairs of bodies that may touch.
 #pragma once
 
 #include <utility>
@@ -8,16 +8,16 @@
 
 namespace thixo {
 
-/// A body as the broad phase sees it.
+/// A body in the broad phase.
 struct Extent {
     Box3 box;            // of its elements
-    Vec3 mean{0, 0, 0};  // velocity [m/s]
-    Real spread = 0;     // largest speed against that [m/s]
+    Vec3 mean{0, 0, 0};  // mean velocity [m/s]
+    Real spread = 0;     // largest speed relative to the mean [m/s]
     Real shift = 0;      // largest displacement [m]
     Real width = 0;      // of an element [m]
 };
 
-/// Writes the places of the body's elements in the world, too.
+/// The extent of a body. Writes the places of its elements in the world into `place`.
 Extent extent_of(const SolidBody& body, const BodyPose& pose, const Elements& e, std::vector<Vec3>& place);
 
 /// Gap between two boxes along the axis on which they are farthest apart; < 0: they overlap [m].
@@ -26,8 +26,8 @@ inline bool holds(const Box3& box, Real by, const Vec3& x) {
     return ((x - box.lower).array() > -by).all() && ((box.upper - x).array() > -by).all();
 }
 
-/// Pairs (a, b), a < b, ascending, of boxes that touch. By a sweep along the axis on which the boxes' centres spread
-/// most: near linear where few overlap along that axis. Empty boxes (lower > upper) touch nothing.
+/// Pairs (a, b) of boxes that touch, a < b, ascending. A sweep along the axis on which the boxes' centres spread most
+/// finds them: nearly linear where few overlap along that axis. Empty boxes (lower > upper) touch nothing.
 std::vector<std::pair<std::int32_t, std::int32_t>> touching_pairs(const std::vector<Box3>& boxes);
 
 }  // namespace thixo

@@ -12,7 +12,7 @@ namespace {
 
 constexpr Real kStirred = Real(0.05);     // least displacement by which elements of one body can meet, in widths
 constexpr Real kSlipDamping = Real(0.5);  // of critical, of friction's spring
-constexpr Real kMemory = 8;               // of friction, in times that the contact's spring takes for a radian
+constexpr Real kMemory = 8;               // of friction, in times of one radian of the contact's spring
 
 void make_grid(std::int32_t number, Solids& solids) {
     Contacts& c = solids.contacts;
@@ -57,7 +57,7 @@ void append(std::vector<T>& list, const std::vector<T>& more) {
     list.insert(list.end(), more.begin(), more.end());
 }
 
-/// Nodes in place of the old ones, which tell what they remember.
+/// Replaces the old nodes by those found. Nodes found again keep the state of the old ones.
 void take_over(const View& view, std::vector<Found>& found, Solids& solids) {
     const ContactNodes old = std::move(solids.contacts.nodes);
     ContactNodes& n = solids.contacts.nodes = {};
@@ -112,8 +112,8 @@ void take_over(const View& view, std::vector<Found>& found, Solids& solids) {
     n.last = n.start;
 }
 
-/// How bodies meet others: by their shapes, those that still have them; what has softened, melted in part or frozen
-/// in another shape, element by element, and what is liquid, not at all: it meets others by its pressure.
+/// How a body meets others. A body with a shape of its own meets them by this shape. One that has softened, melted in
+/// part or frozen in another shape meets them element by element. Liquid meets nothing here: it acts by its pressure.
 enum class Meets : std::uint8_t { not_at_all, by_elements, by_shape };
 std::vector<Meets> ways_to_meet(const Solids& solids) {
     const Elements& e = solids.elements;
@@ -123,18 +123,18 @@ std::vector<Meets> ways_to_meet(const Solids& solids) {
         if (body.empty()) continue;
         ways[b] = body.shape ? Meets::by_shape : Meets::by_elements;
         if (!solids.softening.any) continue;
-        bool whole = body.shape.has_value(), any = false;
+        bool unmolten = body.shape.has_value(), any = false;
         for (const Index i : body.elements) {
             const Real solidity = e.solidity(i);
-            whole = whole && solidity == 1;
+            unmolten = unmolten && solidity == 1;
             any = any || solidity > 0;
         }
-        ways[b] = whole ? Meets::by_shape : any ? Meets::by_elements : Meets::not_at_all;
+        ways[b] = unmolten ? Meets::by_shape : any ? Meets::by_elements : Meets::not_at_all;
     }
     return ways;
 }
 
-/// No shorter than this are the times between finds, however fast a body that has gone wrong is [s].
+/// The least time between two searches, even where a diverging body is very fast [s].
 double shortest_time(const Solids& solids, const std::vector<Extent>& extents) {
     double shortest = 1e30;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
@@ -148,8 +148,8 @@ double shortest_time(const Solids& solids, const std::vector<Extent>& extents) {
 }
 
 /// Pairs of bodies that may touch within a step of dt [s], or come so near that nodes must be found again before its
-/// end. Each box is grown by what its surface may lie outside of it, half a margin, and its way in the step against the
-/// mean motion of all.
+/// end. Each box grows by the most that the surface lies outside of it, and by half a margin. It also grows by its way
+/// in the step relative to the mean motion of all.
 std::vector<std::pair<std::int32_t, std::int32_t>> pairs_within_reach(const View& view, const std::vector<Meets>& meets,
                                                                       double dt) {
     constexpr Real kRounding = Real(1.001);
@@ -176,7 +176,7 @@ std::vector<std::pair<std::int32_t, std::int32_t>> pairs_within_reach(const View
 }  // namespace
 
 bool near_matter(const Solids& solids, const SolidBody& body, const PointGrid& grid, const Vec3& x) {
-    constexpr double kReach = 1.4;  // from any place of a surface to the nearest element, and the margin, in widths
+    constexpr double kReach = 1.4;  // from any place of a surface to the nearest element, plus the margin, in widths
     const double width = std::cbrt(static_cast<double>(solids.elements.volume[body.typical]));
     const auto reach = static_cast<Real>(kReach * width * std::sqrt(std::max(1.0, solids.stretch2)));
     bool near = reach > grid.cell();

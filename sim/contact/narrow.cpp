@@ -12,12 +12,13 @@
 namespace thixo {
 namespace {
 
-constexpr Real kSteepest = 3;           // most that the distance may change over a way in the world
-constexpr Real kInside = Real(0.1);     // how far ahead the face is looked for that a sample meets, in widths
+constexpr Real kSteepest = 3;           // largest change of the distance per way in the world
+constexpr Real kInside = Real(0.1);     // how far ahead of a sample the face it meets is looked for, in widths
 constexpr Real kSameFace = Real(0.99);  // cosine between its normals at that depth and at half of it
-constexpr Real kFacing = Real(0.2);     // least cosine between the surfaces' normals, one of them turned round
+constexpr Real kFacing = Real(0.2);     // least cosine between one surface's normal and minus the other's
 
-/// The outward normal of the surface at a sample, J^-T n of the element that it hangs on most; not unit.
+/// The outward normal of the surface at a sample, J^-T n of the element with the largest weight. It is not a unit
+/// vector.
 Vec3 normal_of(const View& view, Index sample) {
     const ContactSamples& s = view.solids.contacts.samples;
     std::size_t host = s.weights.begin[sample];
@@ -30,21 +31,22 @@ Vec3 normal_of(const View& view, Index sample) {
     return view.poses[at(s.owner[sample])].turn * turned;
 }
 
-/// The node of a sample at x and a body, where its surface is nearer than the margin or passed.
+/// The node of a sample at x with a body, where the body's surface is nearer than the margin or has been passed.
 std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::int32_t partner, ElementFit& fit) {
     const Contacts& c = view.solids.contacts;
     const Elements& e = view.solids.elements;
     const SolidBody& body = view.solids.bodies[at(partner)];
     const Real width = view.extents[at(partner)].width, margin = kContactMargin * width;
     if (!near_matter(view.solids, body, c.grid[at(partner)], x)) return std::nullopt;
-    fit_elements(body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn, e.support[body.typical], x, fit);
+    fit_elements<std::vector<Vec3>>({body, e, c.place, c.grid[at(partner)], view.poses[at(partner)].turn},
+                                    e.support[body.typical], x, fit);
     const Vec3 m = fit.material + body.origin;
     const Shape& shape = *body.shape;
     const Real d = shape.distance(m);
     if (!(d < 2 * margin)) return std::nullopt;
-    // Of the partner's faces the one is met that lies before the sample's own: about an edge the distance alone knows
-    // no face, and a plane aslant, or of the side that slides past, would be in the way of what slides. Where even that
-    // face is not clear, an edge meets the sample's own face, whose plane it is then.
+    // The sample meets the partner's face that lies before its own. About an edge the distance alone knows no face. An
+    // oblique plane, or that of the side that slides past, would block sliding. Where even that face is not clear, an
+    // edge meets the sample's own face, and the plane is that of this face.
     const Vec3 own = normal_of(view, sample), inwards = fit.slope * own;
     const Vec3 ahead = kInside * width * inwards.normalized();
     const Vec3 face = shape.gradient(m + ahead, width / 64), before = shape.gradient(m + ahead / 2, width / 64);
@@ -53,10 +55,11 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
         clear ? Vec3(fit.slope.transpose() * face) : Vec3(-own.normalized() * inwards.norm() / own.norm());
     const Real steep = slope.norm();
     if (!(steep > Real(1e-3))) return std::nullopt;
-    // A gap is of first order: where matter is pressed flat or drawn out more than this, that says nothing.
+    // A gap is of first order: where matter is compressed or stretched more than this, the gap says nothing.
     const Real steepness = std::clamp(steep, 1 / kSteepest, kSteepest);
     if (!(d < margin * steepness)) return std::nullopt;
-    // Surfaces meet face to face. Beyond the middle of a thin body the way out on its far side is no way back.
+    // Surfaces meet face to face. Beyond the middle of a thin body the way out leads to its far side, and is no
+    // contact.
     if (slope.dot(own) > -kFacing * steep * own.norm()) return std::nullopt;
     const ContactSamples& s = c.samples;
     Found out;
@@ -77,14 +80,14 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     return out;
 }
 
-/// How much of an element meets others as a solid: its surface, or where matter melts off, all that is left of it.
+/// The part of an element that meets others as a solid: its surface, or, where matter melts off, all its solid matter.
 Real solid_share(const View& view, Index i, Real width) {
     const Elements& e = view.solids.elements;
     if (!view.solids.softening.any) return e.depth[i] > width ? Real(0) : Real(1);
     return e.solidity(i);
 }
 
-/// Whether the rest shape holds them apart: no crack hides one from the other.
+/// Whether two elements are neighbours in the rest shape, and no crack hides one from the other.
 bool neighbours(const Bonds& bonds, Index i, Index j) {
     for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k)
         if (bonds.neighbour[k] == j) return bonds.visibility.empty() || bonds.visibility[k] > 0;
@@ -105,7 +108,7 @@ void find_samples(const View& view, std::int32_t owner, std::int32_t partner, Re
     std::vector<std::uint8_t> near(count);
     parallel_for(count, [&](std::size_t k) {
         const Index sample = first + static_cast<Index>(k);
-        // Most lie with a particle that is far away.
+        // Most samples lie with an element that is far away.
         near[k] = holds(box, wide, view.solids.contacts.place[s.weights.element[s.weights.begin[sample]]]);
         if (!near[k]) return;
         place[k] = view.place_of(sample);
@@ -160,7 +163,7 @@ void find_elements(const View& view, std::int32_t owner, std::int32_t partner, s
             f.area = square(width) * std::min(solid_share(view, i, width), solid_share(view, j, width));
             f.first = i;
             f.second = j;
-            // Matter that melts or has frozen anew meets without friction.
+            // Matter that melts or has frozen anew has contact without friction.
             f.slides = owner == partner && !view.solids.softening.any;
             f.element = {i, j};
             f.weight = {1, -1};

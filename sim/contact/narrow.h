@@ -1,4 +1,4 @@
-// Contact's narrow phase: where two bodies meet, or one meets itself.
+// The narrow phase of contact: the places where two bodies meet, or where one meets itself.
 #pragma once
 
 #include <tuple>
@@ -10,7 +10,7 @@ namespace thixo {
 
 inline std::size_t at(std::int32_t body) { return static_cast<std::size_t>(body); }
 
-/// What tells a node from all others, from one time to the next: its sample and partner, or its two elements.
+/// Identifies a node from one time to the next: its sample and partner, or its two elements.
 using NodeKey = std::tuple<Index, std::int32_t, Index, Index>;
 
 /// A node just found.
@@ -21,15 +21,15 @@ struct Found {
     Vec3 normal{0, 0, 0};
     Real gap = 0;
     Real area = 0;
-    Real steepness = 1;  // of the distance at rest over a way in the world
+    Real steepness = 1;  // change of the distance in the rest shape per way in the world [1]
     bool slides = true;
-    std::vector<Index> element;  // the owner's, then from `middle` on the partner's
+    std::vector<Index> element;  // those of the owner, then, from `middle` on, of the partner
     std::vector<Real> weight;
     std::size_t middle = 0;
-    Real explained = 0;  // depth that the bodies' speeds can have made in the last sub-step [m]
+    Real explained = 0;  // most depth that the bodies' speeds can have made in the last sub-step [m]
 };
 
-/// What finding nodes reads.
+/// The state from which nodes are found.
 struct View {
     const Solids& solids;
     const std::vector<BodyPose>& poses;
@@ -48,11 +48,11 @@ struct View {
     }
 };
 
-/// Samples of one body that meet another one, ascending. `explained` [m] goes to each node found.
+/// Finds the samples of one body that meet another one, ascending. Each node found gets `explained` [m].
 void find_samples(const View& view, std::int32_t owner, std::int32_t partner, Real explained,
                   std::vector<Found>& found);
 
-/// Elements of two bodies, or of one (5.9), that have come near and are no neighbours in a rest shape.
+/// Finds elements of two bodies, or of one (5.9), that are near and are not neighbours in a rest shape.
 void find_elements(const View& view, std::int32_t owner, std::int32_t partner, std::vector<Found>& found);
 
 }  // namespace thixo

@@ -32,8 +32,8 @@ void list_nodes(const ContactNodes& n, std::size_t elements, Contacts& c) {
         }
 }
 
-/// The largest eigenvalue of M^-1 K, K of all nodes' springs at once, by a few power iterations from below. Springs are
-/// the same along the normal and across, so that one number an element will do.
+/// The largest eigenvalue of M^-1 K, by a few power iterations from below. K is that of all nodes' springs at once.
+/// Springs are equally stiff along the normal and across, so that one number an element is enough.
 double stiffest_of_contacts(const Solids& solids) {
     constexpr int kIterations = 10;
     const Contacts& c = solids.contacts;
@@ -65,8 +65,9 @@ double stiffest_of_contacts(const Solids& solids) {
     return stiffest;
 }
 
-/// What contact adds to the fastest motions: the eigenvalue with a margin, but no more than the sums of rows,
-/// sum_s k_s |W_sj| sum_i |W_si|, that bound it body by body. The masses that may be braked follow from the latter.
+/// Finds what contact adds to the fastest motions: the eigenvalue with a margin, at most the sums of rows
+///     sum_s k_s |W_sj| sum_i |W_si|
+/// These sums bound it body by body. They also give the masses that may be braked.
 void find_rates(Solids& solids) {
     constexpr double kMargin = 1.2;
     Contacts& c = solids.contacts;

@@ -12,15 +12,15 @@ namespace thixo {
 namespace {
 
 constexpr double kPerWidth = 3;          // samples along a particle's width
-constexpr Real kOnSurface = Real(0.05);  // samples of sheets that reach past the body's edges are off it, in spacings
+constexpr Real kOnSurface = Real(0.05);  // a sample of a sheet farther off the body lies past its edge, in spacings
 
 /// Places of contact on one body, in the world at time 0.
 struct Places {
     std::vector<Vec3> place, normal;
-    double area = 0;  // of all [m^2]
+    double area = 0;  // of all samples together [m^2]
 };
 
-/// Of a shape of the scene, even over its surface.
+/// Samples of a shape of the scene, even over its surface.
 Places places_on_shape(const Shape& shape, double width, std::uint64_t seed) {
     const SampledSurface sampled = sample_surface(shape, {.count = 0, .spacing = width / kPerWidth, .seed = seed});
     Places out;
@@ -28,7 +28,7 @@ Places places_on_shape(const Shape& shape, double width, std::uint64_t seed) {
     for (const Vec3& surfel : sampled.surfels.position) {
         const Real off = shape.distance(surfel);
         if (std::abs(off) > kOnSurface * static_cast<Real>(width)) continue;
-        // Those just past an edge come onto it, where nothing is before the body.
+        // Samples just past an edge are moved onto the body, where nothing lies before it.
         const Vec3 normal = shape.gradient(surfel, static_cast<Real>(width) / 64);
         out.place.push_back(surfel - off * normal);
         out.normal.push_back(normal);
@@ -36,22 +36,22 @@ Places places_on_shape(const Shape& shape, double width, std::uint64_t seed) {
     return out;
 }
 
-/// Of a shape that surfels bound: the surfels themselves, thinned in their order to the distance of other samples.
+/// Samples of a shape that surfels bound: its surfels in their order, thinned to the distance of other samples.
 Places places_on_surfels(const PointSurfels& points, double width) {
     const SurfelCloud& cloud = points.surfels;
     const Real apart = static_cast<Real>(0.8 * width / kPerWidth);
     PointGrid grid;
     grid.build(cloud.position, apart);
-    std::vector<std::uint8_t> kept(cloud.size(), 0);
+    std::vector<std::uint8_t> selected(cloud.size(), 0);
     Places out;
     out.area = points.area;
     for (std::size_t k = 0; k < cloud.size(); ++k) {
         bool crowded = false;
         grid.for_each_neighbour(cloud.position[k], apart, [&](Index j, Real) {
-            crowded = crowded || (kept[j] && cloud.normal[j].dot(cloud.normal[k]) > 0);
+            crowded = crowded || (selected[j] && cloud.normal[j].dot(cloud.normal[k]) > 0);
         });
         if (crowded) continue;
-        kept[k] = 1;
+        selected[k] = 1;
         out.place.push_back(cloud.position[k]);
         out.normal.push_back(cloud.normal[k]);
     }
@@ -73,9 +73,11 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
     const Real support = e.support[body.typical];
     PointGrid grid;
     grid.build(rest_places(body, e), support);
+    const RestPlaces rest{e};
+    const Mat3 unturned = Mat3::Identity();
     std::vector<ElementFit> fit(count);
     parallel_for(count, [&](std::size_t k) {
-        fit_elements(body, e, RestPlaces{e}, grid, Mat3::Identity(), support, s.rest[first + k], fit[k]);
+        fit_elements<RestPlaces>({body, e, rest, grid, unturned}, support, s.rest[first + k], fit[k]);
     });
     for (const ElementFit& f : fit) {
         s.weights.element.insert(s.weights.element.end(), f.element.begin(), f.element.end());
@@ -84,7 +86,7 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
     }
 }
 
-/// Appends the samples that a body had.
+/// Appends the old samples of a body.
 void copy_samples(const ContactSamples& from, std::int32_t number, ContactSamples& s) {
     for (Index k = from.first[at(number)]; k < from.first[at(number) + 1]; ++k) {
         s.owner.push_back(number);
@@ -99,7 +101,7 @@ void copy_samples(const ContactSamples& from, std::int32_t number, ContactSample
     }
 }
 
-/// The deepest place of one body's samples in another's shape, both at rest in the world [m].
+/// The greatest depth of one body's samples in another's rest shape, both in the world at time 0 [m].
 Real deepest(const ContactSamples& samples, std::size_t of, const SolidBody& body, const SolidBody& in) {
     const auto box = in.shape->bounds();
     Real depth = 0;
@@ -111,7 +113,8 @@ Real deepest(const ContactSamples& samples, std::size_t of, const SolidBody& bod
     return depth;
 }
 
-/// Two bodies that start in one another are pushed apart slowly (press_contacts), which is seldom what is wanted.
+/// Warns of bodies that overlap at the start. They are pushed apart slowly (add_contact_forces), which is seldom
+/// wanted.
 void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const ContactSamples& samples) {
     constexpr Real kTold = Real(0.1);  // in particle widths
     const auto source = [&](std::int32_t b) -> const scene::Body& {
@@ -138,7 +141,7 @@ void sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, S
     s.first.assign(1, 0);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const auto number = static_cast<std::int32_t>(b);
-        // One body alone meets nothing but itself, element by element.
+        // A single body meets nothing but itself, element by element.
         const bool meets = solids.bodies.size() > 1 && solids.bodies[b].shape && !solids.bodies[b].empty();
         if (meets && which[b])
             sample_body(number, solids, seed, s);

@@ -1,4 +1,4 @@
-// How stiff a surface is to what touches it.
+// The stiffness of a surface in contact.
 #pragma once
 
 #include <cmath>
@@ -7,12 +7,12 @@
 
 namespace thixo {
 
-/// Pressure per depth that a body's surface resists with [Pa/m]: the material's own, or (lambda + 2 mu)/V^(1/3), as
-/// stiff as the layer of matter that an element is.
+/// Pressure per depth of a body's surface [Pa/m]: that of the material, or that of a layer as thick as an element,
+///     (lambda + 2 mu)/V^(1/3)      [Pa/m]
 inline Real contact_pressure(const StressLaw& law, Real volume) {
     return law.contact_stiffness > 0 ? law.contact_stiffness : law.wave_modulus() / std::cbrt(volume);
 }
-/// Stiffness of the contact spring of an element, of surface V^(2/3), over its mass [1/s^2].
+/// Stiffness of the contact spring of an element, whose surface is V^(2/3), over its mass [1/s^2].
 inline Real contact_stiffness(const StressLaw& law, Real volume, Real mass) {
     return contact_pressure(law, volume) * square(std::cbrt(volume)) / mass;
 }

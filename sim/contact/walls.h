@@ -7,14 +7,24 @@
 
 namespace thixo {
 
-/// The end of a kick, and the drift, of an element beside walls. The outermost layer alone is the body's surface, which
-/// lies `depth` before the element; where a wall at distance d presses that layer, d < depth, it pushes with
-///   f_n = max(k (depth - d) - 2 zeta sqrt(k m) v_n, 0),  k = (lambda + 2 mu) V^(1/3)
-/// and rubs with f_t <= mu f_n against the sliding velocity that all other forces of the step would leave. So friction
-/// can hold, with no creep, and never reverses. The drift takes no element itself, of any layer, into the wall: there
-/// the way inwards ends. In and out: u [m] and v [m/s] in the body's frame, v after the kick by all other forces.
-inline void push_off_walls(const Walls& walls, const StressLaw& law, const BodyPose& pose, const Elements& e,
-                           std::size_t i, Real kick, Real drift, WallCursor& cursor, Vec3& u, Vec3& v) {
+/// An element that may touch walls: its contact law, and the pose of its body.
+struct ElementBesideWalls {
+    const StressLaw& law;
+    const BodyPose& pose;
+    const Elements& elements;
+    std::size_t index;
+};
+
+/// The end of a kick, and the drift, of an element beside walls. Only the outermost layer is the body's surface, which
+/// lies `depth` before the element. A wall at distance d < depth compresses that layer, and pushes with
+///     f_n = max(k (depth - d) - 2 zeta sqrt(k m) v_n, 0),   k = (lambda + 2 mu) V^(1/3)      [N]
+/// Friction acts against the sliding velocity that all other forces of the step leave:
+///     f_t <= mu f_n
+/// It can hold without creep, and never reverses the motion. No element of any layer drifts into the wall: its inward
+/// motion ends there. In and out: u [m] and v [m/s] in the body's frame, v after the kick by all other forces.
+inline void push_off_walls(const Walls& walls, const ElementBesideWalls& element, Real kick, Real drift,
+                           WallCursor& cursor, Vec3& u, Vec3& v) {
+    const auto& [law, pose, e, i] = element;
     const Vec3 x = pose.turn * (xyz(e.rest[i]) + u) + pose.place;
     const Vec3 slow = xyz(e.velocity[i]);
     const Real spring = contact_stiffness(law, e.volume[i], e.mass[i]);
@@ -26,17 +36,17 @@ inline void push_off_walls(const Walls& walls, const StressLaw& law, const BodyP
         if (d >= depth + drift * (v - pose.turn.transpose() * wall.velocity_at(x)).norm()) continue;
         n = pose.turn.transpose() * (wall.turn * n);
         const Vec3 moving = pose.turn.transpose() * wall.velocity_at(x);
-        const Real pressed = depth > 0 ? depth - d : Real(0);
-        if (pressed > 0) {
+        const Real compression = depth > 0 ? depth - d : Real(0);
+        if (compression > 0) {
             const Real damping = 2 * law.contact_damping * std::sqrt(spring);
-            const Real push = kick * std::max(spring * pressed - damping * n.dot(slow - moving), Real(0));
+            const Real push = kick * std::max(spring * compression - damping * n.dot(slow - moving), Real(0));
             v += push * n;
             Vec3 slide = v - moving;
             slide -= n * n.dot(slide);
             const Real sliding = slide.norm();
             if (sliding > 0) v -= std::min(law.friction * push / sliding, Real(1)) * slide;
         }
-        // What is left of the way to the wall, of which this step may take all.
+        // The remaining way to the wall. This step may use all of it.
         const Real inward = -n.dot(v - moving);
         if (inward * drift > std::max(d, Real(0))) v += (inward - std::max(d, Real(0)) / drift) * n;
         if (d < 0) u -= d * n;

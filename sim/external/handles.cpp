@@ -9,7 +9,7 @@ Vec3d in_world(const SolidBody& body, const Elements& e, Index i) {
     return body.turn * (xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>()) + body.place;
 }
 
-/// The handle's pose at `start` taken out: the motion from there on.
+/// Where the handle has carried `anchor` by `time`: its motion since `start`.
 Vec3d carried(const Handle& handle, double time, const Vec3d& anchor) {
     return handle.motion.pose(time).apply(handle.motion.pose(handle.start).apply_inverse(anchor));
 }
@@ -38,7 +38,7 @@ void take_hold(double time, const Outside& outside, Solids& solids) {
         }
         if (handle.anchor.empty())
             for (const Index i : handle.elements) handle.anchor.push_back(in_world(solids.owner(i), e, i));
-        // What has melted slips out of the hand.
+        // Molten matter is no longer held.
         for (const Index i : handle.elements)
             if (e.phase_of(i) == Phase::solid) solids.held[i] = static_cast<std::uint8_t>(g + 1);
     }

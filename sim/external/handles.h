@@ -6,12 +6,12 @@
 
 namespace thixo {
 
-/// Anchors the handles that have begun by `time` [s], and writes for [time, ...) which elements are held and the
-/// accelerations held over the sub-steps: those from outside, and the pull of handles.
+/// Anchors the handles that have begun by `time` [s]. Writes which elements are held from then on, and the
+/// accelerations of the sub-steps: those from outside, and the pull of handles.
 void take_hold(double time, const Outside& outside, Solids& solids);
 
-/// Brings every held element to where its handle is at the time `to` [s], `dt` after it was where it is: leapfrog's
-/// velocity of that way.
+/// Moves every held element to the place of its handle at the time `to` [s], `dt` after its present place. Its velocity
+/// is leapfrog's, that of the way.
 void move_held(double to, double dt, Solids& solids);
 
 }  // namespace thixo

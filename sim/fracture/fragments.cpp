@@ -19,14 +19,14 @@ std::vector<std::uint8_t> marked(const Solids& solids, std::initializer_list<std
     return marks;
 }
 
-/// Appends a body that is as body `b`, but new and without elements.
+/// Appends a new body without elements, otherwise equal to body `b`.
 std::size_t append_fragment(std::size_t b, Solids& solids) {
     SolidBody fragment = solids.bodies[b];
     fragment.elements.clear();
     fragment.parent = fragment.id;
     fragment.id = solids.next_body++;
     solids.bodies.push_back(std::move(fragment));
-    // What is known by body at the present time; the next step finds it anew.
+    // These tables have a row for each body at the present time. The next step computes them anew.
     if (!solids.laws.empty()) solids.laws.push_back(StressLaw(solids.laws[b]));
     if (!solids.rates.empty()) solids.rates.push_back(FastestRates(solids.rates[b]));
     solids.contacts.samples.first.push_back(solids.contacts.samples.first.back());
@@ -57,14 +57,14 @@ void move_matter(std::size_t from, std::size_t to, const std::function<bool(cons
             s.owner[i] = static_cast<std::int32_t>(to);
 }
 
-/// What both sides of a split have in common: bonds end at it, and neither has the scene's shape any more.
+/// Ends bonds at a split. Neither side has the scene's shape any more.
 void part(std::size_t a, std::size_t b, const Matter& matter) {
     part_bonds(matter.solids.elements);
     for (const std::size_t k : {a, b}) matter.solids.bodies[k].scene_shape = false;
     bind_matter(marked(matter.solids, {a, b}), matter);
 }
 
-/// Surfels of a face, turned round for the body on its other side.
+/// The surfels of a face, turned round for the body on its other side.
 SurfelCloud turned(SurfelCloud face) {
     for (Vec3& n : face.normal) n = -n;
     face.axis1.swap(face.axis2);
@@ -105,13 +105,14 @@ void append_face(const SurfelCloud& face, std::size_t b, std::int32_t sheet, con
     matter.solids.bodies[b].cuts.push_back(sheet);
 }
 
-/// Nodes at these bodies are found anew, without memory; those of other bodies' samples are numbered anew.
+/// Removes the nodes at these bodies: they are found anew, without memory. Nodes at samples of other bodies are
+/// renumbered.
 void forget_nodes(const std::vector<std::uint8_t>& bodies, const ContactSamples& before, Contacts& c) {
     const ContactNodes& old = c.nodes;
     std::vector<Index> rows;
     std::vector<Index> sample;
     for (Index k = 0; k < old.size(); ++k) {
-        // Nodes between elements remember nothing that needs their bodies.
+        // Nodes between elements remember nothing that depends on their bodies.
         if (old.sample[k] == kNone) {
             rows.push_back(k);
             sample.push_back(kNone);
@@ -122,16 +123,16 @@ void forget_nodes(const std::vector<std::uint8_t>& bodies, const ContactSamples&
         rows.push_back(k);
         sample.push_back(old.sample[k] - before.first[owner] + c.samples.first[owner]);
     }
-    ContactNodes kept;
-    resize_table(kept, rows.size());
-    for_each_pair(kept, old, [&](auto& to, const auto& from) {
+    ContactNodes remaining;
+    resize_table(remaining, rows.size());
+    for_each_pair(remaining, old, [&](auto& to, const auto& from) {
         for (std::size_t k = 0; k < rows.size(); ++k) to[k] = from[rows[k]];
     });
-    kept.sample = std::move(sample);
-    c.nodes = std::move(kept);
+    remaining.sample = std::move(sample);
+    c.nodes = std::move(remaining);
 }
 
-/// Keeps these elements, and what surfels hang on; those of a body that loses one are to be bound anew.
+/// Keeps these elements, and the surfels bound to them. Bodies that lose an element must be bound anew.
 void select_matter(const std::vector<Index>& rows, const Matter& matter) {
     const std::vector<Index> now = new_places(rows, matter.solids.elements.size());
     select_elements(rows, matter.solids);
@@ -151,7 +152,7 @@ void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter) 
         if (!body.scene_shape) body.shape = shape_of_surfels(s, body, static_cast<std::int32_t>(b));
     }
     const ContactSamples before = solids.contacts.samples;
-    // The first split of a lone body: there were no samples, as it met nothing.
+    // A lone body meets nothing and has no samples. At its first split all bodies without samples get some.
     std::vector<std::uint8_t> sampled = bodies;
     for (std::size_t b = 0; b < bodies.size(); ++b)
         if (before.first[b] == before.first[b + 1]) sampled[b] = 1;
@@ -192,7 +193,7 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     Solids& solids = matter.solids;
     Elements& e = solids.elements;
     SolidBody& body = solids.bodies[b];
-    // It moves as the matter about it does: by the nearest element's displacement and its gradient.
+    // The new element moves as the matter about it: by the nearest element's displacement and its gradient.
     const Index host = *std::ranges::min_element(body.elements, {},
                                                  [&](Index i) { return (xyz(e.rest[i]) - given.place).squaredNorm(); });
     const Vec3 way = given.place - xyz(e.rest[host]);

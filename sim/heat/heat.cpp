@@ -24,8 +24,9 @@ double temperature_of(double heat, const scene::Thermal& m) {
 }
 
 Real wall_conduction(Real distance, Real support, Real least) {
-    // The Laplacian of the viscosity kernel over planes at z = q h is 90/h^3 (1/6 - q^2/2 + q^3/3); its first moment
-    // beyond q:
+    // The Laplacian of the viscosity kernel, integrated over the plane at z = q h, is
+    //     90/h^3 (1/6 - q^2/2 + q^3/3)
+    // Its first moment beyond q is below.
     const Real q = clamp01(distance / support);
     const Real moment = 90 / support * (Real(0.025) - q * q * (Real(1.0 / 12) - q * q * (Real(0.125) - q / 15)));
     return std::max(moment, Real(0)) / std::max(distance, least);
@@ -49,9 +50,9 @@ HeatParams make_heat(const scene::Scene& scene) {
 
 namespace {
 
-// The sum of the Laplacian over a packing with a wall at half a layer, times h^2, at most; and room for what is packed
-// closer.
-constexpr double kMostSteps = 1e6;  // of conduction within one of all else
+constexpr double kMostSteps = 1e6;  // of conduction within one step of the simulation
+// The largest sum of the Laplacian over a packing with a wall at half a layer, times h^2. The factor kRoom allows for
+// particles that are closer than the packing.
 constexpr double kMostNeighbours = 15 + 7, kRoom = 1.5;
 
 int stable_steps(const HeatParams& params, Real support, double dt) {
@@ -68,15 +69,15 @@ int stable_steps(const HeatParams& params, Real support, double dt) {
 
 class Conduction {
   public:
-    Conduction(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-               const HeatParams& params, const Sweep& sweep, HeatScratch& scratch)
+    Conduction(Particles& particles, const SweepInput& input, const HeatParams& params, HeatScratch& scratch)
         : p_(particles),
-          neighbours_(neighbours),
-          walls_(walls),
-          smoothing_(smoothing),
+          neighbours_(input.neighbours),
+          walls_(input.walls),
+          smoothing_(input.smoothing),
           params_(params),
-          sweep_(sweep),
+          sweep_(input.sweep),
           s_(scratch) {
+        const Sweep& sweep = input.sweep;
         resize_packed(sweep.ghosts, s_.place, Quad{Real(1e9), Real(1e9), Real(1e9), 0});
         resize_packed(sweep.ghosts, s_.matter, Quad{0, 0, 0, 0});
         s_.gain.resize(p_.size());
@@ -166,11 +167,11 @@ class Conduction {
 
 }  // namespace
 
-int conduct_heat(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-                 const HeatParams& params, const Sweep& sweep, double t, double dt, HeatScratch& scratch) {
+int conduct_heat(Particles& particles, const SweepInput& input, const HeatParams& params, double t, double dt,
+                 HeatScratch& scratch) {
     if (!params.any() || particles.size() == 0) return 0;
-    const int steps = stable_steps(params, smoothing.support, dt);
-    Conduction conduction(particles, neighbours, walls, smoothing, params, sweep, scratch);
+    const int steps = stable_steps(params, input.smoothing.support, dt);
+    Conduction conduction(particles, input, params, scratch);
     for (int k = 0; k < steps; ++k) conduction.step(t + k * dt / steps, dt / steps);
     return steps;
 }

@@ -13,15 +13,15 @@
 
 namespace thixo {
 
-/// Heat per mass above 0 degC [J/kg]: c T, and latent heat in proportion from solidus to liquidus (the enthalpy method:
-/// Voller & Cross 1981). It rises with temperature, so that either tells the other.
+/// Heat per mass above 0 degC [J/kg]: c T, plus latent heat in proportion from solidus to liquidus. This is the
+/// enthalpy method (Voller & Cross 1981). Enthalpy rises with temperature, so that each determines the other.
 double enthalpy(double temperature, const scene::Thermal& material);
 /// The temperature of an enthalpy [degC].
 double temperature_of(double enthalpy, const scene::Thermal& material);
 
-/// The share of conduction that a wall at distance d in [0, h) takes, over k V (T_wall - T) [1/m^2]: the kernel's
-/// integral over a half-space whose temperature carries on the line from the particle to the wall's surface, so that a
-/// linear profile stands. `least` [m] bounds d from below.
+/// The conduction from a wall at distance d in [0, h), per k V (T_wall - T) [1/m^2]. It is the kernel's integral over a
+/// half-space. The temperature there continues on the line from the particle to the wall's surface, so that a linear
+/// profile is stationary. `least` [m] bounds d from below.
 Real wall_conduction(Real distance, Real support, Real least);
 
 struct HeatSourceRegion {
@@ -37,19 +37,20 @@ struct HeatParams {
 };
 HeatParams make_heat(const scene::Scene& scene);
 
-/// Room of one step.
+/// Scratch of one step.
 struct HeatScratch {
     std::vector<Quad> place;   // x [m], T [degC]
     std::vector<Quad> matter;  // conductivity [W/(m K)], volume [m^3]
     std::vector<double> gain;  // of an explicit step [J/s]
 };
 
-/// Conducts heat for dt [s] from time t [s], in as many explicit steps as are stable with the neighbours of this step:
-///   m_i dh_i/dt = V_i sum_j V_j k_ij (T_j - T_i) lap w_visc(r_ij) + walls + sources,   k_ij = 2 k_i k_j/(k_i + k_j)
-/// (dissertation 6.17-6.19; the harmonic mean of Cleary & Monaghan 1999; 0 if both are 0). The heat between two
-/// particles is the same for both, so that their sum stays. Particles whose enthalpy changes: temperature [degC].
-/// Returns the number of steps. Requires the places and volumes of this step's sweep.
-int conduct_heat(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-                 const HeatParams& params, const Sweep& sweep, double t, double dt, HeatScratch& scratch);
+/// Conducts heat for dt [s] from time t [s], in as many explicit steps as stability needs with the present neighbours:
+///     m_i dh_i/dt = V_i sum_j V_j k_ij (T_j - T_i) lap w_visc(r_ij) + walls + sources      [W]
+///     k_ij = 2 k_i k_j/(k_i + k_j);  0 if both are 0
+/// (dissertation 6.17-6.19; harmonic mean: Cleary & Monaghan 1999). The heat between two particles is equal for both,
+/// so that the total heat stays. In and out: particles.temperature [degC]. Returns the number of steps. Requires the
+/// places and volumes of this step's sweep.
+int conduct_heat(Particles& particles, const SweepInput& input, const HeatParams& params, double t, double dt,
+                 HeatScratch& scratch);
 
 }  // namespace thixo

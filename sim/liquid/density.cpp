@@ -42,7 +42,7 @@ void sum_density(Particles& particles, const NeighbourLists& neighbours, const W
         256);
 }
 
-/// Writes what forces read of a particle; pressure(i, material, rho) is P_i [Pa].
+/// Writes the fields of a particle that forces read. pressure(i, material, rho) is P_i [Pa].
 template <class P>
 void pack_matter(const Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep, P&& pressure) {
     resize_packed(sweep.ghosts, sweep.matter, {0, 0, 0, 0});

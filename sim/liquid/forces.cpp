@@ -10,9 +10,9 @@ namespace {
 
 Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
 
-/// Force per volume on particle i from its neighbours [N/m^3], several at a time. The kernels' constant factors are
-/// taken out of the sums:
-///   -45/(pi h^4) (1 - r/h)^2 /r  and  45/(pi h^5) (1 - r/h)
+/// Force per volume on particle i from its neighbours [N/m^3], several at a time. The sums leave out the kernels'
+/// constant factors:
+///     -45/(pi h^4) (1 - r/h)^2 /r  and  45/(pi h^5) (1 - r/h)
 enum class Matter { one, several, mixed };  // mixed: not all of it is liquid
 template <Matter kind>
 Vec3 force_of_neighbours(std::size_t i, std::span<const Index> neighbours, Index nobody, const Sweep& sweep,
@@ -47,7 +47,7 @@ Vec3 force_of_neighbours(std::size_t i, std::span<const Index> neighbours, Index
         const Lanes q = positive(1 - r * h_inv);
         const Lanes approach = negative(vx * x + vy * y + vz * z);
         const Lanes stress = p.w + pressure - impedance * approach / (r2 + softening);
-        // Two particles in the same place have no direction to part along; viscosity alone acts.
+        // Two particles in the same place have no direction to part along: only viscosity acts.
         const Lanes along = r2 > 0 ? volume * stress * gradient * q * q / r : Lanes{};
         drag *= volume * q;
         fx += along * x - drag * vx;
@@ -75,7 +75,7 @@ void compute_accelerations(Particles& particles, const NeighbourLists& neighbour
         const Real melt = sweep.matter[i].z;
         f -= melt * std::max(sweep.place[i].w, Real(0)) * w.gradient;
         f += melt * 2 * sweep.matter[i].x * (w.drag_velocity - w.drag * xyz(v));
-        // Solids' own steps add what comes from outside.
+        // The steps of solids add the accelerations from outside themselves.
         const Vec3 outside = is_elastic(particles.phase[i])
                                  ? Vec3(0, 0, 0)
                                  : acceleration_from_outside(params.outside, particles.position[i], xyz(v));

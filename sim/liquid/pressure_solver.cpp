@@ -8,18 +8,19 @@
 namespace thixo {
 namespace {
 
-// A shift is right to first order only. What is off by more than this part of the density is restored over several
-// steps, none longer than this part of a spacing: longer ones make, by their second order, more error than they take
-// away.
+// A shift is right to first order only. An error above this part of the density is restored over several steps. No
+// shift is longer than this part of a spacing: by its second order a longer one makes more error than it removes.
 constexpr Real kMostRestored = Real(0.02), kLongestShift = Real(0.02);
-// A particle this near to its rest density is full: without the band what a shift leaves a little too light falls until
-// it is stopped, and has to be shifted again.
+// A particle this near to its rest density is full. Without the band, a particle that a shift leaves slightly too light
+// falls until it is stopped, and has to be shifted again.
 constexpr Real kFull = Real(0.002);
-constexpr Real kProjectedStep = Real(0.5);  // of a projected gradient step, in diagonals
+constexpr Real kProjectedStep = Real(0.5);  // length of a projected gradient step, in diagonals
 
-/// The bound-constrained quadratic problem  min 1/2 p'Ap - b'p, p >= 0  in the norm of the diagonal, by conjugate
-/// gradients on the particles under pressure, with steps that change this set where it is not yet right (MPRGP: Dostal
-/// & Schoeberl 2005). Its gradient is minus the residual r = s* - 1, each weighed by V0.
+/// The bound-constrained quadratic problem
+///     min 1/2 p'Ap - b'p,   p >= 0
+/// in the norm of the diagonal. Conjugate gradients act on the particles under pressure, and further steps change this
+/// set where it is not right (MPRGP: Dostal & Schoeberl 2005). The gradient is minus the residual r = s* - 1, weighed
+/// by V0.
 class BoundedConjugateGradients {
   public:
     BoundedConjugateGradients(const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
@@ -36,24 +37,24 @@ class BoundedConjugateGradients {
     SolveReport solve(const SolveLimits& limits) {
         SolveReport report;
         Norms norms = measure();
-        bool fresh = true;  // the direction is to be made anew
+        bool restart = true;  // the direction must be computed anew
         while (true) {
             report.residual = norms.error / std::max<double>(1, static_cast<double>(p_.size()));
             report.converged = report.residual <= limits.tolerance;
             if (report.converged || report.iterations >= limits.iterations) return report;
             const bool grow = norms.blocked > norms.reduced;
-            if (grow || fresh) start(grow);
+            if (grow || restart) start(grow);
             const Products products = apply();
             ++report.iterations;
-            if (products.curvature <= 0) return report;  // nothing that could be pushed
+            if (products.curvature <= 0) return report;  // no particle can be pushed
             const double step = products.descent / products.curvature;
-            fresh = true;
+            restart = true;
             if (grow || step <= products.room) {
                 norms = move(static_cast<Real>(step));
                 if (!grow) {
-                    // sum over the free of k r_new B d, from what is known before and after
+                    // sum over the free particles of k r_new B d, from values that are known before and after
                     conjugate(static_cast<Real>((products.mixed - step * products.squared) / products.curvature));
-                    fresh = false;
+                    restart = false;
                 }
             } else {
                 project(static_cast<Real>(step));
@@ -93,7 +94,7 @@ class BoundedConjugateGradients {
             p_.size(), [&](std::size_t i) { return norms_of(i); }, Norms{});
     }
 
-    /// The steepest direction of the free particles, or of those that a bound holds back.
+    /// The steepest direction of the free particles, or (`grow`) of those that a bound holds back.
     void start(bool grow) {
         parallel_for(
             p_.size(),
@@ -145,7 +146,7 @@ class BoundedConjugateGradients {
             4096);
     }
 
-    /// The direction becomes what of the step remains where pressure stays at zero instead of falling below.
+    /// Projects the direction: it becomes the part of the step that keeps p >= 0.
     void project(Real step) {
         parallel_for(
             p_.size(),
@@ -166,7 +167,7 @@ void resize_scratch(std::size_t n, SolveScratch& s) {
     for (auto* vectors : {&s.push, &s.shift}) vectors->resize(n, Vec3::Zero());
 }
 
-/// The pressure guessed, made possible; its acceleration is in system.motion.
+/// Makes the guessed pressure feasible. Its acceleration goes into system.motion.
 void start_from(std::vector<Real>& pressure, const NeighbourLists& neighbours, const Smoothing& smoothing,
                 PressureSystem& system) {
     parallel_for(
@@ -182,9 +183,9 @@ void start_from(std::vector<Real>& pressure, const NeighbourLists& neighbours, c
 }  // namespace
 
 SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighbours,
-                              const std::vector<WallEffect>& walls, const Smoothing& smoothing, double kick, double dt,
-                              const SolveLimits& limits, PressureSystem& system, SolveScratch& scratch) {
-    const Real half = static_cast<Real>(kick), step = static_cast<Real>(dt);
+                              const std::vector<WallEffect>& walls, const Smoothing& smoothing,
+                              const DivergenceSolve& params, PressureSystem& system, SolveScratch& scratch) {
+    const Real half = static_cast<Real>(params.kick), step = static_cast<Real>(params.dt);
     auto& pressure = particles.pressure;
     resize_scratch(particles.size(), scratch);
     start_from(pressure, neighbours, smoothing, system);
@@ -203,7 +204,8 @@ SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighb
                               std::min(system.excess[i] + kFull, Real(0));
     });
     const SolveReport report =
-        BoundedConjugateGradients(neighbours, walls, smoothing, kick * dt, system, scratch, pressure).solve(limits);
+        BoundedConjugateGradients(neighbours, walls, smoothing, params.kick * params.dt, system, scratch, pressure)
+            .solve(params.limits);
     parallel_for(
         particles.size(), [&](std::size_t i) { particles.acceleration[i] += scratch.push[i]; }, 4096);
     return report;

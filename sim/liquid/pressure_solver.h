@@ -1,4 +1,4 @@
-// The implicit pressure solver: pressures that are never negative and leave no particle denser than at rest.
+// The implicit pressure solver: pressures that are never negative and leave no particle denser than its rest density.
 #pragma once
 
 #include "sim/liquid/pressure_system.h"
@@ -10,6 +10,12 @@ struct SolveLimits {
     int iterations = 0;    // at most
 };
 
+/// The step of a divergence solve [s], and the limits of the solve.
+struct DivergenceSolve {
+    double kick = 0, dt = 0;
+    SolveLimits limits;
+};
+
 /// How a solve went. One iteration is one application of the operator: two sweeps over the neighbours.
 struct SolveReport {
     int iterations = 0;
@@ -17,7 +23,7 @@ struct SolveReport {
     bool converged = false;  // within the tolerance
 };
 
-/// Scratch of a solve, kept so that it allocates nothing.
+/// Scratch of a solve. It is kept, so that a solve allocates nothing.
 struct SolveScratch {
     std::vector<Real> residual;   // s* - 1 with the present pressure [1]
     std::vector<Real> direction;  // of the pressure [Pa]
@@ -26,23 +32,24 @@ struct SolveScratch {
     std::vector<Vec3> push;       // acceleration by the present pressure [m/s^2]
 };
 
-/// Divergence solve: the pressures p >= 0 [Pa] with which the next leapfrog step, v <- v + kick (a + F(p)/m), x <- x +
-/// dt v, compresses no particle that is full, and fills no other beyond its rest density,
-///   dt s'_i(v + kick a) - dt kick (A p)_i <= max(0, 0.998 - s_i)       complementary to p
-/// dt, kick in s. In: particles.acceleration a of all other forces; particles.pressure of the last step, the guess it
-/// starts from. Out: particles.pressure, and particles.acceleration with the pressure's share. Requires
-/// measure_density.
+/// Divergence solve: the pressures p >= 0 [Pa] for the next leapfrog step
+///     v <- v + kick (a + F(p)/m)
+///     x <- x + dt v
+/// With them the step compresses no full particle, and fills no other beyond its rest density:
+///     dt s'_i(v + kick a) - dt kick (A p)_i <= max(0, 0.998 - s_i)      complementary to p
+/// dt, kick in s. In: particles.acceleration a of all other forces; particles.pressure of the last step, the first
+/// guess. Out: particles.pressure, and particles.acceleration with the pressure's share. Requires measure_density.
 SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighbours,
-                              const std::vector<WallEffect>& walls, const Smoothing& smoothing, double kick, double dt,
-                              const SolveLimits& limits, PressureSystem& system, SolveScratch& scratch);
+                              const std::vector<WallEffect>& walls, const Smoothing& smoothing,
+                              const DivergenceSolve& params, PressureSystem& system, SolveScratch& scratch);
 
-/// Density solve: scratch.shift, the displacements of least sum m dx^2 that, added to the step of the divergence solve
-/// just made, leave no particle denser than at rest, to first order:
-///   s* = s + dt s'(v) + J dx <= 1
-/// They are not part of the velocities. (DFSPH, Bender & Koschier 2015, adds them to the velocities: what the
-/// linearised step leaves of compression then comes back as speed, makes the next step's error, and a tank never
-/// rests.) particles.restoring of the last step is the guess it starts from, where starting from nothing is not within
-/// the tolerance: what is at rest is left alone.
+/// Density solve: scratch.shift, the displacements of least sum m dx^2 that correct the step of the divergence solve
+/// just made. They leave no particle denser than its rest density, to first order:
+///     s* = s + dt s'(v) + J dx <= 1
+/// They are not part of the velocities. DFSPH (Bender & Koschier 2015) adds them to the velocities. The compression
+/// that the linearised step leaves then returns as speed and makes the next step's error: a tank never comes to rest.
+/// The first guess is particles.restoring of the last step, unless zero is already within the tolerance. A fluid at
+/// rest stays untouched.
 SolveReport restore_density(Particles& particles, const NeighbourLists& neighbours,
                             const std::vector<WallEffect>& walls, const Smoothing& smoothing, const SolveLimits& limits,
                             PressureSystem& system, SolveScratch& scratch);

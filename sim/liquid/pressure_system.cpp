@@ -5,8 +5,8 @@
 namespace thixo {
 namespace {
 
-/// The kernel on several distances at once, its constants taken out of the sums: w = scale value, grad w = gradient
-/// slope r_vec, r_vec from the neighbour.
+/// The kernel at several distances at once, without its constants. r_vec points from the neighbour:
+///     w = scale value,   grad w = gradient slope r_vec
 struct Spline {
     explicit Spline(const ConvexSpline& kernel)
         : h_inv(kernel.h_inv), scale(kernel.scale), gradient(-3 * kernel.scale * kernel.h_inv) {}
@@ -67,7 +67,7 @@ void measure_density(Particles& particles, const NeighbourLists& neighbours, con
     parallel_for(particles.size(), [&](std::size_t i) {
         const Quad p = system.place[i], u = system.motion[i];
         Lanes share{}, gx{}, gy{}, gz{}, steep{}, rate{};
-        Real* kept = system.pair_slope.data() + system.first_pair[i];
+        Real* pair_slope = system.pair_slope.data() + system.first_pair[i];
         for_each_run(neighbours[i], nobody, [&](const Index* j) {
             Lanes x, y, z, mobility, vx, vy, vz, volume;
             gather(system.place.data(), j, x, y, z, mobility);
@@ -76,8 +76,8 @@ void measure_density(Particles& particles, const NeighbourLists& neighbours, con
             y = p.y - y;
             z = p.z - z;
             const Lanes r2 = x * x + y * y + z * z, r = root(r2), slope = spline.slope(r2, r), f = volume * slope;
-            store(slope, kept);
-            kept += kLanes;
+            store(slope, pair_slope);
+            pair_slope += kLanes;
             share += volume * spline.value(r);
             gx += f * x;
             gy += f * y;
@@ -93,7 +93,7 @@ void measure_density(Particles& particles, const NeighbourLists& neighbours, con
         system.slope[i] = {g.x(), g.y(), g.z(), volume / mass * inverse_k};
         system.excess[i] = s - 1;
         system.rate[i] = spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - w.inflow;
-        // A packing has about 5/h^2 V0/m. Below a five-hundredth of it nothing is near enough to push.
+        // A packing has about 5/h^2 V0/m. Below a five-hundredth of it, no neighbour is near enough to push.
         const Real least = Real(0.01) * square(spline.h_inv) * volume / mass;
         system.inverse_diagonal[i] = diagonal > least ? 1 / diagonal : 0;
         particles.density[i] = mass / volume * s;
@@ -108,12 +108,12 @@ void find_pressure_acceleration(const std::vector<Real>& pressure, const Neighbo
     parallel_for(pressure.size(), [&](std::size_t i) {
         const Quad p = system.place[i], slope = system.slope[i];
         Lanes fx{}, fy{}, fz{};
-        const Real* kept = system.pair_slope.data() + system.first_pair[i];
+        const Real* pair_slope = system.pair_slope.data() + system.first_pair[i];
         for_each_run(neighbours[i], nobody, [&](const Index* j) {
             Lanes x, y, z, strength;
             gather(system.place.data(), j, x, y, z, strength);
-            const Lanes f = strength * load(kept);
-            kept += kLanes;
+            const Lanes f = strength * load(pair_slope);
+            pair_slope += kLanes;
             fx += f * (p.x - x);
             fy += f * (p.y - y);
             fz += f * (p.z - z);
@@ -131,13 +131,13 @@ Real density_rate(std::size_t i, const NeighbourLists& neighbours, const std::ve
     const Index nobody = system.nobody();
     const Quad p = system.place[i], u = system.motion[i];
     Lanes rate{};
-    const Real* kept = system.pair_slope.data() + system.first_pair[i];
+    const Real* pair_slope = system.pair_slope.data() + system.first_pair[i];
     for_each_run(neighbours[i], nobody, [&](const Index* j) {
         Lanes x, y, z, unused, vx, vy, vz, volume;
         gather(system.place.data(), j, x, y, z, unused);
         gather(system.motion.data(), j, vx, vy, vz, volume);
-        rate += volume * load(kept) * ((u.x - vx) * (p.x - x) + (u.y - vy) * (p.y - y) + (u.z - vz) * (p.z - z));
-        kept += kLanes;
+        rate += volume * load(pair_slope) * ((u.x - vx) * (p.x - x) + (u.y - vy) * (p.y - y) + (u.z - vz) * (p.z - z));
+        pair_slope += kLanes;
     });
     const WallEffect& w = walls[i];
     return spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - (moving ? w.inflow : Real(0));

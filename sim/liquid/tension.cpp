@@ -11,14 +11,14 @@
 namespace thixo {
 namespace {
 
-/// Parts of the two terms in the tension of a cut packing [1].
+/// Shares of the two terms in the tension of a cut packing [1].
 struct Parts {
     Real stress, deficit;
 };
 
-/// The surface of a drop that has settled is no cut packing; how much closer or looser it lies is the solver's: parts
-/// by the pressure in drops of 7 to 11 spacings (gate drop). The deficit's is as small as still holds single particles:
-/// more of it draws jets of a few spacings into beads.
+/// The shares for settled drops. Their surface is no cut packing: how much closer or looser it lies depends on the
+/// pressure solver. The shares are calibrated by the pressure in drops of 7 to 11 spacings (gate drop). The deficit's
+/// is as small as still holds single particles: a larger one draws jets of a few spacings into beads.
 Parts settled(const Strategy& strategy) {
     return strategy.incompressible ? Parts{Real(0.68), Real(0.3)} : Parts{Real(1.3), Real(0.1)};
 }
@@ -32,7 +32,7 @@ Mat3 surface_stress(const Vec3& g) {
     return size * Mat3::Identity() - g * g.transpose() / size;
 }
 
-/// A packing cut above layer 0: what a site of each layer, counted downwards, sums.
+/// A packing cut above layer 0, and sums over it for a site of each layer. Layers count downwards.
 struct CutPacking {
     explicit CutPacking(const Smoothing& smoothing) : kernel(smoothing.density), d(smoothing.spacing) {
         reach = static_cast<int>(smoothing.support / packing_distance(d)) + 2;
@@ -54,7 +54,7 @@ struct CutPacking {
     int reach;
 };
 
-/// Tension of the stress: half the pull along the layers of all pairs of a site of each layer, an area.
+/// Tension of the stress, per area: half the pull along the layers of all pairs of a site of each layer.
 Real tension_of_stress(const CutPacking& cut) {
     std::vector<Real> volume;
     std::vector<Mat3> stress;
@@ -80,8 +80,10 @@ Real energy_of_deficit(const CutPacking& cut) {
     return sum * packing_layer(cut.d);
 }
 
-/// The first layer stands half a layer off the wall. Integral of w_spiky over the half-space beyond the distance z:
-/// over planes 30/h (p^4/4 - p^5/5) with p = 1 - z/h, and over depth 30 (p^5/20 - p^6/30).
+/// The integral of w_spiky over the wall, over all layers; the first stands half a layer off the wall. With p = 1 -
+/// z/h, the integral over a plane at distance z, and that over the half-space beyond it, are
+///     30/h (p^4/4 - p^5/5)
+///     30 (p^5/20 - p^6/30)
 Real reach_into_wall(const Smoothing& smoothing) {
     const double layer = packing_layer(smoothing.spacing), h = smoothing.support;
     double sum = 0;
@@ -162,9 +164,9 @@ TensionScale::TensionScale(const Smoothing& smoothing, const Strategy& strategy)
       deficit(settled(strategy).deficit / energy_of_deficit(CutPacking(smoothing))),
       adhesion(1 / reach_into_wall(smoothing)) {}
 
-void add_tension(Particles& particles, const NeighbourLists& neighbours, const Walls& walls, const Smoothing& smoothing,
-                 const TensionScale& scale, const std::vector<MaterialParams>& materials, const Sweep& sweep,
-                 TensionScratch& scratch) {
+void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale,
+                 const std::vector<MaterialParams>& materials, TensionScratch& scratch) {
+    const auto& [neighbours, walls, smoothing, sweep] = input;
     if (std::ranges::all_of(materials, [](const MaterialParams& m) { return m.tension <= 0; })) return;
     const bool wet = std::ranges::any_of(walls.list, [](const Wall& w) { return w.adhesion > 0; });
     const Poly6& kernel = smoothing.density;

@@ -25,10 +25,11 @@ Vec3 product(const Block& b, const Vec3& v) {
 }
 Block block(const Mat3& m) { return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2), m(1, 2)}; }
 
-/// What evens a neighbourhood out whose moment M is not 1, not what makes up for a missing one.
+/// Corrects a disordered neighbourhood, whose moment M is not 1. It does not make up for a missing half.
 Real evened(Real moment) { return 1 / std::max(moment, Real(0.9)); }
 
-/// k(r) = 2 |dw_poly6/dr|/r = scale (1 - r^2/h^2)^2, with sum_j V_j r^2 k = 6 over the packing.
+/// The pair kernel, with sum_j V_j r^2 k = 6 over the packing:
+///     k(r) = 2 |dw_poly6/dr|/r = scale (1 - r^2/h^2)^2
 struct PairKernel {
     explicit PairKernel(const Smoothing& smoothing) : h2_inv(1 / square(smoothing.support)) {
         const Poly6 bare(smoothing.support);
@@ -39,7 +40,7 @@ struct PairKernel {
 
 constexpr Real kCentral = 5;  // of the central form over the Laplacian: 1/(3 <n_x^2 n_y^2>)
 
-/// sum over the neighbours of f(run of pairs, run of indices).
+/// Calls f(run of pairs, run of indices) for all runs of a particle's neighbours.
 template <class F>
 void for_each_pair_run(const ViscosityScratch& s, std::size_t i, std::span<const Index> neighbours, Index nobody,
                        F&& f) {
@@ -47,13 +48,12 @@ void for_each_pair_run(const ViscosityScratch& s, std::size_t i, std::span<const
     for_each_run(neighbours, nobody, [&](const Index* j) { f(*run++, j); });
 }
 
-/// Friction of a wall over the integral of lap w_visc, by distance over support: kCells + 1 values of [0, 1], times
-/// support^0 [1].
+/// Friction of a wall over the integral of lap w_visc, by distance over support: kCells + 1 values over [0, 1] [1].
 class FrictionTable {
   public:
     explicit FrictionTable(Real support) : h_inv_(1 / support) {
         for (std::size_t k = 0; k <= kCells; ++k) {
-            // At the ends the ratios have limits, but no value: near them they are constant.
+            // At the ends the ratios have limits, but no value: the table is constant near them.
             const double q = std::clamp(static_cast<double>(k) / kCells, 0.05, 0.999);
             const WallFriction f = wall_friction_of(q, 1);
             along_[k] = static_cast<Real>(f.along);
@@ -68,7 +68,7 @@ class FrictionTable {
         const Real along = along_[k] + part * (along_[k + 1] - along_[k]);
         const Real across = across_[k] + part * (across_[k + 1] - across_[k]);
         const Real length = in.gradient.norm();
-        // In the middle of a gap the walls' normals cancel and no direction is across.
+        // In the middle of a gap the walls' normals cancel, and no direction is normal.
         if (!(length > 0)) return in.laplacian * (2 * along + across) / 3 * Mat3::Identity();
         const Vec3 n = in.gradient / length;
         return in.laplacian * (along * Mat3::Identity() + (across - along) * n * n.transpose());
@@ -111,13 +111,13 @@ class Solver {
         refresh_ghosts(sweep_.ghosts, s_.matter);
     }
 
-    /// v*, the first guess, and what a wall adds: diagonal and right-hand side (kept in residual).
+    /// Sets v*, the first guess, and the walls' part of the diagonal and of the right-hand side (in residual).
     void set_target(const Walls& walls, const Smoothing& smoothing) {
         const FrictionTable table(smoothing.support);
         parallel_chunks(n_, [&](std::size_t begin, std::size_t end, std::size_t) {
             WallCursor cursor(walls);
             for (std::size_t i = begin; i < end; ++i) {
-                // What presses on a solid its elasticity answers, of which nothing is known here.
+                // The elasticity of a solid resists pressure. It is unknown here, so that a is left out.
                 Vec3 target = p_.velocity[i];
                 if (!is_elastic(p_.phase[i])) target = target + dt_ * p_.acceleration[i];
                 Mat3 diagonal = p_.mass[i] * Mat3::Identity();
@@ -131,7 +131,7 @@ class Solver {
         });
     }
 
-    /// sqrt(dt kappa_ij) n_ij of all pairs, and the inverse blocks of the diagonal.
+    /// Sets sqrt(dt kappa_ij) n_ij of all pairs, and the inverse blocks of the diagonal.
     void set_pairs(const PairKernel& kernel) {
         s_.first.resize(n_ + 1);
         s_.first[0] = 0;
@@ -229,10 +229,10 @@ class Solver {
                 const Lanes sum = own.w * mu + melt * own.x;
                 pair_mu = sum > 0 ? larger(melt, own.w) * ((own.w + melt) * (own.x * mu) / sum) : Lanes{};
             }
-            // The two of a pair must get the same to the last bit: products first that are symmetric in i and j.
+            // Both of a pair must get the same value to the last bit: first the products symmetric in i and j.
             const Lanes pair = ((own.y * volume) * pair_mu) * (Real(0.5) * (own.z + even));
             const Lanes kappa = strength * pair * (near * near);
-            // Two particles in the same place have no direction to work along.
+            // Two particles in the same place have no direction to act along.
             const Lanes scale = r2 > 0 ? root(kappa / r2) : Lanes{};
             x *= scale;
             y *= scale;
@@ -249,11 +249,12 @@ class Solver {
         Mat3 m;
         m << d.xx + sum_of(xx), d.xy + sum_of(xy), d.xz + sum_of(xz), 0, d.yy + sum_of(yy), d.yz + sum_of(yz), 0, 0,
             d.zz + sum_of(zz);
-        const Mat3d whole = m.selfadjointView<Eigen::Upper>().toDenseMatrix().cast<double>();
-        s_.inverse[i] = block(whole.inverse().cast<Real>());
+        const Mat3d full = m.selfadjointView<Eigen::Upper>().toDenseMatrix().cast<double>();
+        s_.inverse[i] = block(full.inverse().cast<Real>());
     }
 
-    /// A q at particle i, q packed with ghosts:  D q_i + sum_j e (e.(q_i - q_j)).
+    /// A q at particle i, with q packed with ghosts:
+    ///     D q_i + sum_j e (e.(q_i - q_j))
     Vec3 apply_matrix(std::size_t i, const std::vector<Quad>& packed) const {
         const Quad q = packed[i];
         Lanes fx{}, fy{}, fz{};
@@ -268,7 +269,7 @@ class Solver {
         return product(s_.diagonal[i], xyz(q)) + Vec3(sum_of(fx), sum_of(fy), sum_of(fz));
     }
 
-    /// r = b - A x, and the first direction z = P r. x is packed for its neighbours in `direction`.
+    /// Computes r = b - A x, and the first direction z = P r. `direction` holds x packed for its neighbours.
     Sums first_residual() {
         parallel_for(
             n_, [&](std::size_t i) { s_.direction[i] = s_.velocity[i]; }, 4096);
@@ -289,7 +290,7 @@ class Solver {
         return sums;
     }
 
-    /// product = A direction; its curvature.
+    /// Computes product = A direction. Returns direction . product.
     double sweep_direction() {
         return parallel_sum(n_, [&](std::size_t i) {
             s_.product[i] = quad(apply_matrix(i, s_.direction));
@@ -297,7 +298,7 @@ class Solver {
         });
     }
 
-    /// x += a p, r -= a A p; product becomes z = P r.
+    /// x += a p, r -= a A p; then product becomes z = P r.
     Sums descend(double step) {
         const Real a = static_cast<Real>(step);
         return parallel_sum<Sums>(
@@ -334,8 +335,10 @@ class Solver {
 }  // namespace
 
 WallFriction wall_friction_of(double distance, double support) {
-    // Integrals over planes at depth z = q h, then over z from the wall on, of k times (n.T)^2 z, (n.N)^2 z:
-    //   945/(16 h) T, 945/(16 h) S;    and of lap w_visc alone: 90/h^2 L
+    // Integrals over planes at depth z = q h, then over z beyond the wall, of k times (n.T)^2 z and (n.N)^2 z are
+    //     945/(16 h) T,  945/(16 h) S
+    // That of lap w_visc alone is
+    //     90/h^2 L
     const double q = distance / support, q2 = q * q, q4 = q2 * q2, log_q = std::log(q);
     const double along = 1.0 / 96 - (q2 / 12 - q4 * q2 / 12 + q4 * q4 / 96 + q4 / 4 * log_q);
     const double across = 1.0 / 48 - (-q4 / 4 - q4 / 2 * log_q + q4 * q2 / 3 - q4 * q4 / 16);
@@ -344,13 +347,13 @@ WallFriction wall_friction_of(double distance, double support) {
     return {kScale * along / (q * all), kScale * across / (q * all)};
 }
 
-ViscosityReport solve_viscosity(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
-                                const Smoothing& smoothing, const std::vector<MaterialParams>& materials,
-                                const ViscositySolve& params, const Sweep& sweep, ViscosityScratch& scratch) {
-    Solver solver(particles, neighbours, sweep, params, scratch);
-    const PairKernel kernel(smoothing);
+ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input,
+                                const std::vector<MaterialParams>& materials, const ViscositySolve& params,
+                                ViscosityScratch& scratch) {
+    Solver solver(particles, input.neighbours, input.sweep, params, scratch);
+    const PairKernel kernel(input.smoothing);
     solver.set_matter(materials, kernel);
-    solver.set_target(walls, smoothing);
+    solver.set_target(input.walls, input.smoothing);
     solver.set_pairs(kernel);
     const ViscosityReport report = solver.solve();
     solver.apply();

@@ -25,7 +25,7 @@ struct ViscosityReport {
     bool converged = true;
 };
 
-/// Room of one solve, kept so that a steady simulation allocates nothing.
+/// Scratch of one solve. It is kept, so that a steady simulation allocates nothing.
 struct ViscosityScratch {
     /// sqrt(dt kappa_ij) n_ij of kLanes neighbours side by side [sqrt(kg)].
     struct Run {
@@ -34,7 +34,7 @@ struct ViscosityScratch {
     struct Block {  // a symmetric matrix
         Real xx, yy, zz, xy, xz, yz;
     };
-    std::vector<std::size_t> first;  // run of each particle's list, and the end of the last
+    std::vector<std::size_t> first;  // run of each particle's list, and the end of the last list
     std::vector<Run> runs;
     std::vector<Quad> matter;              // mu [Pa s], V [m^3], 1/M [1], -; with ghosts
     std::vector<Block> diagonal, inverse;  // without pairs (mass and walls); inverse of the whole block [kg]
@@ -45,36 +45,38 @@ struct ViscosityScratch {
     std::vector<double> partial;
 };
 
-/// The viscous acceleration of an implicit step, added to particles.acceleration. With v* = v + dt a (a: all other
-/// accelerations) it finds v' from
-///   m_i (v'_i - v*_i) = dt sum_j kappa_ij ((v'_j - v'_i).n_ij) n_ij + dt W_i (v_wall - v'_i)
-///   kappa_ij = 5 V_i V_j mu_ij k(r_ij) (1/M_i + 1/M_j)/2,   mu_ij = 2 mu_i mu_j/(mu_i + mu_j),   n_ij = r_ij/|r_ij|
-///   k(r)     = 2 |dw_poly6/dr|/r,   M_i = sum_j V_j k r_ij^2/6
-///   W_i      = 5 V_i mu_i sum over no-slip walls of (t (1 - N N^T) + s N N^T)
-/// and adds (v' - v*)/dt. The pair force of Weiler, Koschier, Brand & Bender 2018: central and therefore free of
-/// torque. In the continuum the sum is mu (lap v + 2 grad div v): the stress 2 mu D of an incompressible fluid, with
-/// nothing at a free surface and nothing in a rigid rotation. (The sum of forces.h is mu lap v, which brakes a spinning
-/// drop.) What makes the viscosity the scene's: the kernel, whose fourth moments are isotropic to 2 % over the packing
-/// however it lies, and also once it has been sheared through (12 % astray with the spiky kernel); and the moment M, 1
-/// in a full and even neighbourhood, up to 1.1 in a disordered one (never taken below 0.9: a free surface misses half
-/// of it by right). The harmonic mean makes the stress continuous where two viscosities meet. A no-slip wall counts as
-/// fluid whose velocity goes on linearly through the wall's (mirrored: Morris, Fox & Zhu 1997), wall_friction_of.
+/// Adds the viscous acceleration (v' - v*)/dt of an implicit step to particles.acceleration. With v* = v + dt a, where
+/// a holds all other accelerations, it solves for v':
+///     m_i (v'_i - v*_i) = dt sum_j kappa_ij ((v'_j - v'_i).n_ij) n_ij + dt W_i (v_wall - v'_i)
+///     kappa_ij = 5 V_i V_j mu_ij k(r_ij) (1/M_i + 1/M_j)/2,   mu_ij = 2 mu_i mu_j/(mu_i + mu_j),   n_ij = r_ij/|r_ij|
+///     k(r)     = 2 |dw_poly6/dr|/r,   M_i = sum_j V_j k r_ij^2/6
+///     W_i      = 5 V_i mu_i sum over no-slip walls of (t (1 - N N^T) + s N N^T)
+/// The pair force is that of Weiler, Koschier, Brand & Bender 2018. It is central and therefore free of torque. In the
+/// continuum the sum is mu (lap v + 2 grad div v): the stress 2 mu D of an incompressible fluid. It vanishes at a free
+/// surface and in a rigid rotation. (The sum of forces.h is mu lap v, which brakes a spinning drop.)
+/// Two choices give the scene's viscosity. The kernel's fourth moments are isotropic to 2 % over the packing in any
+/// orientation, and also once it is sheared (12 % astray with the spiky kernel). The moment M is 1 in a full and even
+/// neighbourhood, and up to 1.1 in a disordered one. It is never taken below 0.9: a free surface rightly misses half of
+/// it. The harmonic mean makes the stress continuous where two viscosities meet. A no-slip wall counts as fluid whose
+/// velocity continues linearly through the wall's (mirrored: Morris, Fox & Zhu 1997), see wall_friction_of.
 ///
-/// The matrix is symmetric and positive definite: conjugate gradients, preconditioned with the inverse 3x3 blocks, from
-/// v* changed as in the last step. Done when |r| <= tolerance |M v* + dt W v_wall|, norms sqrt(sum |.|^2/m). What is
-/// applied is v' + r/m, that is the pair forces of the solution: both momenta are conserved to rounding at any
-/// tolerance. Backward Euler: unconditionally stable, first order.
+/// The matrix is symmetric and positive definite. Conjugate gradients solve it, preconditioned with the inverse 3x3
+/// blocks. They start from v* plus the last step's change, and end when
+///     |r| <= tolerance |M v* + dt W v_wall|,   norms sqrt(sum |.|^2/m)
+/// The velocity applied is v' + r/m, that of the pair forces of the solution: both momenta are conserved to rounding at
+/// any tolerance. This is backward Euler: unconditionally stable, first order.
 /// In: particles.velocity, acceleration, viscous_acceleration (the first guess), sweep.place, volumes in sweep.motion.
 /// Out: particles.acceleration, viscous_acceleration [m/s^2].
-/// Where not all is liquid (sweep.mixed), pairs have max(b_i, b_j) of the mean (b_i + b_j)/(b_i/mu_i + b_j/mu_j), walls
-/// b_i.
-ViscosityReport solve_viscosity(Particles& particles, const NeighbourLists& neighbours, const Walls& walls,
-                                const Smoothing& smoothing, const std::vector<MaterialParams>& materials,
-                                const ViscositySolve& params, const Sweep& sweep, ViscosityScratch& scratch);
+/// Where not all is liquid (sweep.mixed), walls are weighed by b_i, and pairs by max(b_i, b_j) with the mean
+///     mu_ij = (b_i + b_j)/(b_i/mu_i + b_j/mu_j)
+ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input,
+                                const std::vector<MaterialParams>& materials, const ViscositySolve& params,
+                                ViscosityScratch& scratch);
 
 /// Friction of a half-space wall at distance d < h, along it and across, over the integral of lap w_visc [1]:
-///   t d = integral over the wall of k (n.T)^2 z dV,   s d = the same with (n.N)^2,   z: distance along N
-/// which is (v_wall - v) (z/d) of the velocity that goes on linearly, for a unit difference.
+///     t d = integral over the wall of k (n.T)^2 z dV
+///     s d = integral over the wall of k (n.N)^2 z dV,   z: distance along N
+/// This is the pair sum for a velocity that continues linearly, (v_wall - v) (z/d), for a unit difference.
 struct WallFriction {
     double along, across;
 };

@@ -7,7 +7,7 @@
 namespace thixo {
 namespace {
 
-/// sum over the rest neighbours of V0_j (1 - c_ij) W(rest_ij) [1].
+/// Sum over the rest neighbours of V0_j (1 - c_ij) W(rest_ij) [1].
 Real rest_share(const Elements& e, const Poly6& kernel, std::size_t i) {
     const Real own = e.solidity(i);
     Real sum = 0;
@@ -45,20 +45,20 @@ void pack_phases(const Particles& particles, const Solids& solids, const Smoothi
         256);
 }
 
-void keep_elastic_state(const Particles& particles, ElasticState& kept) {
-    kept.density = particles.density;
-    kept.pressure = particles.pressure;
+void keep_elastic_state(const Particles& particles, ElasticState& saved) {
+    saved.density = particles.density;
+    saved.pressure = particles.pressure;
 }
 
-void restore_elastic_state(const ElasticState& kept, Particles& particles) {
+void restore_elastic_state(const ElasticState& saved, Particles& particles) {
     parallel_for(
         particles.size(),
         [&](std::size_t k) {
             if (!is_elastic(particles.phase[k])) return;
             const Real b = particles.melt[k];
             if (particles.phase[k] == Phase::solid)
-                particles.density[k] = (1 - b) * kept.density[k] + b * particles.density[k];
-            particles.pressure[k] = (1 - b) * kept.pressure[k] + b * particles.pressure[k];
+                particles.density[k] = (1 - b) * saved.density[k] + b * particles.density[k];
+            particles.pressure[k] = (1 - b) * saved.pressure[k] + b * particles.pressure[k];
         },
         2048);
 }

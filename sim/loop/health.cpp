@@ -11,14 +11,14 @@ namespace {
 
 constexpr double kAbsoluteZero = -273.15, kHottest = 1e6;  // degC
 constexpr const char* kTemperature = "temperature";
-constexpr double kAbsurd = 10;  // speeds of sound: beyond, no time step of ours is meant for it
+constexpr double kAbsurd = 10;  // in speeds of sound: no step length is meant for a faster particle
 
 double speed(const Quad& v) {
     return std::sqrt(square(static_cast<double>(v.x)) + square(static_cast<double>(v.y)) +
                      square(static_cast<double>(v.z)));
 }
 
-/// The first quantity of particle i that is wrong, in the order a step computes them; null where all is well.
+/// The first quantity of particle i that is wrong, in the order in which a step computes them; null where none is.
 const char* wrong_term(const Simulation& s, std::size_t i, double fastest) {
     const Particles& p = s.particles;
     if (!p.position[i].allFinite()) return "position";

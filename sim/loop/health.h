@@ -1,7 +1,8 @@
-// One check a step that the state is still a state.
+// One check a step that the state is finite and possible.
 #pragma once
 
 #include "sim/loop/simulation.h"
+#include "sim/loop/time_step.h"
 
 namespace thixo {
 
@@ -10,8 +11,8 @@ namespace thixo {
 /// the command that runs the frame again.
 void check_health(const Simulation& s, const StepLimits& limits);
 
-/// The same of solids after their sub-steps: places and speeds are finite and possible, and no element is beyond any
-/// strain.
+/// The same for solids after their sub-steps: places and speeds are finite and possible, and no element's strain is
+/// beyond all bounds.
 void check_solids_health(const Simulation& s, const SolidReport& report);
 
 }  // namespace thixo

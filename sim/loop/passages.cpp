@@ -38,7 +38,7 @@ void count_passages(Probes& probes, const Particles& particles, const Periodic& 
             const auto passed = [&](const Vec3& a, const Vec3& b) {
                 return crossing(e.probe, a.cast<double>(), b.cast<double>());
             };
-            // Through a periodic face: on the way out and on the way in again.
+            // A path through a periodic face has two parts: the way out, and the way in at the other side.
             const Vec3 out = periodic.nearest_image(to, from);
             const int count = out == to ? passed(from, to) : passed(from, out) + passed(from + to - out, to);
             return static_cast<double>(particles.mass[i]) * count;

@@ -1,4 +1,4 @@
-// What passes the probes that measure flux, noted as particles move.
+// Mass that passes the probes that measure flux, counted as particles move.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace thixo {
 
-/// The scene's probes with their shapes built, and what passed the flux probes since the last frame.
+/// The scene's probes with their shapes built, and the mass that has passed the flux probes since the last frame.
 struct Probes {
     struct Entry {
         scene::Probe probe;
@@ -24,8 +24,8 @@ struct Probes {
     bool needs_paths() const;
 };
 
-/// Call around what moves the particles, in the same order of particles: mass whose path of this step crosses a disc is
-/// counted there; through a periodic face it goes on at the other side.
+/// These are called before and after particles move, in the same order of particles. Mass whose path of this step
+/// crosses a disc is counted there. A path through a periodic face continues at the other side.
 void note_positions(Probes& probes, const Particles& particles);
 void count_passages(Probes& probes, const Particles& particles, const Periodic& periodic);
 

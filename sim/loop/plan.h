@@ -1,17 +1,17 @@
-// What acts in a step.
+// What acts in a step: the plan.
 #pragma once
 
 #include "sim/loop/simulation.h"
 
 namespace thixo {
 
-/// Decided once a step, after emission and changes of phase; everything in the step asks it.
+/// Decided once a step, after emission and changes of phase. All parts of the step read it.
 struct Plan {
-    bool liquid = false;      // pressures, viscosity and cohesion: not among solids alone
-    bool neighbours = false;  // something asks for present neighbours: liquids, heat, matter that has melted and frozen
+    bool liquid = false;           // pressures, viscosity and cohesion act: not among solids alone
+    bool neighbours = false;       // present neighbours are needed: by liquids, heat, matter that has melted and frozen
     bool pressure_solve = false;   // the implicit one
     bool viscosity_solve = false;  // the implicit one
-    bool solids = false;           // their own sub-steps
+    bool solids = false;           // solids take their own sub-steps
 };
 
 Plan plan_step(const Simulation& s);

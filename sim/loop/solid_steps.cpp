@@ -22,7 +22,7 @@
 namespace thixo {
 namespace {
 
-/// The laws of all bodies at a time, and what follows from them and from the bonds.
+/// Computes the laws of all bodies at a time, and the values that follow from laws and bonds.
 void update_laws(const scene::Scene& scene, double time, bool rates, Solids& solids) {
     std::vector<StressLaw> laws;
     std::vector<Stiffness6> anisotropic;
@@ -40,7 +40,7 @@ void update_laws(const scene::Scene& scene, double time, bool rates, Solids& sol
     solids.rates_version = bonds.version;
     solids.laws = std::move(laws);
     solids.elements.anisotropic = std::move(anisotropic);
-    std::vector<Index> own;  // rates are the bodies'
+    std::vector<Index> own;  // rates are computed with the bodies' laws
     solids.elements.law.swap(own);
     set_zero_energy(solids.laws, solids.elements);
     if (rates) solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
@@ -48,7 +48,9 @@ void update_laws(const scene::Scene& scene, double time, bool rates, Solids& sol
     if (solids.softening.any) set_zero_energy(stencil_laws(solids), solids.elements);
 }
 
-/// v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np), and the walls; x(t + dt) = x(t) + dt v(t + dt/2).
+/// One sub-step of leapfrog, with the walls:
+///     v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np)
+///     x(t + dt) = x(t) + dt v(t + dt/2)
 void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
     Elements& e = solids.elements;
     const Real kick = static_cast<Real>(0.5 * (solids.last_dt + dt)), drift = static_cast<Real>(dt);
@@ -64,7 +66,7 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
                 Vec3 v = before + kick * (solids.force[i] / e.mass[i] + solids.external[i]);
                 Vec3 u = xyz(e.displacement[i]);
                 if (!walls.list.empty())
-                    push_off_walls(walls, contact_law(solids, i), poses[owner], e, i, kick, drift, cursor, u, v);
+                    push_off_walls(walls, {contact_law(solids, i), poses[owner], e, i}, kick, drift, cursor, u, v);
                 else
                     u += drift * v;
                 e.acceleration[i] = (v - before) / kick;
@@ -92,7 +94,7 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
         solids.stretch2 = std::max(solids.stretch2, static_cast<double>(add_flow_forces(solids, scratch.flow_stress)));
         {
             ScopedTimer timer(report.contact_seconds);
-            press_contacts(step, solids);
+            add_contact_forces(step, solids);
         }
         leapfrog_elements(walls, step, solids);
         now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
@@ -104,21 +106,21 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
     }
 }
 
-/// What a step that fails gives back.
-struct Kept {
+/// The state before a step, restored where the step fails.
+struct SavedState {
     std::vector<std::pair<Mat3d, Vec3d>> poses;
     std::vector<Quad> displacement, velocity;
     std::vector<Vec3> external;
     ContactNodes nodes;
 
-    explicit Kept(const Solids& s)
+    explicit SavedState(const Solids& s)
         : displacement(s.elements.displacement),
           velocity(s.elements.velocity),
           external(s.external),
           nodes(s.contacts.nodes) {
         for (const SolidBody& b : s.bodies) poses.emplace_back(b.turn, b.place);
     }
-    void give_back(Solids& s) const {
+    void restore(Solids& s) const {
         for (std::size_t b = 0; b < poses.size(); ++b) std::tie(s.bodies[b].turn, s.bodies[b].place) = poses[b];
         s.elements.displacement = displacement;
         s.elements.velocity = velocity;
@@ -127,8 +129,8 @@ struct Kept {
     }
 };
 
-/// Implicit steps to `end`, as long as contact is foreseen, or half as long where Newton's method does not find its
-/// end; but no shorter for that than a part of the whole way, so that there is an end to it.
+/// Takes implicit steps to `end`, each as long as contact is foreseen. Where Newton's method does not converge the step
+/// is halved. A least part of the whole time bounds this, so that the halving ends.
 void step_implicitly_to(double end, double time, double tolerance, Walls& walls, Solids& solids,
                         ImplicitScratch& scratch, SolidReport& report) {
     constexpr double kMostParts = 64;
@@ -139,7 +141,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
             ScopedTimer timer(report.contact_seconds);
             find_contacts(now, end - now, solids);
         }
-        const Kept kept(solids);
+        const SavedState saved(solids);
         double step = std::min(end, solids.contacts.next) - now;
         for (;; step = std::max(step / 2, shortest)) {
             const ImplicitReport done = step_implicitly(
@@ -150,7 +152,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
                 report.unconverged += done.converged ? 0 : 1;
                 break;
             }
-            kept.give_back(solids);
+            saved.restore(solids);
         }
         now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
         solids.last_dt = step;
@@ -159,7 +161,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
     }
 }
 
-/// By what is bound to the rest shape alone.
+/// Fits the rest shapes, by matter bound to the rest shape alone.
 void fit_solids(Solids& solids) {
     if (!solids.softening.any) return fit_rest_shapes(solids.bodies, solids.elements);
     std::vector<Real> share(solids.elements.size());

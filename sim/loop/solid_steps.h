@@ -1,4 +1,4 @@
-// How solids go from one step to the next: sub-steps of leapfrog, or implicit ones.
+// The step of solids: sub-steps of leapfrog, or implicit ones.
 #pragma once
 
 #include "pipeline/contract/scene.h"
@@ -18,13 +18,13 @@ struct SolidReport {
     double contact_seconds = 0;
 };
 
-/// Room of the sub-steps, kept so that a steady simulation allocates little.
+/// Scratch of the sub-steps. It is kept, so that a steady simulation allocates little.
 struct SolidScratch {
     StressScratch stress, flow_stress;
     ImplicitScratch implicit;
 };
 
-/// One step of everything else.
+/// The step of the animation loop that the solids follow.
 struct SolidStep {
     const scene::Scene& scene;
     const Outside& outside;
@@ -32,13 +32,13 @@ struct SolidStep {
     bool implicit = false;
 };
 
-/// From t to t + dt: sub-steps of leapfrog within what explicit integration bears, or implicit ones as long as contact
-/// is foreseen. Walls, handles and what comes from outside act. Then come plastic flow, and the rest shapes follow the bodies. Walls
-/// are left at t + dt.
+/// Advances the solids from t to t + dt. Sub-steps of leapfrog are as long as explicit integration permits. Implicit
+/// ones last as long as contact is foreseen. Walls, handles and accelerations from outside act. Then come plastic flow
+/// and the fit of the rest shapes to the bodies. Walls are left at t + dt.
 SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& particles, Solids& solids,
                            SolidScratch& scratch);
 
-/// Writes place, velocity v(t), density rho0/|J| and pressure -tr(sigma)/3 of every solid's particle.
+/// Writes place, velocity v(t), density rho0/|J| and pressure -tr(sigma)/3 of the particles of all solids.
 void write_particles(Solids& solids, Particles& particles);
 
 }  // namespace thixo

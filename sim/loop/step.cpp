@@ -12,6 +12,7 @@
 #include "sim/loop/coupling.h"
 #include "sim/loop/health.h"
 #include "sim/loop/plan.h"
+#include "sim/loop/time_step.h"
 #include "sim/phase/phases.h"
 #include "sim/surface/contact_surface.h"
 
@@ -98,8 +99,8 @@ void find_forces(const Plan& plan, Simulation& s) {
     }
     const ForceParams params{s.problem.outside, static_cast<Real>(s.problem.scene.solver.artificial_viscosity)};
     compute_accelerations(s.particles, s.neighbours, s.problem.smoothing, params, s.sweep);
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials,
-                s.sweep, s.tension);
+    add_tension(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.tension,
+                s.problem.materials, s.tension);
 }
 
 /// The viscous force acts for as long as the leapfrog's next kick.
@@ -108,8 +109,8 @@ void find_viscosity(Simulation& s, double dt) {
     const auto& materials = s.problem.materials;
     const ViscositySolve params{.kick = 0.5 * (s.clock.last_dt + dt),
                                 .tolerance = s.problem.scene.solver.viscosity_tolerance};
-    const ViscosityReport report = solve_viscosity(s.particles, s.neighbours, s.walls, s.problem.smoothing, materials,
-                                                   params, s.sweep, s.viscosity);
+    const ViscosityReport report = solve_viscosity(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep},
+                                                   materials, params, s.viscosity);
     s.stats.viscosity_iterations += report.iterations;
     s.stats.viscosity_unconverged += report.converged ? 0 : 1;
     s.stats.viscosity_residual = std::max(s.stats.viscosity_residual, report.residual);
@@ -117,8 +118,8 @@ void find_viscosity(Simulation& s, double dt) {
 
 void conduct(Simulation& s, double dt) {
     ScopedTimer timer(s.stats.heat_seconds);
-    s.stats.heat_steps += conduct_heat(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.heat, s.sweep,
-                                       s.clock.time, dt, s.heat);
+    s.stats.heat_steps += conduct_heat(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep},
+                                       s.problem.heat, s.clock.time, dt, s.heat);
 }
 
 void count_solve(const SolveReport& report, SolveStats& stats) {
@@ -133,12 +134,23 @@ void solve_pressure(Simulation& s, double dt) {
     ScopedTimer timer(s.stats.pressure_seconds);
     const scene::Solver& params = s.problem.scene.solver;
     const double kick = 0.5 * (s.clock.last_dt + dt);
-    count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing, kick, dt,
-                                  {params.divergence_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
+    count_solve(remove_divergence(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing,
+                                  {kick, dt, {params.divergence_tolerance, params.iterations}}, s.pressure_system,
+                                  s.solve_scratch),
                 s.stats.divergence);
     count_solve(restore_density(s.particles, s.neighbours, s.sweep.walls, s.problem.smoothing,
                                 {params.density_tolerance, params.iterations}, s.pressure_system, s.solve_scratch),
                 s.stats.density);
+}
+
+/// What emitters drive moves as they say, whatever presses against it.
+void drive_openings(Simulation& s) {
+    const auto driven = drive_openings(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls,
+                                       s.problem.periodic, s.clock.time, s.emitters, s.particles);
+    for (const Index i : driven) {
+        s.particles.acceleration[i].setZero();
+        if (incompressible(s)) s.solve_scratch.shift[i].setZero();
+    }
 }
 
 void emit(Simulation& s) {
@@ -150,7 +162,7 @@ void emit(Simulation& s) {
 
 /// Walls are stiff springs to what a pressure p presses on them, of frequency sqrt(5 p/rho)/spacing (the curvature of
 /// their share, wall_kernel.h), and a step of explicit places must follow that:
-///   dt <= cfl spacing / sqrt(2 mean(p/rho))      in a tank at rest the mean is half the largest. [s]
+///     dt <= cfl spacing / sqrt(2 mean(p/rho))      in a tank at rest the mean is half the largest. [s]
 double pressure_limit(const Simulation& s) {
     const Particles& p = s.particles;
     const double sum = parallel_sum(
@@ -281,7 +293,7 @@ void evaluate(Simulation& s) {
 
 Real shown_pressure(const Simulation& s, std::size_t i) {
     const auto& pressure = s.particles.pressure;
-    return incompressible(s)
+    return incompressible(s) && !is_elastic(s.particles.phase[i])
                ? virial_pressure(i, pressure, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system)
                : pressure[i];
 }
@@ -297,6 +309,7 @@ void step(Simulation& s) {
     const double dt = choose_step(plan, s, wall_speed);  // time_step, health
     if (plan.viscosity_solve) find_viscosity(s, dt);     // viscosity_solver  4.3.1
     if (plan.pressure_solve) solve_pressure(s, dt);
+    drive_openings(s);                 // sources
     conduct(s, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, s);  // leapfrog   7.2, solids  5.3, 6.3, walls
     update_surface_when_due(plan, s);  // surface    6.6
@@ -308,11 +321,10 @@ void refresh_surface(Simulation& s) {
     ScopedTimer timer(s.stats.surface_seconds);
     const Smoothing& smoothing = s.problem.smoothing;
     const scene::Surface& params = s.problem.scene.surface;
-    const Real spacing = smoothing.spacing, support = smoothing.support;
-    const SurfaceReport report =
-        s.solids.empty() ? update_surface(s.surface, s.particles, s.walls, params, spacing, support, s.problem.moulds)
-                         : update_mixed_surface(s.embedded, s.solids, s.particles, s.walls, params, spacing, support,
-                                                s.problem.moulds, s.mixed_surface, s.surface, s.embedded_source);
+    const SurfaceSetting setting{s.walls, params, smoothing.spacing, smoothing.support, s.problem.moulds};
+    const SurfaceReport report = s.solids.empty() ? update_surface(s.surface, s.particles, setting)
+                                                  : update_mixed_surface(s.embedded, s.solids, s.particles, setting,
+                                                                         s.mixed_surface, s.surface, s.embedded_source);
     if (!s.solids.empty() && !s.solids.softening.any)
         draw_contacts(s.embedded, s.embedded_source, s.walls, s.solids, s.surface);
     SurfaceReport& sum = s.stats.surface;

@@ -1,4 +1,4 @@
-// One step of everything.
+// One step of the animation loop.
 #pragma once
 
 #include <functional>
@@ -7,21 +7,22 @@
 
 namespace thixo {
 
-/// Brings the particles into the order of (cell key, id), finds all neighbours within the support, computes density and
-/// pressure (and what the walls add) at the present time. This is also the state a frame shows.
+/// Brings the particles into the order of (cell key, id), and finds all neighbours within the support. Computes density
+/// and pressure with the walls' share at the present time. Frames show this state.
 void evaluate(Simulation& s);
 
-/// Pressure of particle i as frames and probes show it [Pa]. Requires evaluate.
+/// Pressure of particle i as frames and probes show it [Pa]; 0 in a solid that `dfsph` has no part in. Requires
+/// evaluate.
 Real shown_pressure(const Simulation& s, std::size_t i);
 
-/// One step of the animation loop towards clock.next_frame; the last one ends on it exactly. Throws DivergedError.
+/// One step of the animation loop towards clock.next_frame. The last one ends on it exactly. Throws DivergedError.
 void step(Simulation& s);
 
 /// Time of a frame of the scene, (frame - first)/fps [s].
 double frame_time(const scene::Frames& frames, int frame);
 
-/// Steps to the next frame, with surface, density and pressure of that instant. Where `stop` becomes true it returns
-/// false between two steps.
+/// Steps to the next frame, with surface, density and pressure of that instant. Returns false between two steps where
+/// `stop` becomes true.
 bool advance_frame(
     Simulation& s, const std::function<bool()>& stop = [] { return false; });
 

@@ -63,10 +63,10 @@ StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std
     return limits;
 }
 
-double divide_evenly(double rest, double limit) {
-    // The margin keeps a step that fits n times but for rounding from becoming n + 1 steps.
-    const double n = std::max(1.0, std::ceil(rest / limit * (1 - 1e-9)));
-    return rest / n;
+double divide_evenly(double remaining, double limit) {
+    // The margin is for rounding: a step that fits n times must not become n + 1 steps.
+    const double n = std::max(1.0, std::ceil(remaining / limit * (1 - 1e-9)));
+    return remaining / n;
 }
 
 }  // namespace thixo

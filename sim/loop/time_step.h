@@ -1,4 +1,4 @@
-// How long the next step may be.
+// The length of the next step.
 #pragma once
 
 #include <vector>
@@ -11,10 +11,10 @@
 
 namespace thixo {
 
-/// Upper bounds of the step [s], and what they come from.
+/// Upper bounds of the step [s], and their causes.
 struct StepLimits {
     double signal = 0;     // cfl h / (c + v)
-    double motion = 0;     // h / (10 v): a particle moves a fifth of a spacing, so that it never passes through a wall;
+    double motion = 0;     // h / (10 v): a particle moves a fifth of a spacing, and never passes through a wall;
                            // cfl h / (2 v) where there is no sound
     double viscosity = 0;  // h^2 rho / (40 mu)
     double force = 0;      // sqrt(h / a) / 4
@@ -24,14 +24,16 @@ struct StepLimits {
     const char* cause() const;
 };
 
-/// Limits for the state at time t (Monaghan 1992 for signal and force). The rate at which (4.7) levels a particle's
-/// velocity is mu/rho sum_j V_j lap w_visc = 15 mu/(rho h^2); the worst mode of the neighbourhood decays at most twice
-/// as fast, and an explicit step is stable to 2 over that rate, h^2 rho/(15 mu): 3/8 of it is taken, for v(t) is
-/// predicted and not exact.
+/// Limits for the state at time t (signal and force: Monaghan 1992). (4.7) levels a particle's velocity at the rate
+///     mu/rho sum_j V_j lap w_visc = 15 mu/(rho h^2)      [1/s]
+/// The worst mode of the neighbourhood decays at most twice as fast. An explicit step is stable up to 2 over that rate,
+///     h^2 rho/(15 mu)      [s]
+/// 3/8 of it is used, because v(t) is predicted and not exact.
 StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std::vector<MaterialParams>& materials,
                        const Smoothing& smoothing, const scene::TimeStep& params, double wall_speed);
 
-/// Divides what is left to the next frame evenly: n = ceil(rest/limit), dt = rest/n. No sliver steps. [s]
-double divide_evenly(double rest, double limit);
+/// Divides the remaining time to the next frame evenly, without sliver steps: n = ceil(remaining/limit). Returns
+/// remaining/n [s].
+double divide_evenly(double remaining, double limit);
 
 }  // namespace thixo

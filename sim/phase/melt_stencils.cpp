@@ -16,8 +16,8 @@
 namespace thixo {
 namespace {
 
-constexpr Real kLost = 3;             // squared stretch beyond which what melts has left its rest shape
-constexpr Real kCrushed = Real(0.2);  // and |J|
+constexpr Real kLost = 3;             // squared stretch beyond which melting matter has left its rest shape
+constexpr Real kCrushed = Real(0.2);  // |J| below which it has
 constexpr double kUneven = 1.5;       // margin of the rates
 
 /// Whether the element has a stencil in D.
@@ -28,8 +28,9 @@ Symmetric minus(const Symmetric& a, const Symmetric& b) {
 }
 Symmetric times(Real f, const Symmetric& a) { return {f * a.xx, f * a.yy, f * a.zz, f * a.xy, f * a.yz, f * a.zx}; }
 
-/// The gradient's squared weights, over the element's density: V/m sum_j |w_ij A+ r_ij|^2. Times a modulus it is what a
-/// stencil of few or one-sided neighbours adds to omega^2. [m/kg]
+/// The gradient's squared weights over the element's density:
+///     V/m sum_j |w_ij A+ r_ij|^2      [m/kg]
+/// Times a modulus this is what a stencil with few or one-sided neighbours adds to omega^2.
 double unevenness(const Elements& e, std::size_t i) {
     const Mat3 inverse = matrix(e.bonds.moment[i].inverse);
     const Vec3 m = xyz(e.rest[i]);
@@ -78,16 +79,16 @@ void set_laws(const scene::Scene& scene, double time, const Particles& particles
             const Index i = solids.element(particles.id[k]);
             if (i == kNone) return;
             const double b = static_cast<double>(particles.melt[k]);
-            const Real rest = solids.elements.solidity(i);
+            const Real solidity = solids.elements.solidity(i);
             s.law[i] = law[static_cast<std::size_t>(particles.material[k])].at(b);
-            s.rest_law[i] = scaled(s.law[i], rest);
-            s.flow_law[i] = scaled(s.law[i], is_elastic(particles.phase[k]) ? 1 - rest : Real(0));
+            s.rest_law[i] = scaled(s.law[i], solidity);
+            s.flow_law[i] = scaled(s.law[i], is_elastic(particles.phase[k]) ? 1 - solidity : Real(0));
         },
         1024);
 }
 
-/// Who is next to whom in D. Every list holds what either end needs; a neighbour that is softer counts less, so that
-/// what is firm hangs together by itself and not by the liquid about it.
+/// Lists the neighbours in D. Every list holds what either end needs. A softer neighbour has less weight: firm matter
+/// is bound by itself, and not by the liquid about it.
 void list_flow(const Particles& particles, const NeighbourLists& neighbours, const Solids& solids, Elements& flow) {
     const Softening& s = solids.softening;
     const std::vector<Index>& particle_of = solids.particle_of;
@@ -127,7 +128,7 @@ void list_flow(const Particles& particles, const NeighbourLists& neighbours, con
     });
 }
 
-/// D at the present places.
+/// Builds D at the present places.
 void build_flow(const Particles& particles, const NeighbourLists& neighbours, Solids& solids) {
     Softening& s = solids.softening;
     Elements& flow = s.flow;

@@ -20,7 +20,7 @@ const scene::Material& material_of(const scene::Scene& scene, const Particles& p
     return scene.materials[static_cast<std::size_t>(p.material[k])];
 }
 
-/// A particle that has just become matter with a shape: its element is where the particle is.
+/// Starts the element of a particle that has just become solid: its displacement is that of the particle.
 void enter_solid(const Particles& p, std::size_t k, Index i, Solids& solids) {
     Elements& e = solids.elements;
     const SolidBody& body = solids.bodies[static_cast<std::size_t>(e.owner[i])];
@@ -32,15 +32,15 @@ void enter_solid(const Particles& p, std::size_t k, Index i, Solids& solids) {
     e.depth[i] = surface_depth(e, i);
 }
 
-/// The velocity of a solid particle lacks half a step of the liquid's push, but none of what comes from outside
-/// (sim/loop/step.h): `part` 1 takes that in, -1 leaves it out.
+/// The velocity of a solid particle lags by half a step of the liquid's push, but not of accelerations from outside
+/// (sim/loop/step.h). A `part` of 1 adds that half step, -1 removes it.
 void take_outside(const Outside& outside, Real part, Real half_step, Index k, Particles& p) {
     const Vec3 a = acceleration_from_outside(outside, p.position[k], p.velocity[k]);
     p.velocity[k] += part * half_step * a;
     p.acceleration[k] -= part * a;
 }
 
-/// One particle's phase by its temperature. Returns whether it has just begun to melt.
+/// Sets one particle's phase by its temperature. Returns whether it has just begun to melt.
 bool change_phase(const scene::Material& m, const Outside& outside, Real half_step, Index k, Index i, Particles& p,
                   Solids& solids) {
     Elements& e = solids.elements;
@@ -75,13 +75,13 @@ void set_phase(Phase phase, Real b, Index particle, Index element, Particles& pa
 
 namespace {
 
-/// The present shape of a body becomes its rest shape.
+/// Makes the present shape of a body its rest shape.
 void take_shape(const SolidBody& body, Particles& particles, Solids& solids) {
     Softening& s = solids.softening;
     Elements& e = solids.elements;
     const Mat3 turn = body.turn.cast<Real>();
     for (const Index i : body.elements) {
-        Mat3 strain;  // minus the elastic one
+        Mat3 strain;  // minus the elastic strain
         if (e.phase[i] == Phase::viscoelastic) {
             strain = turn.transpose() * matrix(s.flow.plastic[i]) * turn;
         } else {
@@ -96,7 +96,7 @@ void take_shape(const SolidBody& body, Particles& particles, Solids& solids) {
     }
 }
 
-/// Bodies that are solid throughout, but not all of it bound to a rest shape.
+/// Refreezes bodies that are solid throughout, but not wholly bound to a rest shape.
 void refreeze(Particles& particles, Solids& solids) {
     const Elements& e = solids.elements;
     bool any = false;
@@ -172,7 +172,7 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
     for (const auto& [id, k] : found) {
         const auto i = static_cast<Index>(e.size());
         append_element(e, id, static_cast<std::int32_t>(emitted - solids.bodies.begin()));
-        // What an emitter releases has no rest shape: its place there is the frame's origin.
+        // Matter of emitters has no rest shape: its place there is the origin of the frame.
         e.mass[i] = particles.mass[k];
         e.volume[i] = particles.rest_volume[k];
         e.support[i] = smoothing.support;
@@ -203,7 +203,7 @@ void change_phases(const scene::Scene& scene, const Outside& outside, double las
             if (m.melting.any()) {
                 seeds[i] = change_phase(m, outside, half_step, k, i, particles, solids) ? 1 : 0;
             } else if (e.phase[i] == Phase::liquid) {
-                // An emitter has released it: elastic, but with no shape of its own.
+                // A particle of an emitter is elastic, without a shape of its own.
                 take_outside(outside, 1, half_step, k, particles);
                 enter_solid(particles, k, i, solids);
                 set_phase(Phase::viscoelastic, particles.melt[k], k, i, particles, e);

@@ -12,9 +12,9 @@ namespace thixo {
 namespace {
 
 constexpr double kCell = 3;          // least size of a cell, in particle widths
-constexpr double kMostNodes = 300;   // of a body: more cost more than they save
-constexpr double kFewest = 64;       // elements of a body for which a grid is worth its while
-constexpr double kShift = 1e-9;      // on the diagonal, of the diagonal
+constexpr double kMostNodes = 300;   // of a body: more nodes cost more time than they save
+constexpr double kFewest = 64;       // elements of a body for which a grid pays
+constexpr double kShift = 1e-9;      // added to the diagonal, relative to the diagonal
 constexpr std::size_t kCorners = 8;  // of a cell
 
 using Sparse = Eigen::SparseMatrix<double>;
@@ -62,7 +62,7 @@ struct Corner {
     Real weight = 0;
 };
 
-/// A symmetric matrix of 3x3 blocks, by rows of nodes and the places of their neighbours.
+/// A symmetric matrix of 3x3 blocks, by nodes (rows) and the places of their neighbours (columns).
 struct Blocks {
     std::vector<Index> slot;  // kSlots of every node: index of a block, or kNone
     std::vector<Mat3d> block;
@@ -85,12 +85,12 @@ struct Blocks {
 }  // namespace
 
 struct CoarseGrid::State {
-    // What it was made for.
+    // The state that the matrices were computed for.
     std::uint64_t version = 0;  // of the bonds
     std::vector<std::uint8_t> held;
     double dt = 0;
     bool bounded = false;
-    // N: eight corners of every element, and the elements of every node.
+    // N: the eight corners of every element, and the elements of every node.
     std::vector<Lattice> lattice;
     std::size_t nodes = 0;
     std::vector<Corner> corner;
@@ -131,7 +131,7 @@ void place_corners(const Lattice& lattice, const SolidBody& body, const Elements
     });
 }
 
-/// The elements of every node.
+/// Lists the elements of every node.
 void list_members(const std::vector<Corner>& corner, std::size_t nodes, std::vector<std::size_t>& begin,
                   std::vector<std::pair<Index, Real>>& member) {
     begin.assign(nodes + 1, 0);
@@ -144,7 +144,7 @@ void list_members(const std::vector<Corner>& corner, std::size_t nodes, std::vec
         if (corner[k].weight > 0) member[next[corner[k].node]++] = {static_cast<Index>(k / kCorners), corner[k].weight};
 }
 
-/// What one stencil sees of the nodes about it.
+/// How one stencil depends on the displacements of the nodes about it.
 struct Seen {
     std::vector<Index> node;
     std::vector<Vec3d> moment;   // q_n = sum_j w_ij (N_n(j) - N_n(i)) r_ij
@@ -235,7 +235,7 @@ Sparse sparse(const Blocks& blocks, const std::vector<Lattice>& lattices, std::s
     return out;
 }
 
-/// N^T B N of blocks on the diagonal.
+/// Adds N^T B N for blocks B on the diagonal.
 template <class F>
 void add_elements(const Lattice& lattice, const SolidBody& body, const std::vector<Corner>& corner, F&& block,
                   Blocks& to) {

@@ -15,13 +15,13 @@ Real squared_stretch(const Mat3& j) {
     return c.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-/// Writes the stencil of element i; returns its squared stretch.
+/// Writes the stencil of element i. Returns its squared stretch.
 Real write_stencil(const StressLaw& law, const Elements& e, const Mat3& projection, std::size_t i, StressScratch& out) {
     const RestMoment& moment = e.bonds.moment[i];
     const Mat3 inverse = matrix(moment.inverse);
     const Differences u = differences(e, i, e.displacement.data());
     const Mat3 h = u.outer * inverse, j = projection + h;
-    const Mat3 stress = matrix(whole_stress(law, e, i, h));
+    const Mat3 stress = matrix(total_stress(law, e, i, h));
     Mat3 piola = j * stress;
     if (law.volume_stiffness > 0 && moment.full) piola += law.volume_stiffness * dilatation(h) * cofactors(j);
     const Mat3 force = -e.volume[i] * piola * inverse;
@@ -88,7 +88,7 @@ Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradien
     return symmetric(Mat3(Real(0.5) * (linear + linear.transpose() + gradient.transpose() * gradient)));
 }
 
-Symmetric whole_stress(const StressLaw& law, const Elements& e, std::size_t i, const Mat3& h) {
+Symmetric total_stress(const StressLaw& law, const Elements& e, std::size_t i, const Mat3& h) {
     const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
     Symmetric stress =
         stress_of(law, e, {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
@@ -96,16 +96,6 @@ Symmetric whole_stress(const StressLaw& law, const Elements& e, std::size_t i, c
     const Mat3 rate = differences(e, i, e.velocity.data()).outer * matrix(e.bonds.moment[i].inverse);
     const Mat3 turned = (projection_of(e, i) + h).transpose() * rate;
     return symmetric(Mat3(matrix(stress) + law.viscosity * (turned + turned.transpose())));
-}
-
-Symmetric stress_of(const StressLaw& law, const Symmetric& e) {
-    const Real pressure = law.lambda * (e.xx + e.yy + e.zz), shear = 2 * (law.mu + law.rate_modulus);
-    return {pressure + shear * e.xx,
-            pressure + shear * e.yy,
-            pressure + shear * e.zz,
-            shear * e.xy,
-            shear * e.yz,
-            shear * e.zx};
 }
 
 Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& e) {

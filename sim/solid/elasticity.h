@@ -9,37 +9,47 @@
 
 namespace thixo {
 
-/// The stiffness c = modulus V / tr A of every element's zero-energy modes, into rest[].w.
+/// Sets the stiffness of every element's zero-energy modes, in rest[].w:
+///     c = modulus V / tr A      [N m^2]
 void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements);
 
-/// Forces [N] of all stencils, for laws by Elements::law_of, into `force`. With H as above, P = A A+ (one, but for flat
-/// neighbourhoods, where the rest of J would turn a rotation into strain), and the elastic strain eps - eps^p:
-///   J = P + H,   eps = (J^T J - P)/2 = (P H + H^T P + H^T H)/2        no difference of large numbers
-///   sigma = lambda tr(eps) 1 + 2 mu eps + 2 eta d(eps)/dt              second Piola-Kirchhoff stress; eta the
-///   viscosity F = -V (J sigma + k_v (|J| - 1) cof J) A+                          the volume term only where A has full
-///   rank on j: F w_ij r_ij,  on i: -F sum_j w_ij r_ij                       (5.19, 5.21, 5.22)
-/// and of the zero-energy modes, displacements that H does not see (after Ganzenmueller 2015). Their energy is taken as
-///   U = c/2 sum_j w_ij |e_ij|^2,  e_ij = u_j - u_i - H r_ij;   on j: -c w_ij e_ij, on i: c sum_j w_ij e_ij
-/// of which this is the exact gradient: e is what is left by least squares, sum_j w_ij e_ij r_ij^T = 0, so that the
-/// change of H drops out. Every stencil's forces add up to no force and no torque. Gather form: i sums its own stencil,
-/// and from every neighbour j its part in j's stencil, w_ji (c_j (u_j - u_i) - T_j r_ij), T = F + c H. Velocities are
-/// those of half a sub-step ago: damping is of first order in the sub-step. Returns the largest squared stretch of any
-/// element, an upper bound of the largest eigenvalue of J^T J.
+/// The forces of all stencils, for laws by Elements::law_of, into `force` [N]. H is as in bonds/gradients.h, and
+///     P = A A+
+/// P is the identity, but for flat neighbourhoods: there the missing part of J would make strain of a rotation.
+/// The deformation gradient and the Green strain, without differences of large numbers, are
+///     J = P + H
+///     eps = (J^T J - P)/2 = (P H + H^T P + H^T H)/2
+/// The second Piola-Kirchhoff stress of the elastic strain eps - eps^p, written eps here, with viscosity eta, is
+///     sigma = lambda tr(eps) 1 + 2 mu eps + 2 eta d(eps)/dt      [Pa]
+/// The forces of a stencil are those of (5.19), (5.21), (5.22), the volume term only where A has full rank:
+///     F = -V (J sigma + k_v (|J| - 1) cof J) A+
+///     on j:  F w_ij r_ij
+///     on i: -F sum_j w_ij r_ij
+/// H does not see the zero-energy modes. Their energy, after Ganzenmueller 2015, is
+///     U = c/2 sum_j w_ij |e_ij|^2,   e_ij = u_j - u_i - H r_ij
+/// Their forces are its exact gradient:
+///     on j: -c w_ij e_ij
+///     on i:  c sum_j w_ij e_ij
+/// The residual e of the least squares fulfils sum_j w_ij e_ij r_ij^T = 0, so that the change of H drops out.
+/// The forces of every stencil add up to no force and no torque. In gather form i sums its own stencil, and from every
+/// neighbour j its part in the stencil of j:
+///     w_ji (c_j (u_j - u_i) - T_j r_ij),   T = F + c H
+/// Velocities are those of half a sub-step before: damping is of first order in the sub-step. Returns the largest
+/// squared stretch of any element, an upper bound of the largest eigenvalue of J^T J.
 Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elements, StressScratch& scratch,
                         std::vector<Vec3>& force);
 
-/// Plastic flow over dt [s] (5.4.4), after find_gradients at the same time:
-///   where |eps - eps^p| > k_yield:  eps^p += min(dt k_creep, 1) (eps - eps^p)
-/// and |eps^p| is kept at most at its limit (O'Brien et al. 2002). |.| is the Frobenius norm.
+/// Plastic flow over dt [s] (5.4.4), after find_gradients at the same time, where |eps - eps^p| > k_yield:
+///     eps^p += min(dt k_creep, 1) (eps - eps^p)
+/// |eps^p| never exceeds its limit (O'Brien et al. 2002). |.| is the Frobenius norm.
 void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::vector<Mat3>& gradients,
                       Elements& elements);
 
-/// Green strain of element i, of the whole displacement [1].
+/// Green strain of element i, of the whole displacement, plastic part included [1].
 Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradient);
-/// Second Piola-Kirchhoff stress of an elastic strain [Pa]: isotropic, and of any law.
-Symmetric stress_of(const StressLaw& law, const Symmetric& strain);
+/// Second Piola-Kirchhoff stress of an elastic strain, of any law [Pa].
 Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& strain);
-/// That of element i with gradient H: of its elastic strain, and of viscosity [Pa].
-Symmetric whole_stress(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& gradient);
+/// The stress of element i with gradient H [Pa]: of its elastic strain, plus that of viscosity.
+Symmetric total_stress(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& gradient);
 
 }  // namespace thixo

@@ -10,15 +10,15 @@
 namespace thixo {
 namespace {
 
-constexpr int kFree = 4;  // iterations in which friction follows; then it keeps the drags it has
+constexpr int kFree = 4;  // iterations in which friction follows the motion; afterwards each drag stays as it is
 constexpr int kMostNewton = 16, kMostIterations = 2000, kMostSearch = 4;
-constexpr double kForcing = 0.1;    // of its right hand side that a linear system may leave
-constexpr double kOvershoot = 0.5;  // of the slope along a direction that may be left
+constexpr double kForcing = 0.1;    // part of its right hand side that a linear system may leave as residual
+constexpr double kOvershoot = 0.5;  // part of the slope along a direction that the search may leave
 constexpr Real kRounding = 4 * std::numeric_limits<Real>::epsilon();
 
 double dot(const Vec3& a, const Vec3& b) { return a.cast<double>().dot(b.cast<double>()); }
 
-/// The rigid motion of a body by its masses: of its momenta.
+/// The rigid motion of a body that has its mass, momentum and angular momentum.
 struct RigidRates {
     double mass = 0;
     Vec3d centre{0, 0, 0}, velocity{0, 0, 0}, angular{0, 0, 0}, spin{0, 0, 0};
@@ -42,7 +42,7 @@ struct Moments {
         return {mass + b.mass, first + b.first, momentum + b.momentum, angular + b.angular, second + b.second};
     }
 };
-/// `momentum(i)` of each element at its place.
+/// Sums up the rigid motion. `momentum(i)` is that of element i at its place.
 template <class F>
 RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
     const Moments sum = parallel_sum<Moments>(
@@ -65,8 +65,8 @@ RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
     return r;
 }
 
-/// A body that nothing acts on turns so that its angular momentum stays: by the spin of half the way, to the spin at
-/// the end. Both in the frame that turns along.
+/// A body that nothing acts on turns so that its angular momentum stays. It turns by the spin of half the way, and ends
+/// with the spin of the end. Both are in the frame that turns with the body.
 struct Turning {
     Mat3d turn;          // Q, from the old frame to the new one
     Vec3d spin, change;  // omega [1/s], its rate [1/s^2]
@@ -83,10 +83,13 @@ Turning turn_on(const RigidRates& r, double dt) {
     return {turn, spin, r.spin_of(-spin.cross(r.inertia * spin))};
 }
 
-/// Moves every body's frame on by the rigid motion over dt, in which the rest is then done: rigid motion is neither
-/// damped nor strained by steps backwards in time. In the new frame: start, where the elements are; displacement, where
-/// they come to without forces; base and rigid, as evaluate() reads them; velocity, what v' is without forces; and the
-/// acceleration of what turns along.
+/// Moves every body's frame on by its rigid motion over dt. The step is then solved in the new frame: steps backwards
+/// in time neither damp nor strain rigid motion. In the new frame the fields are
+///     start                where the elements are
+///     displacement         where they come to without forces
+///     base and rigid       as evaluate() reads them
+///     velocity             v' without forces
+///     acceleration         of places that turn with the body
 void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
     Elements& e = solids.elements;
     for (auto* v : {&s.start, &s.base, &s.rigid}) v->resize(e.size());
@@ -165,8 +168,9 @@ class Step {
         Slopes operator+(const Slopes& b) const { return {residual + b.residual, work + b.work, norm + b.norm}; }
     };
 
-    /// residual = f - M (v' - v)/dt at the present displacements. Of that no more can be known than what displacements
-    /// and velocities are rounded by makes of it: where nothing pulls, that is all there is.
+    /// Evaluates the residual at the present displacements:
+    ///     residual = f - M (v' - v)/dt      [N]
+    /// Rounding of displacements and velocities bounds how small it can become. Without forces, that bound is all.
     Norms evaluate() {
         const Real per = static_cast<Real>(1 / dt_);
         parallel_for(
@@ -231,7 +235,7 @@ class Step {
             512);
     }
 
-    /// product = (M/dt^2 + K) direction.
+    /// Computes product = (M/dt^2 + K) direction, and returns direction . product.
     double sweep() {
         multiply(e_, s_.stiffness, s_.direction, s_.product);
         multiply_boundaries(solids_, s_.direction, s_.boundaries, s_.product);
@@ -243,7 +247,7 @@ class Step {
         });
     }
 
-    /// change: what solves the linear system, to kForcing of the residual or `enough` of it, whichever is more.
+    /// Solves the linear system for `change`, to kForcing of the residual or to `enough` of it, whichever is more.
     int descend(double enough) {
         std::vector<Vec3>& left = s_.preconditioned;  // P r
         std::vector<Vec3> r = s_.residual;
@@ -290,7 +294,7 @@ class Step {
         return k;
     }
 
-    /// Goes along `change`, as far as the forces go with it.
+    /// Goes along `change`, as far as the forces point along it.
     Norms search() {
         const auto slope = [&] {
             return parallel_sum(e_.size(), [&](std::size_t i) { return dot(xyz(s_.change[i]), s_.residual[i]); });
@@ -324,9 +328,9 @@ class Step {
     ImplicitScratch& s_;
 };
 
-/// What the step leaves of each body's momenta is given to it as a rigid motion: the residual, and what the velocities
-/// `before` have of angular momentum at the places of now, less what turns along, in place of what the body had.
-/// Between these two lies how the deformation of the step changes the inertia.
+/// Gives each body the momenta that the step left out, as a rigid motion: those of the residual, and a difference of
+/// angular momenta. The velocities `before` at the present places, less the body's turning, have another angular
+/// momentum than the body had. The difference is due to the change of inertia by the step's deformation.
 void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, ImplicitScratch& s) {
     Elements& e = solids.elements;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
@@ -334,11 +338,11 @@ void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, Im
         if (std::ranges::any_of(body.elements, [&](Index i) { return solids.held[i] != 0; })) continue;
         if (body.empty()) continue;
         RigidRates left = rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * s.residual[i].cast<double>()); });
-        const RigidRates taken = rigid_rates(body, e, [&](std::size_t i) {
+        const RigidRates present = rigid_rates(body, e, [&](std::size_t i) {
             return Vec3d(static_cast<double>(e.mass[i]) *
                          (xyz(before[i]).cast<double>() - dt * s.turning[i].cast<double>()));
         });
-        left.spin += left.spin_of(s.angular[b] - taken.angular);
+        left.spin += left.spin_of(s.angular[b] - present.angular);
         parallel_for(body.size(), [&](std::size_t k) {
             const std::size_t i = body.elements[k];
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - left.centre;
@@ -349,7 +353,7 @@ void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, Im
     }
 }
 
-/// No element itself is ever in a wall.
+/// Moves every element that is in a wall out of it.
 void stay_out_of_walls(const Walls& walls, Solids& solids) {
     Elements& e = solids.elements;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
@@ -377,7 +381,7 @@ void stay_out_of_walls(const Walls& walls, Solids& solids) {
         256);
 }
 
-/// The nodes' ways are counted from where the elements are, in the frames of now.
+/// Nodes' displacements are counted from where the elements are, in the present frames.
 void count_ways_from(const std::vector<Quad>& start, Solids& solids) {
     ContactNodes& n = solids.contacts.nodes;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
@@ -402,7 +406,7 @@ ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& 
     move_held(time + dt, dt);
     const ImplicitReport report = Step(dt, tolerance, walls, before, solids, s).solve();
     keep_momenta(dt, before, solids, s);
-    take_boundary_state(dt, solids);
+    store_boundary_state(dt, solids);
     stay_out_of_walls(walls, solids);
     return report;
 }

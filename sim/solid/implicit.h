@@ -10,43 +10,47 @@
 namespace thixo {
 
 struct ImplicitReport {
-    int newton = 0, iterations = 0;  // of Newton's method, of conjugate gradients in all of them
+    int newton = 0, iterations = 0;  // of Newton's method; of conjugate gradients, over all Newton iterations
     bool converged = true;
 };
 
-/// Scratch of a step, kept so that a steady simulation allocates little.
+/// Scratch of a step. It is kept between steps, so that a steady simulation allocates little.
 struct ImplicitScratch {
     Stiffness stiffness;
     BoundaryTerms boundaries;
-    std::vector<Quad> start, base;             // u at the beginning, in the frame of the end and in its own [m]
+    std::vector<Quad> start, base;             // u at the beginning: in the end's frame, in its own frame [m]
     std::vector<Quad> rigid;                   // velocity of the rigid motion at the end [m/s]
-    std::vector<Vec3> turning;                 // acceleration of what turns along [m/s^2]
-    std::vector<Vec3d> angular;                // of each body about its centre, before, in the frame of the end
+    std::vector<Vec3> turning;                 // acceleration of places that turn with the body [m/s^2]
+    std::vector<Vec3d> angular;                // angular momentum of each body before, in the end's frame [kg m^2/s]
     std::vector<Quad> change, direction;       // of u [m]
     std::vector<Vec3> residual, product;       // [N]
     std::vector<Vec3> preconditioned;          // [m]
     std::vector<Symmetric> diagonal, inverse;  // of M/dt^2 + K [N/m], [m/N]
     std::vector<Symmetric> bounds;             // of contact and walls [N/m]
     CoarseGrid coarse;
-    bool two_levels = true;  // to measure what the coarse grid is good for
+    bool two_levels = true;  // off: to measure the gain of the coarse grid
     StressScratch stress;
-    // Of the bonds' version that they were made for.
+    // Diagonal blocks, and the bonds' version that they were computed for.
     std::uint64_t version = 0;
     std::vector<Symmetric> elastic, viscous;
 };
 
-/// Brings what is held to where it is at a time [s], a step [s] after it was where it is.
+/// Moves what is held to its place at a time [s], a step [s] after its present place.
 using MoveHeld = std::function<void(double time, double dt)>;
 
-/// From t to t + dt [s]: u' and v' = (u' - u)/dt with
-///   M (v' - v)/dt = f(u', v')                       f of elasticity, contact, walls and what is held over the step
-/// by Newton's method with a search along each direction, which solves (M/dt^2 + K) du = f - M (v' - v)/dt by conjugate
-/// gradients, preconditioned with the inverse 3x3 blocks plus a coarse grid's, until what is left is no more than
-/// `tolerance` of the forces (norms sqrt(sum |.|^2/m)). Stable at any step; damps what vibrates faster than it. The
-/// bodies' frames go ahead with their rigid motion first, in which u and v are: so displacements stay small, turning is
-/// no strain, and spin is not damped. The momenta of each body that nothing holds change by the forces to rounding,
-/// whatever the tolerance. Requires contacts found at t; walls are left at t + dt. Elements' velocities are those of t,
-/// not of half a step before.
+/// Advances the solids from t to t + dt [s] by Euler's method backwards in time:
+///     u' = u + dt v'
+///     M (v' - v)/dt = f(u', v')
+/// f holds elasticity, contact, walls and the handles' motion over the step. Newton's method with a search along each
+/// direction solves it. Each direction solves
+///     (M/dt^2 + K) du = f - M (v' - v)/dt
+/// by conjugate gradients, preconditioned with the inverse 3x3 blocks plus a coarse grid. The iteration ends when the
+/// residual is at most `tolerance` of the forces, both in the norm
+///     sqrt(sum |.|^2/m)
+/// The step is stable at any dt. It damps vibrations faster than dt. The bodies' frames first go ahead with their rigid
+/// motion; u and v are measured in these frames. Displacements therefore stay small, turning makes no strain, and spin
+/// is not damped. The momenta of each free body change by the forces to rounding, at any tolerance. Requires contacts
+/// found at t. Walls are left at t + dt. Elements' velocities are those of t, not of half a step before.
 ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, const MoveHeld& move_held,
                                Solids& solids, ImplicitScratch& scratch);
 

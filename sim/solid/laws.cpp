@@ -7,24 +7,30 @@
 namespace thixo {
 namespace {
 
-struct Values {  // what goes over from one material to another
+struct Values {  // what changes from one material to another
     scene::Elastic elastic;
     double viscosity;
 };
 
 Values values_of(const scene::Material& m) { return {m.elastic, m.viscosity}; }
 
-Values between(const Values& a, const Values& b, double part) {
+/// Finds the numbers of an elastic block by its keys (scene_key.h).
+struct Numbers {
+    std::vector<double*> all;
+    void key(const char*, double& number, const char*, const scene::Check&, const char*) { all.push_back(&number); }
+    void block(auto&&...) {}
+    void list(auto&&...) {}
+};
+std::vector<double*> numbers_of(scene::Elastic& e) {
+    Numbers numbers;
+    visit(numbers, e);
+    return numbers.all;
+}
+
+Values between(Values a, const Values& b, double part) {
     Values out = b;
-    const auto mix = [&](double scene::Elastic::*key) {
-        out.elastic.*key = (1 - part) * (a.elastic.*key) + part * (b.elastic.*key);
-    };
-    for (const auto key :
-         {&scene::Elastic::youngs_modulus, &scene::Elastic::poisson_ratio, &scene::Elastic::volume_stiffness,
-          &scene::Elastic::zero_energy, &scene::Elastic::yield_strain, &scene::Elastic::creep,
-          &scene::Elastic::maximum_plastic_strain, &scene::Elastic::friction, &scene::Elastic::contact_damping,
-          &scene::Elastic::contact_stiffness})
-        mix(key);
+    const std::vector<double*> from = numbers_of(a.elastic), to = numbers_of(out.elastic);
+    for (std::size_t k = 0; k < to.size(); ++k) *to[k] = (1 - part) * *from[k] + part * *to[k];
     out.viscosity = (1 - part) * a.viscosity + part * b.viscosity;
     return out;
 }
@@ -43,37 +49,9 @@ Values values_at(const scene::Scene& scene, const scene::Material& material, dou
 
 }  // namespace
 
-namespace {
-
-StressLaw law_of(const scene::Elastic& e, double viscosity) {
-    const double modulus = e.youngs_modulus, nu = e.poisson_ratio;
-    const auto real = [](double a) { return static_cast<Real>(a); };
-    StressLaw law;
-    law.lambda = real(modulus * nu / ((1 + nu) * (1 - 2 * nu)));
-    law.mu = real(modulus / (2 * (1 + nu)));
-    law.volume_stiffness = real(e.volume_stiffness);
-    law.viscosity = real(viscosity);
-    law.zero_energy = real(e.zero_energy * modulus);
-    law.yield = real(e.yield_strain);
-    law.creep = real(e.creep);
-    law.most_plastic = real(e.maximum_plastic_strain);
-    law.friction = real(e.friction);
-    law.contact_damping = real(e.contact_damping);
-    law.contact_stiffness = real(e.contact_stiffness);
-    return law;
-}
-
-}  // namespace
-
 StressLaw law_at(const scene::Scene& scene, std::size_t material, double time) {
     const Values now = values_at(scene, scene.materials[material], time);
     return law_of(now.elastic, now.viscosity);
-}
-
-StressLaw scaled(const StressLaw& law, Real share) {
-    StressLaw out = law;
-    for (Real* a : {&out.lambda, &out.mu, &out.volume_stiffness, &out.viscosity, &out.zero_energy}) *a *= share;
-    return out;
 }
 
 MeltingLaw::MeltingLaw(const scene::Scene& scene, std::size_t material, double time)
@@ -93,7 +71,7 @@ StressLaw MeltingLaw::at(double b) const {
     mix(e.volume_stiffness, 0);
     mix(e.yield_strain, liquid.yield_strain);
     mix(e.creep, liquid.creep);
-    if (b > 0) e.maximum_plastic_strain = 0;  // a liquid flows as far as it likes
+    if (b > 0) e.maximum_plastic_strain = 0;  // a liquid flows without limit
     return law_of(e, (1 - b) * viscosity_);
 }
 

@@ -37,7 +37,7 @@ void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements, const s
         if (!(sum.mass > 0)) continue;
         const Vec3d mbar = sum.rest / sum.mass, ybar = mbar + sum.shift / sum.mass;
         const Mat3d turn = fitting_rotation(sum.spread - sum.mass * mbar * ybar.transpose());
-        // Of the frame's own pose (turn, shift): y = turn m' + shift.
+        // The new pose (turn, shift) within the old frame: y = turn m' + shift.
         const Vec3d shift = ybar - turn * mbar;
         const Mat3d back = turn.transpose(), change = back - Mat3d::Identity();
         parallel_for(
@@ -54,7 +54,7 @@ void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements, const s
             2048);
         body.place += body.turn * shift;
         body.turn = body.turn * turn;
-        // Rounding of many steps must not make it anything but a rotation.
+        // Rounding of many steps must not make the matrix anything but a rotation.
         body.turn = Quatd(body.turn).normalized().toRotationMatrix();
     }
 }

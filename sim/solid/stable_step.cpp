@@ -12,11 +12,11 @@ namespace thixo {
 namespace {
 
 constexpr int kIterations = 40;
-constexpr double kUsed = 0.64;       // of the stability limit
+constexpr double kUsed = 0.64;       // part of the stability limit
 constexpr Real kSmall = Real(1e-4);  // displacement in supports: strains this small are linear
 constexpr std::uint64_t kStartUse = 0x736f6c69;
 
-/// Scales the field of one body so that its largest displacement is `small`; its mean square before that.
+/// Scales the field of one body so that its largest component is `small`.
 void normalise(const SolidBody& body, Real small, std::vector<Quad>& field) {
     Real largest = 0;
     for (const Index i : body.elements) largest = std::max(largest, xyz(field[i]).cwiseAbs().maxCoeff());

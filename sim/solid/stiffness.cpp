@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kElements = 128;  // of one chunk
 
-/// What of a stress pulls.
+/// The tensile part of a stress.
 Symmetric pulling(const Symmetric& stress) {
     Eigen::SelfAdjointEigenSolver<Mat3> eigen;
     eigen.computeDirect(matrix(stress));
@@ -20,7 +20,7 @@ Stiffness::At tangent_of(const StressLaw& law, const Elements& e, std::size_t i,
     const Mat3 h = gradient_of(e, i);
     Stiffness::At at;
     at.j = projection_of(e, i) + h;
-    at.stress = whole_stress(law, e, i, h);
+    at.stress = total_stress(law, e, i, h);
     at.dilatation =
         law.volume_stiffness > 0 && e.bonds.moment[i].full && tangent == Tangent::exact ? dilatation(h) : Real(0);
     if (tangent == Tangent::definite) at.stress = pulling(at.stress);
@@ -41,7 +41,7 @@ Mat3 stress_change(const StressLaw& law, const Elements& e, const Stiffness::At&
     return change;
 }
 
-/// Adds what a displacement of an element changes of its own force, by way of one stencil in which it has H = du b^T.
+/// Adds, by way of one stencil with H = du b^T, how an element's displacement du changes the element's own force.
 void add_block(const StressLaw& law, const Elements& e, std::size_t stencil, const Vec3& b, Mat3& block) {
     for (int a = 0; a < 3; ++a)
         block.col(a) += e.volume[stencil] * (stress_change_at_rest(law, e, stencil, Vec3::Unit(a) * b.transpose()) * b);

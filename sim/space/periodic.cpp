@@ -11,7 +11,7 @@ namespace {
 /// Distance of neighbouring floats of the size of `largest`: every multiple of it up to there is a float.
 double grain_at(double largest) { return std::ldexp(1.0, std::ilogb(largest) + 1 - std::numeric_limits<Real>::digits); }
 
-// The images of a particle near a face: along each axis itself, and what lies beyond the faces within reach.
+// The images of a particle near a face. Along each axis they are itself, and those beyond the faces within reach.
 struct Images {
     std::array<std::array<Real, 3>, 3> offset;  // per axis
     std::array<int, 3> count;

@@ -1,19 +1,19 @@
-// Axes of the domain that are periodic: what leaves through one face comes back through the opposite one.
+// Periodic axes of the domain: matter that leaves through one face returns through the opposite one.
 //
-// How a sweep sees across a face: particles within one support of a periodic face have ghosts, copies shifted by the
-// period (across edges and corners too). In every packed array that sweeps gather from, n particles come first, then
-// the g ghosts, last one filler:
-//     [0, n)  particles     [n, n + g)  ghosts     [n + g]  filler, of which a sweep makes nothing
-// Neighbour lists exist for the particles alone and name particles and ghosts alike, so a sweep needs no branch. It
-// must not use an index from a list in an array of Particles, which has no ghosts.
+// Sweeps across a face use ghosts. A ghost is a copy of a particle within one support of a periodic face, shifted by
+// the period (across edges and corners too). Every packed array that sweeps gather from holds n particles, then g
+// ghosts, then one filler:
+//     [0, n)  particles     [n, n + g)  ghosts     [n + g]  filler, which adds nothing to a sum
+// Only particles have neighbour lists. The lists name particles and ghosts alike, so that a sweep needs no branch.
+// Arrays of Particles have no ghosts: an index from a list must not be used there.
 //
-// A solver with packed arrays of its own (pressures, search directions, ...):
-//   1. once a step      resize_packed(s.sweep.ghosts, array, filler_value);   room for n + g + 1, filler set
-//   2. each iteration   write array[i] for i < n (parallel_for over n = s.particles.size(), as ever)
-//   3. before a sweep gathers from it      refresh_ghosts(s.sweep.ghosts, array);   ghosts copy what they are images of
-//   4. in the sweep     for_each_run(s.neighbours[i], s.sweep.nobody(), ...)        the filler, wherever it is
+// A solver with packed arrays of its own (pressures, search directions, ...) does this:
+//     1. once a step      resize_packed(s.sweep.ghosts, array, filler_value);   room for n + g + 1, filler set
+//     2. each iteration   write array[i] for i < n (parallel_for over n = s.particles.size(), as ever)
+//     3. before a gather  refresh_ghosts(s.sweep.ghosts, array);                ghosts copy their particles
+//     4. in the sweep     for_each_run(s.neighbours[i], s.sweep.nobody(), ...)  pads with the filler
 // A value that holds a place must go through refresh_places, which adds the shift. Sums and residuals run over i < n.
-// Without periodic axes g = 0 and 1, 3 cost nothing; the same code serves both.
+// Without periodic axes g = 0, and 1 and 3 cost nothing: the same code serves both.
 #pragma once
 
 #include <array>
@@ -28,10 +28,10 @@
 
 namespace thixo {
 
-/// The periodic axes of a scene, in the numbers of the state. Along a periodic axis places are multiples of `grain`,
-/// the distance of neighbouring floats at the domain's far end, and so is the period: then a shift by the period and
-/// any difference of two places are exact, a pair across a face feels bit for bit what it would feel elsewhere, and
-/// momentum is conserved as without periodic axes.
+/// The periodic axes of a scene, in the numbers of the state. Along a periodic axis places and the period are multiples
+/// of `grain`, the distance of neighbouring floats at the domain's far end. A shift by the period and any difference of
+/// two places are then exact. A pair across a face has the same forces, bit for bit, as elsewhere, and momentum is
+/// conserved.
 struct Periodic {
     struct Axis {
         bool on = false;
@@ -42,17 +42,17 @@ struct Periodic {
 
     bool any() const { return axis[0].on || axis[1].on || axis[2].on; }
     Real period(int a) const { return axis[static_cast<std::size_t>(a)].to - axis[static_cast<std::size_t>(a)].from; }
-    /// The image of x in the domain, rounded to the grain. What is not finite stays.
+    /// The image of x in the domain, rounded to the grain. A place that is not finite stays.
     Vec3 wrapped(const Vec3& x) const;
     /// The image of x nearest to `about`.
     Vec3 nearest_image(const Vec3& x, const Vec3& about) const;
 };
 
-/// The periodic axes of a checked scene: each at least two supports [m] long, so that no particle meets two images of
-/// another.
+/// The periodic axes of a checked scene. Each is at least two supports [m] long, so that no particle meets two images
+/// of another.
 Periodic make_periodic(const scene::World& world, Real support);
 
-/// Brings every particle into the domain; what else is a place of the particle is shifted along.
+/// Moves every particle into the domain. Its other places are shifted with it.
 void wrap_particles(const Periodic& periodic, Particles& particles);
 
 /// The ghosts of this step: ghost k stands for particle source[k] at its place + shift[k].

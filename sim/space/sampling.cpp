@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kMostSites = 2147483647.0;
 
-// Sites from the first to the last that fit into `extent`, centred: the count and the coordinate of the first.
+// A centred row of sites within `extent`: their count, and the coordinate of the first.
 struct Row {
     int count;
     double first;
@@ -58,7 +58,7 @@ std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::functi
     if (static_cast<double>(x.count) * y.count * z.count > kMostSites)
         throw InputError("a body of {} x {} x {} particles is too many; raise solver.spacing", x.count, y.count,
                          z.count);
-    // Odd rows stand half a site further along x, odd layers a third of a row along y: the mean of both keeps the
+    // Odd rows stand half a site further along x, odd layers a third of a row along y. The mean of both keeps the
     // packing centred.
     const Vec3 origin(static_cast<Real>(x.first - 0.25 * steps.x()), static_cast<Real>(y.first - steps.y() / 6),
                       static_cast<Real>(z.first));

@@ -1,4 +1,4 @@
-// Particles where a body is: hexagonal close packing inside a shape. Dissertation 4.2.
+// Particles of a body: hexagonal close packing inside its shape. Dissertation 4.2.
 #pragma once
 
 #include <functional>
@@ -11,15 +11,15 @@
 
 namespace thixo {
 
-/// The sites of a packing that lie inside `shape` (distance < 0) and where `allowed` holds, in ascending order of (k,
-/// j, i). The packing is centred in the shape's box, so that in a box the outermost layers stand half a layer inside
-/// the faces. Along a periodic axis it is laid from face to face, the same for every body, and stretched
-/// (`packing_stretch`) so that it continues across them. Throws InputError where the shape is unbounded, or has room
-/// for more than 2^31 sites.
+/// The sites of a packing that lie inside `shape` (distance < 0) and where `allowed` holds, ascending in (k, j, i). The
+/// packing is centred in the shape's box: in a box the outermost layers stand half a layer inside the faces. Along a
+/// periodic axis it goes from face to face, the same for every body, stretched (`packing_stretch`) to continue across
+/// them. Throws InputError where the shape is unbounded, or has room for more than 2^31 sites.
 std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
                              const Periodic& periodic = {});
 
-/// What a packing is stretched by along each axis so that whole rows of it fill the period; 1 where there is none.
+/// The factor by which a packing is stretched along each axis, so that whole rows fill the period; 1 where there is
+/// none.
 Vec3d packing_stretch(Real spacing, const Periodic& periodic);
 
 }  // namespace thixo

@@ -6,7 +6,7 @@ namespace thixo {
 
 namespace {
 
-/// Sum of term(|x|) over all sites of the packing but the origin, as far as `support`.
+/// Sum of term(|x|) over all sites of the packing within `support`, without the origin.
 template <class Term>
 double sum_over_sites(Real support, Real spacing, Term&& term) {
     const int reach = static_cast<int>(support / packing_distance(spacing)) + 2;
@@ -64,8 +64,8 @@ ConvexSpline calibrated(ConvexSpline kernel, Real spacing) {
     return kernel;
 }
 
-/// The wall that a packing standing half a layer off it does not notice: it gives a particle of the first layer the
-/// share of the missing half of the packing, and, as its own particles do not answer, twice the gradient.
+/// The wall beside which a packing half a layer off it is in balance. It gives a particle of the first layer the share
+/// of the missing half of the packing. As a wall has no particles that react, it has twice the gradient.
 WallKernel wall_of_packing(const ConvexSpline& kernel, Real spacing) {
     const Real support = 1 / kernel.h_inv, half = Real(0.5) * packing_layer(spacing);
     const auto missing = [&](auto&& term) {

@@ -1,4 +1,4 @@
-// How the implicit pressure solver feels a wall.
+// The kernel of a wall in the implicit pressure solver.
 #pragma once
 
 #include <cmath>
@@ -7,38 +7,39 @@
 
 namespace thixo {
 
-/// A kernel that is integrated over a wall's volume, given by what a half-space at distance d adds to the relative
-/// density:
-///   c(d) = a (1 - d/h)^n   for d >= 0, 2 a - c(-d) inside;   the kernel is w(r) = c''(r)/(2 pi r)
-/// The fluid's own kernel will not do. Pressure forces follow from the energy sum_i V0_i p_i s_i, in which a neighbour
-/// counts twice, by its own density as well, but a wall at rest once: under a uniform pressure the first layer would be
-/// drawn against a wall of the fluid's kernel. Mirroring the pressure doubles the wall's force, but then it is not the
-/// gradient of anything, and the fluid never rests. A steeper c does both: at half a layer's distance it has the value
-/// of the fluid that is not there, and twice its slope.
+/// A kernel w integrated over a wall's volume. A half-space at distance d adds to the relative density
+///     c(d) = a (1 - d/h)^n      for d >= 0
+///     c(d) = 2 a - c(-d)        inside
+///     w(r) = c''(r)/(2 pi r)    [1/m^3]
+/// The fluid's own kernel does not work here. Pressure forces follow from the energy sum_i V0_i p_i s_i. A neighbour
+/// counts twice in it, because its own density counts as well, but a wall counts once. With the fluid's kernel a
+/// uniform pressure would draw the first layer against the wall. Mirroring the pressure doubles the wall's force, but
+/// that force is no gradient of an energy, and the fluid never comes to rest. A steeper c solves both. At half a
+/// layer's distance it has the value of the missing fluid, and twice its slope.
 struct WallKernel {
-    /// c with this value [1] and slope < 0 [1/m] at distance d; n is rounded, so that the slope is met to about 5 %.
+    /// c has this value [1] and slope < 0 [1/m] at distance d. n is rounded, so that the slope is met to about 5 %.
     WallKernel(Real support_, Real d, Real share_at, Real slope_at) : support(support_) {
-        const Real rest = Real(1) - d / support;
-        power = static_cast<int>(std::round(-slope_at / share_at * support * rest));
-        amplitude = share_at / raise(rest, power);
+        const Real remaining = Real(1) - d / support;
+        power = static_cast<int>(std::round(-slope_at / share_at * support * remaining));
+        amplitude = share_at / raise(remaining, power);
     }
     Real value(Real r) const {
-        const Real rest = Real(1) - r / support;
-        if (rest <= 0) return 0;
-        return amplitude * static_cast<Real>(power * (power - 1)) / (support * support) * raise(rest, power - 2) /
+        const Real remaining = Real(1) - r / support;
+        if (remaining <= 0) return 0;
+        return amplitude * static_cast<Real>(power * (power - 1)) / (support * support) * raise(remaining, power - 2) /
                (static_cast<Real>(2 * kPi) * r);
     }
     Real share(Real d) const {
-        const Real rest = std::max(Real(1) - std::abs(d) / support, Real(0));
-        const Real beyond = amplitude * raise(rest, power);
+        const Real remaining = std::max(Real(1) - std::abs(d) / support, Real(0));
+        const Real beyond = amplitude * raise(remaining, power);
         return d < 0 ? 2 * amplitude - beyond : beyond;
     }
-    /// dc/dd [1/m], never positive
+    /// dc/dd [1/m], never positive.
     Real slope(Real d) const {
-        const Real rest = std::max(Real(1) - std::abs(d) / support, Real(0));
-        return -amplitude * static_cast<Real>(power) / support * raise(rest, power - 1);
+        const Real remaining = std::max(Real(1) - std::abs(d) / support, Real(0));
+        return -amplitude * static_cast<Real>(power) / support * raise(remaining, power - 1);
     }
-    /// The d of a share in (0, 2 a).
+    /// The distance d at which c has a value in (0, 2 a).
     Real distance(Real share) const {
         const auto outside = [&](Real c) {
             return support * (1 - std::pow(c / amplitude, Real(1) / static_cast<Real>(power)));

@@ -9,8 +9,7 @@
 namespace thixo {
 namespace {
 
-// Blocks are numbered by 21 bits an axis; beyond, places are folded onto the outermost block. No scene of metres comes
-// near.
+// Blocks have 21 bits an axis. Places beyond are folded onto the outermost block. No scene of metres comes near.
 constexpr std::int32_t kLimit = (1 << 20) - 1;
 std::int32_t block_coordinate(Real v) {
     const Real f = std::floor(v);
@@ -21,22 +20,22 @@ std::uint64_t block_key(std::int32_t i, std::int32_t j, std::int32_t k) {
     return part(k) << 42 | part(j) << 21 | part(i);
 }
 
-// A solid counts as flat where its distance is linear to this part of the support: the integrals then err by less than
-// the tables do. To the second part of it, it is a plane: then neither block nor place needs more than the plane.
+// A solid is flat where its distance is linear to this part of the support. The error of the integrals is then smaller
+// than that of the tables. To the second part of it, it is a plane, and a block needs no more than the plane.
 constexpr Real kFlatness = Real(1e-3);
 constexpr Real kPlaneness = Real(2e-5);
 
-// Radius, in supports, to which the implicit solver's walls round their concave edges off. A particle in a sharp one
-// feels each wall with its full share, is held by its neighbours too tightly to come to rest, and shakes all others: a
-// square tank at rest has 11 mm/s then, and under 2 with the edges rounded to one spacing, which is less than the
-// particles resolve.
+// Radius, in supports, of concave edges of the implicit solver's walls. In a sharp edge a particle has the full share
+// of each wall. Its neighbours hold it too tightly to come to rest, and it shakes all others. A square tank at rest
+// then has 11 mm/s. With the edges rounded to one spacing, which is less than the particles resolve, it has less than 2
+// mm/s.
 constexpr Real kFillet = Real(0.5);
 
 }  // namespace
 
 WallIntegrals half_space_integrals(Real distance, Real support) {
-    // The kernels' densities along the normal, m(z), by integrating over planes; with q = |distance|/h and p = 1 - q:
-    //   poly6: 315/(256 h) (1 - q^2)^4    spiky: 30/h (p^4/4 - p^5/5)    lap visc: 90/h^3 (1/6 - q^2/2 + q^3/3)
+    // The kernels' densities along the normal, m(z), are integrals over planes. With q = |distance|/h and p = 1 - q:
+    //     poly6: 315/(256 h) (1 - q^2)^4    spiky: 30/h (p^4/4 - p^5/5)    lap visc: 90/h^3 (1/6 - q^2/2 + q^3/3)
     WallIntegrals w;
     w.distance = distance;
     const Real q = std::abs(distance) / support;
@@ -109,7 +108,7 @@ WallMap::Page::~Page() {
     for (const auto& block : blocks) delete block.load();
 }
 
-/// How far the distance is from linear within the kernel's reach of a block [m].
+/// The deviation of the distance from a linear function, within the kernel's reach of a block [m].
 Real WallMap::unevenness(const Vec3& centre, Real& distance, Vec3& normal) const {
     const Real reach = support_ * Real(1.5);  // half a block and the kernel
     distance = solid_.distance(centre);
@@ -125,7 +124,7 @@ Real WallMap::unevenness(const Vec3& centre, Real& distance, Vec3& normal) const
 }
 
 std::vector<Real> WallMap::occupancy(const Vec3& origin) const {
-    // Samples are taken in cubes of 4^3: a cube whose centre is farther from the surface than its corners is full or
+    // Samples are taken in cubes of 4^3. A cube whose centre is farther from the surface than its corners is full or
     // empty.
     constexpr int kCube = 4;
     static_assert(kSide % kCube == 0);
@@ -208,7 +207,7 @@ WallMap::Block WallMap::make_block(const Vec3& origin) const {
     return b;
 }
 
-/// The block that holds x, and where x is in it, in blocks.
+/// The block that holds x. `inside` becomes the place of x in it, in blocks.
 const WallMap::Block& WallMap::block_at(const Vec3& x, Cursor& cursor, Vec3& inside) const {
     const Vec3 s = x / support_;
     const std::int32_t i = block_coordinate(s.x()), j = block_coordinate(s.y()), k = block_coordinate(s.z());
@@ -225,7 +224,7 @@ const WallMap::Block& WallMap::block_at(const Vec3& x, Cursor& cursor, Vec3& ins
     auto& slot = cursor.page->blocks[static_cast<std::size_t>(((k & mask) * kPage + (j & mask)) * kPage + (i & mask))];
     const Block* block = slot.load(std::memory_order_acquire);
     if (block) return *block;
-    // Two threads may make the same block; both make the same one and the second is dropped.
+    // Two threads may make the same block: both blocks are equal, and the second is dropped.
     auto made = std::make_unique<const Block>(make_block(support_ * corner));
     if (slot.compare_exchange_strong(block, made.get(), std::memory_order_acq_rel)) block = made.release();
     return *block;
@@ -281,8 +280,9 @@ WallIntegrals WallMap::at(const Vec3& x, Cursor& cursor) const {
     return w;
 }
 
-/// The shortest u that takes x to at least `radius` from every plane: n_k.u >= radius - d_k. Least squares with bounds;
-/// the planes that hold it are tried one, two, three at a time.
+/// The shortest u that moves x to at least `radius` from every plane:
+///     n_k.u >= radius - d_k      [m]
+/// It is a least squares problem with bounds. The active planes are tried one, two, three at a time.
 Vec3 WallMap::way_off(const Planes& planes, Real radius) {
     Vec3 best = Vec3::Zero();
     Real shortest = std::numeric_limits<Real>::max();
@@ -337,7 +337,8 @@ void WallMap::take_rounded_planes(const Vec3& x, const Block& block, WallIntegra
     }
 }
 
-/// distance and gradient (of the share, away from the room) are the table's, which is enough where the wall is flat.
+/// The planes of the wall near x. `distance` and `gradient` (of the share, away from the room) are those of the table.
+/// They are exact enough where the wall is flat.
 WallMap::Planes WallMap::planes_near(const Block& block, const Vec3& x, Real distance, const Vec3& gradient) const {
     const Real h = support_;
     Planes out;
@@ -355,7 +356,7 @@ WallMap::Planes WallMap::planes_near(const Block& block, const Vec3& x, Real dis
     const Vec3 n1 = solid_.gradient(x, h / 512).normalized();
     if (!n1.allFinite()) return out;
     add(d1, n1);
-    // A support further on nothing else is nearer than this wall: it has no concave edge within reach.
+    // Where no other wall is nearer a support farther on, the wall has no concave edge within reach.
     const Real margin = h / 64;
     const Vec3 beyond = x + h * n1;
     const Real seen = solid_.distance(beyond);
@@ -395,8 +396,8 @@ Real WallMap::distance(const Vec3& x, Vec3& normal, Cursor& cursor) const {
     const Real length = normal.norm();
     if (length > 0) normal /= length;
     if (distance > support_ / 4) return distance;
-    // Close to the surface the shape itself answers: between nodes on the two sides of a thin wall the table has no
-    // surface at all.
+    // Close to the surface the shape itself gives the distance: between nodes on the two sides of a thin wall the table
+    // has no surface.
     const Vec3 exact_normal = solid_.gradient(x, support_ / 64);
     if (!exact_normal.isZero()) normal = exact_normal;
     return solid_.distance(x);

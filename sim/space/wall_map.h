@@ -1,5 +1,5 @@
-// What a wall adds to the SPH sums of a particle beside it: integrals of the kernels over the wall's volume, tabulated
-// in the wall's own frame (density maps: Koschier & Bender 2017; volume maps: Bender et al. 2019).
+// The walls' part of the SPH sums of a particle. It consists of integrals of the kernels over the wall's volume,
+// tabulated in the wall's own frame. (Density maps: Koschier & Bender 2017; volume maps: Bender et al. 2019.)
 #pragma once
 
 #include <oneapi/tbb/concurrent_unordered_map.h>
@@ -28,19 +28,19 @@ struct WallIntegrals {
 /// The integrals of a half-space whose surface is at `distance` (in closed form), normal (0, 0, 1) towards x.
 WallIntegrals half_space_integrals(Real distance, Real support);
 
-/// Tables of one solid, made block by block where they are first asked for: memory and time go where matter comes,
-/// unbounded walls need no box, and every value is a pure function of the place, whichever thread asked first. In a
-/// block where the solid is a half-space as far as the kernel reaches, values are those of the closed form and nothing
-/// is stored but the plane; where it nearly is one, the closed form is tabulated at h/4; elsewhere the solid is sampled
-/// at h/8 and summed at h/4, trilinear in between.
+/// Tables of one solid. Blocks are made where they are first asked for: memory and time go where matter comes, and
+/// unbounded walls need no box. Every value is a pure function of the place, whichever thread asks first. Where the
+/// solid is a half-space as far as the kernel reaches, a block stores its plane, and values are those of the
+/// closed form. Where it is nearly one, the closed form is tabulated at h/4. Elsewhere the solid is sampled at h/8 and
+/// summed at h/4, trilinear in between.
 class WallMap {
   public:
     WallMap(Shape solid, Real support);
-    /// The wall of the implicit solver: the share is that of `kernel` at the distance from the planes that the wall is
-    /// made of near x, by the shape's own distances and with concave edges rounded off to half a support, and the
-    /// gradient exactly that of the share, so that a wall gives back the energy it takes (interpolated, it would not).
-    /// The first plane touches the nearest point of the wall; where a support further on another wall is nearer, the
-    /// edge is concave, and that is the second; and so the third.
+    /// The wall of the implicit solver. The share is that of `kernel` at the distance from the planes that the wall
+    /// consists of near x. The planes come from the shape's own distances; concave edges are rounded to half a support.
+    /// The gradient is exactly that of the share, so that a wall returns the energy that it takes. Interpolation would
+    /// not do that. The first plane touches the nearest point of the wall. Where another wall is nearer a support
+    /// farther on, the edge is concave, and that wall gives the second plane. The third is found in the same way.
     WallMap(Shape solid, const WallKernel& kernel);
     WallMap(WallMap&&) = default;
 
@@ -49,7 +49,7 @@ class WallMap {
     struct Page;
 
   public:
-    /// The page of blocks last asked in, and a ball that no wall is near: a place in it needs no look-up.
+    /// The page of blocks last used, and a ball without walls: a place in it needs no look-up.
     struct Cursor {
         std::uint64_t key = ~std::uint64_t(0);
         Page* page = nullptr;
@@ -57,15 +57,15 @@ class WallMap {
         Real radius2 = 0;  // [m^2]
     };
 
-    /// Integrals at x; beyond one support from the wall they are zero, and distance is a lower bound not below the
+    /// Integrals at x. Beyond one support from the wall they are zero, and distance is a lower bound, at least the
     /// support.
     WallIntegrals at(const Vec3& x, Cursor& cursor) const;
     WallIntegrals at(const Vec3& x) const {
         Cursor cursor;
         return at(x, cursor);
     }
-    /// Distance, exact nearer than a quarter of the support, and the unit normal from the wall (the gradient of the
-    /// distance; zero beyond one support).
+    /// Distance, exact nearer than a quarter of the support. `normal` becomes the unit normal from the wall, the
+    /// gradient of the distance; zero beyond one support.
     Real distance(const Vec3& x, Vec3& normal, Cursor& cursor) const;
     Real distance(const Vec3& x, Vec3& normal) const {
         Cursor cursor;
@@ -79,7 +79,7 @@ class WallMap {
     static constexpr int kNodes = kCells + 1;
     static constexpr int kFine = 2;                            // samples per cell and axis
     static constexpr int kReach = 8;                           // samples per support
-    static constexpr int kSide = kCells * kFine + 2 * kReach;  // samples per axis that a block sees
+    static constexpr int kSide = kCells * kFine + 2 * kReach;  // samples per axis that a block needs
     /// distance, share, laplacian, gradient x y z, and two to fill a register.
     struct alignas(8 * sizeof(Real)) Node {
         Real value[8];
@@ -92,7 +92,7 @@ class WallMap {
         Real offset = 0;          // [m]
         bool plane() const { return nodes.empty() && far <= 0; }
     };
-    /// kPage^3 blocks side by side: particles in cell order seldom leave it.
+    /// A cube of kPage^3 blocks: particles in cell order seldom leave it.
     static constexpr int kPageBits = 3, kPage = 1 << kPageBits;
     struct Page {
         std::array<std::atomic<const Block*>, std::size_t(kPage) * kPage * kPage> blocks{};
@@ -134,7 +134,7 @@ class WallMap {
     Real support_, cell_, sample_;
     std::vector<StencilRow> rows_;
     std::vector<Weight> weights_;
-    struct Hash {  // keys are three coordinates side by side: unmixed, a table of 2^n buckets would see x alone
+    struct Hash {  // keys are three coordinates side by side: without mixing, 2^n buckets would depend on x alone
         std::size_t operator()(std::uint64_t key) const { return mix64(key); }
     };
     using Table = oneapi::tbb::concurrent_unordered_map<std::uint64_t, std::unique_ptr<Page>, Hash>;

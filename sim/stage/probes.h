@@ -1,4 +1,4 @@
-// What the scene asks to be measured while it runs (block `probes`), written to probes.csv.
+// Measurements that the scene asks for while it runs (block `probes`), written to probes.csv.
 #pragma once
 
 #include <filesystem>
@@ -12,16 +12,16 @@ namespace thixo {
 /// Throws InputError where a region's shape is bad.
 Probes make_probes(const scene::Scene& scene);
 
-/// The value of every probe at the present time, in the order of the scene; nothing where there is no mass to measure.
+/// The value of every probe at the present time, in the order of the scene; none where there is no mass to measure.
 /// Requires evaluate() at this time. Ends the interval of the flux probes.
-///   point   sum_j V_j a_j w(x - x_j) / sum_j V_j w(x - x_j)         (CSPM, dissertation 2.24)
-///   mean    sum m a / sum m,   total  sum m a   over particles in the region, in double
-///   extent  coordinate along the direction that the given share of the mass does not exceed [m]
-///   flux    mass a second [kg/s]
+///     point   sum_j V_j a_j w(x - x_j) / sum_j V_j w(x - x_j)         (CSPM, dissertation 2.24)
+///     mean    sum m a / sum m,   total  sum m a   over particles in the region, in double
+///     extent  coordinate along the direction that the given share of the mass does not exceed [m]
+///     flux    mass a second [kg/s]
 std::vector<std::optional<double>> measure(Simulation& s);
 
-/// probes.csv: a line a frame, `frame,time` and one column a probe; an empty cell is no value. Where a run goes on from
-/// `frame`, later lines are dropped. Nothing is written for a scene without probes. Throws ResourceError.
+/// probes.csv has a line a frame: `frame,time` and one column a probe; an empty cell is no value. Where a run continues
+/// from `frame`, later lines are dropped. A scene without probes has no such file. Throws ResourceError.
 void begin_probe_file(const std::filesystem::path& out, const Simulation& s, int frame);
 void append_probes(const std::filesystem::path& out, Simulation& s);
 

@@ -1,4 +1,4 @@
-// stats.jsonl: what a run cost and how well it went, one line a frame. Times are here and nowhere else.
+// stats.jsonl: the cost and quality of a run, one line a frame. Times stand here and nowhere else.
 #pragma once
 
 #include <filesystem>
@@ -8,7 +8,7 @@
 
 namespace thixo {
 
-/// Keeps the lines of out/stats.jsonl of frames up to `frame`: a run that continues goes on from there.
+/// Keeps the lines of out/stats.jsonl of frames up to `frame`, after which a run continues.
 void begin_stats_file(const std::filesystem::path& out, int frame);
 
 /// Appends one JSON object to out/stats.jsonl: frame, counts, steps, dt, the limit that set it, seconds by part,

@@ -1,4 +1,4 @@
-// From the scene's words to how it is solved.
+// The strategy of a scene, chosen from its words.
 #pragma once
 
 #include <vector>
@@ -12,9 +12,9 @@ namespace thixo {
 
 Strategy strategy_of(const scene::Solver& solver);
 
-/// Hands the viscosity of the materials to this solver (implicit_viscosity; viscosity, that of forces.h, becomes 0)
-/// where solver.viscosity says so, or where, automatic, the explicit limit of step_limits would be shorter than all
-/// that is known beforehand of the others at the expected speed [m/s].
+/// Gives the viscosity of the materials to the implicit solver (implicit_viscosity), where solver.viscosity says so.
+/// Automatic: where the explicit limit of step_limits is shorter than all other limits known beforehand, at the
+/// expected speed [m/s]. The explicit `viscosity`, that of forces.h, then becomes 0.
 void choose_viscosity_solver(const scene::Solver& solver, const Smoothing& smoothing, double expected_speed,
                              std::vector<MaterialParams>& materials);
 

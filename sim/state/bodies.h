@@ -1,4 +1,4 @@
-// Solid bodies: pieces of matter that hang together.
+// Solid bodies: connected pieces of matter.
 #pragma once
 
 #include <cstdint>
@@ -10,38 +10,38 @@
 
 namespace thixo {
 
-/// What a body's surfels are.
+/// The kind of a body's surfels.
 enum class Skin : std::uint8_t {
-    embedded,  // bound to the rest shape that the body was made with
+    embedded,  // bound to the body's first rest shape
     animated,  // moved with the particles, deformed and resampled: the body has begun to melt
-    rebound    // those, bound to a rest shape that the body has frozen in
+    rebound    // animated surfels bound to the rest shape in which the body has frozen
 };
 
-/// The material frame is the first rest shape about its centre of mass; the rest shape of now, rotated and moved to fit
-/// the deformed one (dissertation 5.4.3), is that frame in the pose x = R m + t. So the material frame holds all that
-/// is bound to the matter, and nothing in it is ever turned. A body that split off shares its parent's frame.
+/// The material frame is the first rest shape about its centre of mass. The present rest shape, rotated and moved to
+/// fit the deformed body (dissertation 5.4.3), is that frame in the pose x = R m + t. Everything bound to the matter is
+/// in the material frame, and never turned in it. A body that split off shares its parent's frame.
 struct SolidBody {
-    std::int32_t id = 0;  // for ever: Particles::body of its particles, and of the frame; -1 of what emitters release
+    std::int32_t id = 0;        // for ever: Particles::body of its particles, and of the frame; -1: matter of emitters
     std::int32_t parent = -1;   // id of the body it split from; -1: none
-    std::int32_t source = 0;    // index into Scene::bodies; -1: what emitters release, which has no rest shape
+    std::int32_t source = 0;    // index into Scene::bodies; -1: matter of emitters, which has no rest shape
     std::int32_t material = 0;  // index into Scene::materials
     Skin skin = Skin::embedded;
-    bool refrozen = false;          // its rest shape is one it has frozen in
+    bool refrozen = false;          // its rest shape is one in which it has frozen
     std::vector<Index> elements{};  // ascending
-    Index typical = 0;              // one whose width and support are those at its surface
+    Index typical = 0;              // an element whose width and support are those at the surface
     Index lightest = 0;
     Mat3d turn = Mat3d::Identity();  // R
     Vec3d place{0, 0, 0};            // t [m]
-    // The first rest shape, in the world at time 0: the scene's, or for a body that has split that of its surfels. None:
-    // the body meets others element by element.
+    // The first rest shape, in the world at time 0: the scene's, or, for a body that has split, that of its surfels.
+    // Without one the body meets others element by element.
     std::optional<Shape> shape{};
-    bool scene_shape = true;           // the scene's, and no split has changed it
-    std::vector<std::int32_t> cuts{};  // sheets that the body was cut along: it lies behind each
+    bool scene_shape = true;           // the shape is the scene's, unchanged by splits
+    std::vector<std::int32_t> cuts{};  // sheets along which the body was cut: it lies behind each
     Vec3 origin{0, 0, 0};              // of the material frame there [m]
 
     std::size_t size() const { return elements.size(); }
     bool empty() const { return elements.empty(); }
-    /// Whether it has a rest shape at all.
+    /// Whether the body has a rest shape.
     bool shaped() const { return source >= 0; }
 };
 

@@ -1,4 +1,4 @@
-// Where a run stands in time.
+// The time that a run has reached.
 #pragma once
 
 #include <algorithm>

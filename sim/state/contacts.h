@@ -1,4 +1,4 @@
-// What contact between solids is kept in: samples of surfaces, and the nodes at which bodies meet.
+// The tables of contact between solids: samples of surfaces, and the nodes at which bodies meet.
 #pragma once
 
 #include <cstdint>
@@ -9,52 +9,52 @@
 
 namespace thixo {
 
-/// Weights of elements at a place, sum_j W_j = 1 and sum_j W_j x_j = x: all of an array from first on.
+/// Weights of elements at places, sum_j W_j = 1 and sum_j W_j x_j = x. `begin` says where each place's weights begin.
 struct ElementWeights {
     std::vector<std::size_t> begin{0};  // one more than places
     std::vector<Index> element;
     std::vector<Real> weight;
 };
 
-/// Places on the bodies' surfaces at which contact is felt, body by body; made once, where there are two bodies, and
-/// anew for a body that splits.
+/// Samples on the bodies' surfaces, at which contact is found, body by body. They are made once, where there are two
+/// bodies, and anew for a body that splits.
 struct ContactSamples {
     std::vector<std::int32_t> owner;  // index of the SolidBody
     std::vector<Vec3> rest;           // in its material frame [m]
-    std::vector<Vec3> normal;         // outward, at rest
-    std::vector<Real> area;           // at rest [m^2]
+    std::vector<Vec3> normal;         // outward, of the rest shape
+    std::vector<Real> area;           // of the rest shape [m^2]
     ElementWeights weights;           // of the owner's elements
-    std::vector<Index> first;         // of each body, and the end
+    std::vector<Index> first;         // of each body, then the end
     std::size_t size() const { return owner.size(); }
 };
 
-/// Where the surface of one body meets another one. Between two solids a node is a sample of one of them; where a solid
-/// meets itself, two of its elements. The force f on the first body acts with the opposite sign on the second: weights
-/// of the second are negative.
+/// Where the surface of one body meets another. A node between two solids is a sample of one of them. Where a solid
+/// meets itself, a node is two of its elements. The force f acts on the first body, and on the second with the opposite
+/// sign: weights of the second are negative.
 struct ContactNodes {
     // State; part of a checkpoint.
     std::vector<Index> sample;          // kNone: two elements meet
     std::vector<std::int32_t> partner;  // index of the SolidBody
-    std::vector<Index> first, second;   // those elements; kNone: a sample meets a body. Ascending by all four
-    std::vector<Real> excess;           // the part of the depth, < 0, that came from nowhere and is not answered [m]
-    std::vector<Real> depth;            // answered by the last sub-step [m]
-    std::vector<Real> normal_force;     // mean of late, as friction knows it [N]
+    std::vector<Index> first, second;   // the two elements; kNone: a sample meets a body. Ascending by all four
+    std::vector<Real> excess;           // the part of the depth, < 0, that no motion explains and that has no force [m]
+    std::vector<Real> depth;            // the part of the depth with a force in the last sub-step [m]
+    std::vector<Real> normal_force;     // its recent mean, for friction [N]
     std::vector<Real> duration;         // of that mean, no longer than `memory` [s]
-    std::vector<Vec3> slip;  // tangential: what friction's spring is stretched by, in the partner's frame [m]
+    std::vector<Vec3> slip;             // tangential: the stretch of friction's spring, in the partner's frame [m]
 
-    // Since the nodes were found; frames do not move meanwhile.
+    // Fields since the nodes were found. Frames do not move meanwhile.
     std::vector<std::int32_t> owner;  // index of the SolidBody of the first elements
     std::vector<Vec3> normal;         // from the partner, in the world
     std::vector<Real> gap;            // at that time, < 0: overlap [m]
-    std::vector<Vec3> start, last;    // relative displacement then and a sub-step ago [m]
+    std::vector<Vec3> start, last;    // relative displacement when found, and a sub-step before [m]
     std::vector<Real> stiffness;      // [N/m]
-    std::vector<Real> damping, drag;  // along the normal, across [kg/s]
+    std::vector<Real> damping, drag;  // along the normal, tangential [kg/s]
     std::vector<Real> friction;       // [1]
     std::vector<Real> memory;         // of friction [s]
     std::vector<Real> area;           // [m^2]
-    std::vector<Real> brake;          // mass that a speed can be taken from at once, by weights alone [kg]
+    std::vector<Real> brake;          // mass whose speed the node may take away at once [kg]
     ElementWeights weights;
-    std::vector<std::size_t> middle;  // where the partner's begin
+    std::vector<std::size_t> middle;  // where the partner's weights begin
     std::vector<Vec3> force;          // on the owner, in the world [N]
     std::size_t size() const { return sample.size(); }
 };
@@ -88,7 +88,7 @@ struct Contacts {
     std::vector<ContactRates> rates;  // by body
     // Nodes by element, for gathering.
     std::vector<Index> touched;      // elements, ascending
-    std::vector<std::size_t> begin;  // one more
+    std::vector<std::size_t> begin;  // where the nodes of each begin, then the end
     std::vector<Index> node;
     std::vector<Real> weight;
     // Scratch.

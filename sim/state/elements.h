@@ -1,6 +1,6 @@
-// Matter that keeps a shape: the elastic attribute group of particles, and the bonds between them. Elements stand body
-// by body and within a body in the cell order of its rest shape. As rest neighbourhoods stay, so does this order,
-// whatever the particles' is.
+// Matter that keeps a shape: the elastic attributes of particles, and the bonds between them. Elements are ordered by
+// body, and within a body by the cells of its rest shape. Rest neighbourhoods stay, and so does this order, whatever
+// the order of the particles.
 #pragma once
 
 #include <cstdint>
@@ -34,29 +34,30 @@ using Stiffness6 = Eigen::Matrix<Real, 6, 6>;
 
 /// Moments of an element's rest neighbourhood, r_ij = m_j - m_i.
 struct RestMoment {
-    Symmetric inverse;    // A+, pseudo-inverse of A = sum_j w_ij r_ij r_ij^T [1/m^2]
-    Vec3 first{0, 0, 0};  // sum_j w_ij r_ij [m]
-    Real trace = 0;       // of A [m^2]
-    bool full = true;     // A has rank 3, and P = A A+ is one
+    Symmetric inverse;    // A+, pseudo-inverse of A = sum_j w_ij r_ij r_ij^T [m]
+    Vec3 first{0, 0, 0};  // sum_j w_ij r_ij [1/m^2]
+    Real trace = 0;       // of A [1/m]
+    bool full = true;     // A has rank 3, and P = A A+ is the identity
 };
 
-/// The bonds of all elements, by element: its neighbours j with their weights, and what follows from these. A weight is
-///   w = base x visibility x solidity
-/// base of the distance at rest, visibility of cracks between the two, solidity of melting. The factors are kept apart
-/// where a scene needs them: empty `base`: w is the base; empty `visibility`: nothing is hidden.
+/// The bonds of all elements, by element: the neighbours j with their weights, and values that follow from these:
+///     w = base x visibility x solidity
+/// The base depends on the distance in the rest shape, visibility on cracks between the two, solidity on melting. The
+/// factors are stored apart where a scene needs them. Empty `base`: w is the base. Empty `visibility`: all bonds are
+/// visible.
 struct Bonds {
-    // Each list is filled up with the element itself, of weight 0, to a multiple of kLanes.
-    std::vector<std::size_t> begin;  // one more than elements
+    // Each list is padded to a multiple of kLanes with the element itself, of weight 0.
+    std::vector<std::size_t> begin;  // of each element's list, then the end
     std::vector<Index> neighbour;
     std::vector<Real> weight;           // w_ij [1/m^3], of i's own stencil
     std::vector<Real> weight_back;      // w_ji, of j's stencil
     std::vector<Real> base, base_back;  // of the rest shape alone [1/m^3]
-    std::vector<Real> visibility;       // of either direction: 1 seen, 0 a full crack between [1]
+    std::vector<Real> visibility;       // the same in both directions: 1 visible, 0 behind a full crack [1]
     std::vector<RestMoment> moment;
     // Elements without rank 3, ascending, and their projection P = A A+.
     std::vector<std::pair<Index, Symmetric>> flat;
-    // Raised by every change of a list, a base, a visibility or a law. What is computed from bonds names the version
-    // it was computed for.
+    // Raised by every change of a list, a base, a visibility or a law. Values computed from bonds store the version
+    // that they were computed for.
     std::uint64_t version = 1;
     // The same, raised by changes of solidity as well.
     std::uint64_t weights_version = 1;
@@ -67,26 +68,26 @@ struct Bonds {
 
 /// Structure of arrays; row e of every array is element e. Places and vectors are in their body's material frame.
 struct Elements {
-    bool softens = false;  // some matter changes its phase: law, phase and melt are there; elsewhere all is solid
+    bool softens = false;  // some matter changes its phase: law, phase and melt have rows; otherwise all is solid
     // The rest shape.
     std::vector<std::int64_t> id;     // of its particle
     std::vector<std::int32_t> owner;  // index of its SolidBody
     std::vector<Index> law;           // index of its own law; empty: its owner's
-    std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
-    std::vector<Real> mass, volume;  // [kg], V at rest [m^3]
+    std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N m^2], rewritten when materials change
+    std::vector<Real> mass, volume;  // [kg], V of the rest shape [m^3]
     std::vector<Real> support;       // h [m]
-    std::vector<Real> depth;         // of the particle below the body's surface, at rest [m]
-    // Of its particle, written with it.
+    std::vector<Real> depth;         // of the particle below the body's surface, in the rest shape [m]
+    // Copies of its particle's fields, written with them.
     std::vector<Phase> phase;
     std::vector<Real> melt;  // b [1]
 
     // The state.
-    std::vector<Quad> displacement;  // u = x - m; - [m]
-    std::vector<Quad> velocity;      // at t - dt/2 between sub-steps; - [m/s]
+    std::vector<Quad> displacement;  // u = x - m [m]; -
+    std::vector<Quad> velocity;      // at t - dt/2 between sub-steps [m/s]; -
     std::vector<Vec3> acceleration;  // of the last sub-step [m/s^2]
     std::vector<Symmetric> plastic;  // eps^p [1]
 
-    // By body, not by element: C of laws that have one, in the material frame [Pa]; rewritten with the laws.
+    // By body, not by element: C of anisotropic laws, in the material frame [Pa]; rewritten with the laws.
     std::vector<Stiffness6> anisotropic;
     Bonds bonds;
 
@@ -95,7 +96,7 @@ struct Elements {
         return static_cast<std::size_t>(law.empty() ? static_cast<Index>(owner[i]) : law[i]);
     }
     Phase phase_of(std::size_t i) const { return softens ? phase[i] : Phase::solid; }
-    /// The share that the rest shape binds [1].
+    /// The share of the element that is bound to the rest shape [1].
     Real solidity(std::size_t i) const { return !softens ? Real(1) : phase[i] == Phase::solid ? 1 - melt[i] : Real(0); }
 };
 

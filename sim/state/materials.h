@@ -1,4 +1,4 @@
-// What the forces need of a material, from what the scene gives.
+// The constants of a material that the forces need, resolved from the scene.
 #pragma once
 
 #include <vector>
@@ -19,14 +19,14 @@ struct MaterialParams {
     Real implicit_viscosity;  // mu of the implicit solve; one of the two is 0 [Pa s]
 };
 
-/// Stiffness that keeps compression near 1 % at a speed U [m/s]: c = 10 U, for the density changes by U^2/c^2 (Monaghan
-/// 1994);
-///   k_gas = c^2 rho0 / gamma.   [Pa]
+/// Stiffness that keeps compression near 1 % at a speed U [m/s], with c = 10 U (Monaghan 1994). Density changes by
+/// U^2/c^2.
+///     k_gas = c^2 rho0 / gamma      [Pa]
 Real stiffness_for(Real speed, Real density, Real gamma);
 
-/// Resolves the scene's materials. Where the pressure solver is implicit there is no sound: stiffness and sound speed
-/// are zero. `expected_speed` U [m/s] is used where a material names no stiffness. Tension and the way viscosity is
-/// solved are make_simulation's.
+/// Resolves the scene's materials. An implicit pressure solver knows no sound: stiffness and sound speed are then zero.
+/// `expected_speed` U [m/s] is used where a material names no stiffness. make_simulation sets tension, and how
+/// viscosity is solved.
 std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>& materials, Real expected_speed,
                                               const Strategy& strategy = {});
 

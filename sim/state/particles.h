@@ -1,5 +1,5 @@
-// All particles of a simulation; row k of every array is particle k. In-memory order is a function of (cell key, id)
-// only.
+// All particles of a simulation; row k of every array is particle k. The order in memory is a function of (cell key,
+// id) alone.
 #pragma once
 
 #include <cstdint>
@@ -12,32 +12,32 @@
 namespace thixo {
 
 struct Particles {
-    /// Groups of attributes that not every scene has; arrays of the others stay empty.
+    /// Groups of attributes that not every scene has. Arrays of absent groups stay empty.
     struct Groups {
         bool surface = true;             // surface_position
         bool implicit_pressure = true;   // restoring
         bool implicit_viscosity = true;  // viscous_acceleration
         bool spacing = true;             // spacing
     } has;
-    // Made with the particle.
+    // Written when the particle is made.
     std::vector<std::int64_t> id;        // unique for ever, given in order of creation
     std::vector<Real> mass;              // m [kg]
     std::vector<Real> rest_volume;       // V0 = m/rho0 [m^3]
-    std::vector<Real> spacing;           // of the lattice about it, where that is not the same everywhere [m]
+    std::vector<Real> spacing;           // of the lattice about it, where it is not the same everywhere [m]
     std::vector<std::int32_t> material;  // index into Scene::materials
-    std::vector<std::int32_t> body;      // id of the body; sim/bodies writes it where one splits
+    std::vector<std::int32_t> body;      // id of the body; sim/fracture writes it where a body splits
 
-    // Written by the steps named.
+    // Written during steps, by the folders named.
     std::vector<Vec3> position;              // x [m]; loop
     std::vector<Vec3> velocity;              // v [m/s] at t - dt/2 between steps (leapfrog); loop
     std::vector<Vec3> acceleration;          // f/m [m/s^2] of the last step; liquid
-    std::vector<Vec3> viscous_acceleration;  // the implicit viscosity's share of it [m/s^2]; liquid
+    std::vector<Vec3> viscous_acceleration;  // the part of it by implicit viscosity [m/s^2]; liquid
     std::vector<Real> density;               // rho [kg/m^3], summation density with the walls' share; liquid, loop
     std::vector<Real> pressure;              // P [Pa]; liquid, loop
     std::vector<Real> restoring;             // the density solve's pressure times time squared [Pa s^2]; liquid
-    std::vector<double> temperature;         // T [degC]; in single precision a slow change of one step is lost; heat
+    std::vector<double> temperature;         // T [degC]; single precision would lose a slow change of one step; heat
     std::vector<Phase> phase;                // phase
-    std::vector<Real> melt;                  // b: 0 a solid, 1 a liquid, in between what melts [1]; phase
+    std::vector<Real> melt;                  // b: 0 a solid, 1 a liquid, in between melting [1]; phase
     std::vector<Vec3> surface_position;      // x at the last surface update [m]; surface
 
     std::size_t size() const { return id.size(); }

@@ -1,19 +1,19 @@
-// What matter is.
+// The phases of matter.
 #pragma once
 
 #include <cstdint>
 
 namespace thixo {
 
-/// The phase of a particle. It stands in Particles::phase, with the melt fraction beside it. Once a run has begun,
-/// set_phase (sim/phase/phases.h) alone writes it; everything else asks it.
+/// The phase of a particle, in Particles::phase, with the melt fraction beside it. Once a run has begun, set_phase
+/// (sim/phase/phases.h) alone writes it. All other code reads it.
 enum class Phase : std::uint8_t {
     liquid,
-    solid,         // bound to its body's rest shape as far as it has not melted, to its present neighbours beyond that
+    solid,         // the part that has not melted is bound to the body's rest shape, the other to present neighbours
     viscoelastic,  // bound to its present neighbours alone: it has been liquid, or has left its rest shape
 };
 
-/// Whether its own stress moves it, in steps of its own. Such a particle has an element.
+/// Whether its own stress moves the particle, in the steps of solids. Such a particle has an element.
 inline bool is_elastic(Phase p) { return p != Phase::liquid; }
 
 }  // namespace thixo

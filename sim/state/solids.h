@@ -17,37 +17,38 @@ struct Handle {
     Vec3d force{0, 0, 0};         // [N]; not zero: pulls in place of holding
     double start = 0, stop = 0;   // [s]
     std::vector<Index> elements;  // ascending
-    double mass = 0;              // of them [kg]
+    double mass = 0;              // of these elements [kg]
     // State.
-    std::vector<Vec3d> anchor;  // where they are taken from, in the world at `start` [m]; empty: not yet
+    std::vector<Vec3d> anchor;  // places of the elements in the world at `start` [m]; empty: not yet anchored
     bool active(double time) const { return time >= start && time < stop; }
     bool pulls() const { return !force.isZero(); }
 };
 
-/// How the matter about an element moves, to first order: what surfels sum up. A line of the cache in single precision.
+/// How the matter about an element moves, to first order: surfels sum it up. One cache line in single precision.
 struct alignas(16 * sizeof(Real)) AffineMotion {
     Real value[16];  // H by columns, u - H m [m], v [m/s], 0
 };
 
 /// Matter that melts, freezes or flows, where a scene has any. Every element has two stencils, each of which conserves
-/// momentum: R, of the rest neighbours, each bond weighed by its solidity 1 - max(b_i, b_j), and D, of the present
-/// neighbours, whose rest shape absorbs the deformation of every step (6.15). b is the melt fraction; the energy is
-///   r U^R + (1 - r) U^D,   r = 1 - b where the rest shape binds, 0 elsewhere
+/// momentum. R holds the rest neighbours, each bond weighed by its solidity 1 - max(b_i, b_j). D holds the present
+/// neighbours; its rest shape absorbs the deformation of every step (6.15). With b the melt fraction, the energy is
+///     r U^R + (1 - r) U^D      [J]
+/// r is 1 - b where the rest shape binds, 0 elsewhere.
 struct Softening {
     bool any = false;
     // Of the present step.
     bool moves = true;                // some element is not liquid
-    bool freezes = false;             // some element is bound to its present neighbours, if only in part
+    bool freezes = false;             // some element is at least partly bound to its present neighbours
     bool flows = false;               // D has elements
     std::vector<StressLaw> law;       // at the element's temperature
-    std::vector<StressLaw> rest_law;  // r times that: the laws of R
-    std::vector<StressLaw> flow_law;  // (1 - r) times that: the laws of D
+    std::vector<StressLaw> rest_law;  // r times that law: the laws of R
+    std::vector<StressLaw> flow_law;  // (1 - r) times that law: the laws of D
     Elements
-        flow;  // D: rest is where the particles are, in the world; plastic: minus the elastic strain, which is state
+        flow;  // D: rest holds the particles' places in the world; plastic: minus the elastic strain, which is state
     std::vector<Vec3> force;  // of D, in the world [N]
     std::vector<Mat3> gradients;
-    FastestRates rates;  // of what has softened or flows
-    // These rates over the unevenness of a stencil, times modulus or viscosity [1].
+    FastestRates rates;  // of elements that have softened or flow
+    // These rates over the unevenness of a stencil, per modulus and per viscosity [1].
     double stiffest_per = 0, damping_per = 0;
 };
 
@@ -57,8 +58,8 @@ struct Solids {
     std::vector<Handle> handles;
     Contacts contacts;
     Softening softening;
-    std::int32_t next_body = 0;  // id of the next body that comes into being
-    // Bodies have split, or elements come or gone: a checkpoint then holds what else the scene tells.
+    std::int32_t next_body = 0;  // id of the next new body
+    // Bodies have split, or elements have come or gone. A checkpoint then also holds what the scene no longer tells.
     bool altered = false;
     double last_dt = 0;   // the last sub-step; 0: none yet [s]
     double stretch2 = 1;  // largest squared stretch of any element in it [1]
@@ -70,10 +71,10 @@ struct Solids {
     std::vector<Index> particle_of;  // by element: the place of its particle, rewritten when particles are sorted
     // Of a step.
     std::vector<Vec3> force;            // in the material frames [N]
-    std::vector<Vec3> external;         // acceleration that is held over the sub-steps, material frames [m/s^2]
+    std::vector<Vec3> external;         // acceleration that stays the same over the sub-steps, material frames [m/s^2]
     std::vector<std::uint8_t> held;     // 1 + the handle that holds an element; 0: free
     std::vector<Mat3> gradients;        // H
-    std::vector<AffineMotion> motions;  // what surfels and the contact surface are displaced by
+    std::vector<AffineMotion> motions;  // these displace surfels and the contact surface
 
     bool empty() const { return bodies.empty(); }
     Index element(std::int64_t id) const {

@@ -1,4 +1,4 @@
-// How a scene is solved.
+// How a scene is solved: the strategy.
 #pragma once
 
 namespace thixo {

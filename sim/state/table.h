@@ -1,5 +1,5 @@
-// Tables: structures of arrays with one list of their fields each. Whatever must reach every array of a table goes
-// through that list, so that no array can be forgotten: length, order, removal, checkpoint, the test of thread counts.
+// Tables: structures of arrays, each with one list of its fields. Every operation on all arrays of a table uses that
+// list: length, order, removal, checkpoint, the test of thread counts. No array can be forgotten.
 #pragma once
 
 #include <cstddef>
@@ -18,9 +18,9 @@ enum class Life {
     state,  // changes from step to step; part of every checkpoint
 };
 
-/// The list of a table is a function
-///   for_each_field(table, f)      calls f(name, life, array) for every array of the table
-/// found by argument-dependent lookup. A group of fields that a scene does not need is left out of the list.
+/// The field list of a table is a function found by argument-dependent lookup:
+///     for_each_field(table, f)      calls f(name, life, array) for every array of the table
+/// A group of fields that a scene does not need is left out of the list.
 template <class Table, class F>
 void for_each_array(Table& table, F&& f) {
     for_each_field(table, [&](const char* name, Life, auto& array) { f(name, array); });
@@ -33,7 +33,7 @@ void for_each_array_of(Life life, Table& table, F&& f) {
     });
 }
 
-/// What a new row holds until it is written.
+/// The value of a new row until it is written.
 template <class T>
 T empty_value() {
     if constexpr (requires { T::Zero(); })
@@ -48,7 +48,7 @@ void resize_table(Table& table, std::size_t rows) {
     for_each_array(table, [&]<class T>(const char*, std::vector<T>& array) { array.resize(rows, empty_value<T>()); });
 }
 
-/// One more row, all zero; returns its place.
+/// Appends a row of zeros. Returns its index.
 template <class Table>
 Index append_row(Table& table) {
     const std::size_t row = table.size();
@@ -56,7 +56,7 @@ Index append_row(Table& table) {
     return static_cast<Index>(row);
 }
 
-/// Keeps these rows, ascending, in their order, and removes all others.
+/// Keeps these rows, which ascend, and removes all others.
 template <class T>
 void keep_rows(std::vector<T>& array, const std::vector<Index>& rows) {
     for (std::size_t k = 0; k < rows.size(); ++k) array[k] = array[rows[k]];
@@ -67,7 +67,7 @@ void keep_table_rows(Table& table, const std::vector<Index>& rows) {
     for_each_array(table, [&](const char*, auto& array) { keep_rows(array, rows); });
 }
 
-/// Row k becomes old row rows[k]: a choice of rows in any order, each at most once.
+/// Row k becomes the old row rows[k]. The rows may be in any order, each at most once.
 template <class T>
 void select_rows(std::vector<T>& array, const std::vector<Index>& rows) {
     std::vector<T> chosen(rows.size(), empty_value<T>());
@@ -79,7 +79,7 @@ void select_table_rows(Table& table, const std::vector<Index>& rows) {
     for_each_array(table, [&](const char*, auto& array) { select_rows(array, rows); });
 }
 
-/// f(array of a, array of b) for all arrays of two tables of the same type.
+/// Calls f(array of a, array of b) for all arrays of two tables of the same type.
 template <class Table, class F>
 void for_each_pair(Table& a, const Table& b, F&& f) {
     std::vector<const void*> other;
@@ -90,10 +90,10 @@ void for_each_pair(Table& a, const Table& b, F&& f) {
     });
 }
 
-/// Room for one array, kept so that reordering allocates nothing.
+/// Scratch for one array. It is kept, so that reordering allocates nothing.
 using ReorderScratch = std::vector<Vec3>;
 
-/// New row k is old row order[k]; order is a permutation of all rows.
+/// New row k becomes the old row order[k]; order is a permutation of all rows.
 template <class Table>
 void reorder_table(Table& table, const std::vector<Index>& order, ReorderScratch& scratch) {
     constexpr std::size_t kGrain = 4096;
@@ -121,7 +121,7 @@ void reorder_table(Table& table, const std::vector<Index>& order, ReorderScratch
     });
 }
 
-/// Where each old row is after select_table_rows with the same list; kNone where it is gone.
+/// The index of each old row after select_table_rows with the same list; kNone where the row is gone.
 inline std::vector<Index> new_places(const std::vector<Index>& rows, std::size_t before) {
     std::vector<Index> place(before, kNone);
     for (std::size_t k = 0; k < rows.size(); ++k) place[rows[k]] = static_cast<Index>(k);

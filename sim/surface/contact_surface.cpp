@@ -9,10 +9,10 @@
 namespace thixo {
 namespace {
 
-constexpr Real kExact = Real(1e-4);     // of places, in particle widths
+constexpr Real kExact = Real(1e-4);     // error of places, in particle widths
 constexpr Real kOffWall = Real(0.005);  // in particle widths
 constexpr Real kOwnSurface =
-    Real(0.1);  // of a surfel from its body's shape: farther off, it is past an edge. In widths
+    Real(0.1);  // distance of a surfel from its body's shape beyond which it is past an edge, in widths
 
 struct Distance {
     Real value = 0;        // < 0 inside [m]
@@ -28,12 +28,13 @@ struct DrawnBody {
     Real width, modulus;  // of an element [m], E [Pa]
     Box3 box;             // holds all of it
 
-    /// m + u(m) = x in the body's frame, by Newton's method with the fit's slope.
+    /// Solves m + u(m) = x in the body's frame, by Newton's method with the fit's slope.
     Vec3 material(const Vec3& x, ElementFit& fit) const {
         const SolidBody& body = solids.bodies[number];
         const Elements& e = solids.elements;
         const Real support = e.support[body.typical];
-        fit_elements(body, e, solids.contacts.place, solids.contacts.grid[number], pose.turn, support, x, fit);
+        fit_elements<std::vector<Vec3>>({body, e, solids.contacts.place, solids.contacts.grid[number], pose.turn},
+                                        support, x, fit);
         Vec3 m = fit.material;
         for (int k = 0; k < 8; ++k) {
             const auto u = displacement_at(embedded, solids, number, m, support);
@@ -96,13 +97,13 @@ struct Drawn {
     bool past_edge;  // of a sheet that reaches past its body's edge
 };
 
-/// What a sheet shows beyond its edge trims it, and must stay its plane: only what faces the surface it is laid on goes
-/// with the rest.
+/// The part of a sheet beyond its edge trims it, and must stay in its plane. Only surfels that face the surface they
+/// are laid on move with the others.
 bool stays(const Drawn& surfel, const Vec3& outward) {
     return surfel.past_edge && surfel.normal.dot(outward) > Real(-0.5);
 }
 
-/// Where the surfel of body a goes that has entered b, or nothing where it has not.
+/// The new place of a surfel of body a that has entered b; none where it has not.
 std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, const Drawn& surfel, ElementFit& fit) {
     if (!b.holds(surfel.place, fit)) return std::nullopt;
     const Distance entered = b.distance(surfel.place, fit);
@@ -114,7 +115,7 @@ std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, 
         out -= left.value * left.normal;
         left = b.distance(out, fit);
     }
-    // Past its body's edge the sheet's plane stands for the body.
+    // Past its body's edge the plane of the sheet takes the place of the body.
     const auto own = [&](const Vec3& x) {
         return surfel.past_edge ? Distance{surfel.normal.dot(x - surfel.place), surfel.normal} : a.distance(x, fit);
     };
@@ -145,8 +146,8 @@ std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, 
     return Drawn{place, n.squaredNorm() > 0 ? Vec3(n.normalized()) : surfel.normal, surfel.past_edge};
 }
 
-/// Where a surfel goes that has entered a wall: the contact surface of what does not give way is its own.
-/// `off` [m] before it, so that no two surfaces that are drawn lie in one place: through glass both are seen.
+/// The new place of a surfel that has entered a wall: a wall does not give way, and its surface is the contact surface.
+/// The surfel is `off` [m] before it, so that no two drawn surfaces coincide: through glass both are seen.
 std::optional<Drawn> on_wall(const Wall& wall, const Drawn& surfel, Real off, WallMap::Cursor& cursor) {
     Vec3 n;
     const Real d = wall.map.distance(wall.to_wall(surfel.place), n, cursor);
@@ -156,7 +157,7 @@ std::optional<Drawn> on_wall(const Wall& wall, const Drawn& surfel, Real off, Wa
     return Drawn{surfel.place + (off - d) * n, -n, surfel.past_edge};
 }
 
-/// Faces that meet the surface at an edge go as far as it and keep their direction.
+/// Moves a surfel. Faces that meet the surface at an edge go as far as it and keep their direction.
 void move_surfel(const Drawn& to, std::size_t i, SurfelCloud& cloud) {
     cloud.position[i] = to.place;
     if (to.normal.dot(cloud.normal[i]) < Real(0.5)) return;
@@ -166,7 +167,7 @@ void move_surfel(const Drawn& to, std::size_t i, SurfelCloud& cloud) {
     cloud.normal[i] = to.normal;
 }
 
-/// What surfels near each other may have entered: walls, and bodies.
+/// The walls and bodies that a group of surfels may have entered.
 struct Near {
     std::vector<std::size_t> walls, bodies;
 };
@@ -207,7 +208,7 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
         [&](std::size_t begin, std::size_t end, std::size_t) {
             ElementFit fit;
             WallCursor cursor(walls);
-            // Most surfels are far from all else, and their neighbours too.
+            // Most surfels, and their neighbours, are far from all other matter.
             Near near;
             find_near(cloud.position, begin, end, walls, bodies, cursor, near);
             if (near.walls.empty() && near.bodies.empty()) return;

@@ -6,12 +6,12 @@
 namespace thixo {
 namespace {
 
-constexpr Real kLevel = Real(0.005);  // eps of surfels
+constexpr Real kLevel = Real(0.005);  // eps of surfels, in h^2
 
-/// What a sum over particles about a place reads, in the order of a grid of them.
+/// The particles about a place, packed for sums in the order of a grid of them.
 struct Carriers {
     PointGrid grid;
-    std::vector<Real> weight, x, y, z, extra, component;  // by slot, and room for lanes
+    std::vector<Real> weight, x, y, z, extra, component;  // by slot, padded for lanes
 
     template <class F>
     Carriers(const std::vector<Vec3>& places, Real support, const Particles& p, F&& vector_of) {
@@ -28,8 +28,8 @@ struct Carriers {
             component[s] = static_cast<Real>(p.material[j]);
         });
     }
-    /// Calls f(slot, a, dx, dy, dz) for runs of the particles about a place, a = V0 (1 - r^2/h^2)^3 for those of the
-    /// component, else 0.
+    /// Calls f(slot, a, dx, dy, dz) for runs of the particles about a place. The weight a is V0 (1 - r^2/h^2)^3 for
+    /// those of the component, 0 for others.
     template <class F>
     void for_each_run(const Vec3& at, std::int32_t of, F&& f) const {
         const Real h = grid.cell(), per_h2 = 1 / square(h);
@@ -78,7 +78,7 @@ LocalMotion motion_at(const Vec3& s, std::int32_t component, const Carriers& par
         for (int l = 0; l < 3; ++l) covariance(k, l) = sum_of(c[k][l]);
     const Real sxy = sum_of(xy), sxz = sum_of(xz), syz = sum_of(yz);
     spread << sum_of(xx), sxy, sxz, sxy, sum_of(yy), syz, sxz, syz, sum_of(zz);
-    // Per unit of weight and of h^2, or the determinant of a stencil that has only points near the rim underflows.
+    // Per unit of weight and of h^2: otherwise the determinant of a stencil with points near the rim alone underflows.
     const Real scale = 1 / square(support);
     covariance = scale * (covariance / weight - mean_shift * mean.transpose());
     spread = scale * (spread / weight - mean * mean.transpose());
@@ -93,7 +93,7 @@ LocalMotion motion_at(const Vec3& s, std::int32_t component, const Carriers& par
 
 Vec3 LocalMotion::turned(const Vec3& normal) const {
     const Mat3 stretch = Mat3::Identity() + gradient;
-    if (std::abs(stretch.determinant()) < Real(0.05)) return normal;  // torn, not deformed: the old normal says more
+    if (std::abs(stretch.determinant()) < Real(0.05)) return normal;  // torn, not deformed: the old normal is better
     const Vec3 n = (stretch.inverse().transpose() * normal).normalized();
     return n.allFinite() ? n : normal;
 }
@@ -109,7 +109,7 @@ void for_each_motion(const std::vector<Vec3>& places, const Particles& particles
 void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
               Real support, Real longest) {
     SurfelCloud& cloud = surface.surfels;
-    // Discs stretch with their matter, or a solid that is pulled or squashed would show gaps between them.
+    // Discs stretch with their matter: otherwise a stretched or squashed solid would show gaps between them.
     const auto carried = [&](const Vec3& axis, const Mat3& stretch, const Vec3& n) -> Vec3 {
         Vec3 t = stretch * axis;
         t -= n * n.dot(t);
@@ -123,7 +123,7 @@ void displace(SurfaceState& surface, const Particles& particles, const std::vect
                         if (std::abs(stretch.determinant()) < Real(0.05)) return;
                         const Vec3 n = motion.turned(cloud.normal[i]);
                         const Vec3 a = carried(cloud.axis1[i], stretch, n), b = carried(cloud.axis2[i], stretch, n);
-                        // Squashed to a line it keeps its axes: they are fitted anew where it melts.
+                        // A disc squashed to a line keeps its axes: they are fitted anew where it melts.
                         if (!n.allFinite() || !(a.cross(b).norm() > Real(1e-3) * a.norm() * b.norm())) return;
                         cloud.normal[i] = n;
                         cloud.axis1[i] = a;

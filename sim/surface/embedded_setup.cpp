@@ -1,4 +1,4 @@
-// Surfels on all solids of a scene, and what they are displaced by.
+// Surfels on all solids of a scene, and the weights of the elements that displace them.
 #include <algorithm>
 #include <array>
 
@@ -11,7 +11,7 @@
 namespace thixo {
 namespace {
 
-constexpr int kEnough = 4;  // elements whose weights a surfel needs at least
+constexpr int kEnough = 4;  // least number of elements whose weights a surfel needs
 
 constexpr int kWays = 16;
 Real way_angle(int w) { return static_cast<Real>(2 * kPi * w / kWays); }
@@ -22,14 +22,14 @@ struct FaceDisc {
     Vec3 centre, axis1, axis2;
 
     Vec3 way(Real angle) const { return std::cos(angle) * axis1 + std::sin(angle) * axis2; }
-    /// Within a part of the disc's radius.
+    /// Whether x lies on the body, to a part of the disc's radius.
     bool on_body(const Vec3& x, Real part = Real(0.1)) const {
         return std::abs(shape.distance(x)) <= part * axis1.norm();
     }
 };
 
-/// How a disc with its centre on the body is cut by its edges. Of ways that are as short the one along which the other
-/// axis is longest: from a centre on an edge many ways lead off the body, and one leads straight.
+/// How the body's edges cut a disc with its centre on the body. Among equally short ways, the one with the longest
+/// other axis is chosen. From a centre on an edge many ways lead off the body, and one leads straight.
 EdgeCut edge_cut(const FaceDisc& disc) {
     std::array<Real, kWays> reach{};
     for (int w = 0; w < kWays; ++w) {
@@ -50,8 +50,8 @@ EdgeCut edge_cut(const FaceDisc& disc) {
     return cut;
 }
 
-/// The same of a disc with its centre past the edge: it goes the shortest way to the body, and a little on. Ways that
-/// are as short lie to both sides of the one that leads straight, their mean.
+/// The same for a disc with its centre past the edge: it goes the shortest way to the body, and a little on. Equally
+/// short ways lie on both sides of the straight one, which is their mean.
 EdgeCut edge_cut_past(const FaceDisc& disc) {
     constexpr Real kOn = Real(0.15);
     for (Real r = Real(0.05); r < 1; r += Real(0.05)) {
@@ -73,7 +73,7 @@ EdgeCut edge_cut_past(const FaceDisc& disc) {
     return {0, 0, 0};
 }
 
-/// The weights of a disc's three places, of all elements within `support` of any of them.
+/// Appends the weights of a disc's three places, of all elements within `support` of any of them.
 void append_weights(const PointGrid& grid, const SolidBody& body, const Vec3& m, const Vec3& axis1, const Vec3& axis2,
                     Real support, std::vector<SurfelWeight>& out) {
     const std::size_t begin = out.size();
@@ -124,7 +124,7 @@ FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which,
     return out;
 }
 
-/// Puts weights in the place of those of the surfels `which`, ascending; all others stay.
+/// Replaces the weights of the surfels `which`, ascending; all others stay.
 void replace_weights(const std::vector<Index>& which, const FoundWeights& found, EmbeddedSurface& s) {
     std::vector<std::size_t> begin{0};
     std::vector<SurfelWeight> weight;
@@ -145,7 +145,7 @@ void replace_weights(const std::vector<Index>& which, const FoundWeights& found,
 
 Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
 
-/// How a body's new surfels, from row `first` on, lie about its edges.
+/// Finds how a body's new surfels, from row `first` on, lie about its edges.
 void find_edges(const Shape& shape, double spacing, std::size_t first, EmbeddedSurface& s) {
     parallel_for(s.size() - first, [&](std::size_t k) {
         const std::size_t i = first + k;
@@ -170,7 +170,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
     out.grid.resize(solids.bodies.size());
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
-        // What has no rest shape has no such surface.
+        // A body without a rest shape has no such surface.
         if (!body.shaped() || solids.elements.phase_of(body.elements.front()) != Phase::solid) continue;
         const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.source)];
         SurfaceSampling sampling{.count = static_cast<std::size_t>(source.surfels), .seed = scene.solver.seed};
@@ -235,7 +235,7 @@ void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies,
 }
 
 std::optional<Shape> shape_of_surfels(const EmbeddedSurface& s, const SolidBody& body, std::int32_t index) {
-    constexpr std::size_t kFewest = 16;  // that surfels_of_points asks for
+    constexpr std::size_t kFewest = 16;  // surfels_of_points needs as many
     TriangleMesh points;
     for (std::size_t i = 0; i < s.size(); ++i) {
         if (s.owner[i] != index || s.beyond[i]) continue;

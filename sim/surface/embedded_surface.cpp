@@ -9,7 +9,7 @@
 namespace thixo {
 namespace {
 
-/// What displaces a place: H m + u, and v.
+/// The displacement of a place, H m + u, and its velocity v.
 struct Carried {
     static constexpr std::size_t kParts = 16 / kLanes;
     Lanes part[kParts]{};
@@ -26,7 +26,7 @@ struct Carried {
     }
     Vec3 velocity() const { return {(*this)[12], (*this)[13], (*this)[14]}; }
 };
-/// At the place m of the material frame.
+/// The displacement at the place m of the material frame.
 Carried carried(const PointGrid& grid, const SolidBody& body, const std::vector<AffineMotion>& motions, const Vec3& m,
                 Real support) {
     const Poly6 w(support);
@@ -64,7 +64,7 @@ struct Drawn {
     Index root;
 };
 
-/// A body's pose, taken apart once.
+/// A body's pose, split into its parts once.
 struct Pose {
     Mat3d turn;
     Vec3d place;
@@ -72,7 +72,7 @@ struct Pose {
     explicit Pose(const SolidBody& b) : turn(b.turn), place(b.place), turn_of_axes(b.turn.cast<Real>()) {}
 };
 
-/// What a surfel made at the start is displaced by.
+/// The tables that displace an original surfel.
 struct Field {
     const EmbeddedSurface& embedded;
     const Solids& solids;
@@ -80,7 +80,7 @@ struct Field {
     std::size_t root;
 };
 
-/// All elements that a surfel's pieces are displaced by, side by side.
+/// All elements that displace a surfel's pieces, side by side.
 struct PieceElements {
     std::vector<Real> x, y, z;
     std::vector<Index> element;
@@ -97,7 +97,7 @@ struct PieceElements {
                                              x.push_back(m.x), y.push_back(m.y), z.push_back(m.z);
                                              element.push_back(i);
                                          });
-        // Filled up with what is out of all reach.
+        // Padded with elements out of all reach.
         constexpr Real kFar = Real(1e18);
         for (const std::size_t n = (element.size() + kLanes - 1) / kLanes * kLanes; x.size() < n;)
             x.push_back(kFar), y.push_back(kFar), z.push_back(kFar);
@@ -113,13 +113,13 @@ struct PieceElements {
             for (std::size_t l = 0; l < std::min(kLanes, element.size() - k); ++l)
                 if (a[l] > 0) sum.add(a[l], field.solids.motions[element[k + l]]);
         }
-        const Real whole = sum_of(weight);
-        for (Lanes& p : sum.part) p /= whole;
+        const Real total = sum_of(weight);
+        for (Lanes& p : sum.part) p /= total;
         return sum;
     }
 };
 
-/// A disc, by what carries its middle and its axes' ends.
+/// The displaced disc, from the displacements of its middle and of its axes' ends.
 Drawn displaced(const Field& field, const Disc& rest, const Carried& middle, const Carried& end1, const Carried& end2,
                 std::int64_t id) {
     const Pose& pose = field.pose;
@@ -142,7 +142,7 @@ Disc rest_disc(const EmbeddedSurface& s, std::size_t root) {
     return {s.rest.position[root], s.rest.axis1[root], s.rest.axis2[root]};
 }
 
-/// The surfel made at the start, by the weights kept for it.
+/// The displaced original surfel, by its stored weights.
 Drawn displaced_root(const Field& field) {
     const EmbeddedSurface& s = field.embedded;
     Carried middle, end1, end2;
@@ -156,7 +156,7 @@ Drawn displaced_root(const Field& field) {
     return displaced(field, rest_disc(s, field.root), middle, end1, end2, s.id(field.root));
 }
 
-/// The eigenvalues' verdict on a disc, and the angle of its longest direction from the first axis.
+/// Whether a disc splits, and the angle of its longest direction from the first axis.
 struct Stretch {
     bool splits;
     Real angle;
@@ -170,7 +170,7 @@ Stretch stretch_of(const Drawn& d, Real radius2) {
     return {true, std::atan2(2 * ab, aa - bb) / 2};
 }
 
-/// The surfel, or what it splits into: cut in two along its longest direction, halves that overlap a little.
+/// Appends the surfel or its pieces: it is cut in two along its longest direction, into halves that overlap a little.
 void draw(const Field& field, const PieceElements& near, const Disc& rest, const Drawn& d, int level,
           std::vector<Drawn>& out) {
     constexpr int kDeepest = 8;
@@ -200,12 +200,12 @@ void put(const Drawn& d, const EmbeddedSurface& embedded, std::int32_t body, std
     surface.body[i] = body;
 }
 
-/// Surfels that give way to others: where they stand, and which of `pieces` follow in the place of each.
+/// Surfels that are replaced by pieces: their places, and which of `pieces` follow in the place of each.
 struct Splits {
     std::vector<Index> at;           // ascending
-    std::vector<std::size_t> first;  // one more
+    std::vector<std::size_t> first;  // of each, then the end
 };
-/// Puts the pieces into an array in place of what they replace, from behind.
+/// Replaces surfels by their pieces in an array, from the end.
 template <class T>
 void expand(const Splits& splits, const std::vector<T>& pieces, std::vector<T>& array) {
     std::size_t from = array.size();

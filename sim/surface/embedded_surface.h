@@ -13,9 +13,9 @@
 
 namespace thixo {
 
-/// How much of a disc beside an edge of the body lies on it: what is left of the half-axis in the direction `angle`
-/// from the first one, and of the other. A disc with its centre past the edge is taken `shift` radii in the direction
-/// `shift_angle` first, to where it lies on the body.
+/// The part of a disc beside an edge of the body that lies on the body. `along` is the remaining part of the half-axis
+/// in the direction `angle` from the first axis, `across` that of the other. A disc with its centre past the edge is
+/// first moved `shift` radii in the direction `shift_angle`, onto the body.
 struct EdgeCut {
     Real angle = 0, along = 1, across = 1;
     Real shift_angle = 0, shift = 0;
@@ -27,27 +27,27 @@ struct SurfelWeight {
     Index element;
 };
 
-/// Surfels made at one time: of consecutive rows from `first` on, with the ids base, base + 1, ... Halves of surfel i
-/// have the ids 2 i + shift and 2 i + shift + 1, so that no two ever have the same.
+/// Surfels made at one time: consecutive rows from `first` on, with the ids base, base + 1, ... Halves of surfel i have
+/// the ids 2 i + shift and 2 i + shift + 1, so that no two surfels ever have the same id.
 struct SurfelFamily {
     Index first = 0;
     std::int64_t base = 0, shift = 0;
 };
 
-/// Made from the shapes of the bodies, in the order of their elements; bodies that are cut get new faces, behind the
-/// others. The state is the elements'.
+/// The surfels of all solids, made from the shapes of the bodies in their order. New faces of bodies that are cut are
+/// appended. The state of the surface is that of the elements.
 struct EmbeddedSurface {
-    SurfelCloud rest;                           // in the material frame of the owner [m]
-    std::vector<std::int32_t> owner, sheet;     // index of the SolidBody; sheet of its surface, from 0 on
-    std::vector<Vec3> first;                    // m0: where the surfel was made, in the world [m]
-    std::vector<std::uint8_t> beyond;           // 1: it reaches past an edge of the body, and the trim tree cuts it off
-    std::vector<EdgeCut> edge;                  // for where no trim tree cuts; along = 0: nothing of it is on the body
-    std::vector<Real> support;                  // of its weights: the elements', more where too few are near [m]
-    std::vector<Real> temperature;              // degC
+    SurfelCloud rest;                        // in the material frame of the owner [m]
+    std::vector<std::int32_t> owner, sheet;  // index of the SolidBody; sheet of its surface, from 0 on
+    std::vector<Vec3> first;                 // m0: where the surfel was made, in the world [m]
+    std::vector<std::uint8_t> beyond;        // 1: the disc reaches past an edge of the body; the trim tree cuts it
+    std::vector<EdgeCut> edge;               // where no trim tree cuts; along = 0: the disc is off the body
+    std::vector<Real> support;               // of its weights: the elements', larger where too few are near [m]
+    std::vector<Real> temperature;           // degC
     std::vector<SurfelFamily> families;
     std::vector<std::optional<TrimNode>> trim;  // by body
-    std::vector<PointGrid> grid;                // of every body's elements at rest, in their order
-    std::vector<std::size_t> begin{0};  // of every surfel's weights, and the end: kept, as nothing at rest moves
+    std::vector<PointGrid> grid;                // of every body's elements in the rest shape, in their order
+    std::vector<std::size_t> begin{0};  // of every surfel's weights, then the end; the rest shape does not change
     std::vector<SurfelWeight> weight;
     std::size_t size() const { return owner.size(); }
     const SurfelFamily& family(std::size_t surfel) const {
@@ -79,43 +79,45 @@ void for_each_field(E& e, F&& f) requires std::same_as<std::remove_const_t<E>, E
 /// Surfels on all solids of the scene: Body::surfels of them, or as dense as surface.radius asks for.
 EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids);
 
-/// Surfels behind the others, of one body: places, discs, m0 and owner; all else zero until it is written or bound.
-/// `cloud` stands in the world at time 0, where `origin` is that of the material frame [m].
+/// Appends surfels of one body: places, discs, m0 and owner. Other fields are zero until they are written or bound.
+/// `cloud` is in the world at time 0, where `origin` is the origin of the material frame [m].
 void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& surface);
 
 /// Finds the supports, grids and weights of all surfels of the bodies marked by 1 anew, from these bodies' elements.
-/// Those of other bodies stay.
+/// Surfels of other bodies stay.
 void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& surface);
 
-/// The body bounded by its surfels, those that reach past its edges left out: in the world at time 0. Empty where it
-/// has too few for that.
+/// The body bounded by its surfels, without those that reach past its edges, in the world at time 0. Empty where it has
+/// too few surfels.
 std::optional<Shape> shape_of_surfels(const EmbeddedSurface& surface, const SolidBody& body, std::int32_t index);
 
-/// Where the surfels are now. The displacement is of first order, and exact under rigid motion (5.28):
-///   u(m) = sum_j w_poly6(m - m_j, h) (u_j + H_j (m - m_j)) / sum_j w_poly6(m - m_j, h)
-///   s = m + u(m),   t' = t + u(m + t) - u(m),   n = unit(t1' x t2')
-/// velocities by the same weights. A surfel that is stretched too far gives way to two halves side by side along its
-/// longest direction, and these again (5.5.2): where the squared half-axes of its disc as it is drawn, the eigenvalues
-/// of [t1'.t1' t1'.t2'; t1'.t2' t2'.t2'] over the squared radius of the surfel made at the start, are above
-/// kSplitStretch, or differ by more than kSplitRatio with the longer one above 1.2. This depends on the displacement of
-/// now alone: what is released has the surfels, ids and axes, that it had, and there is no state to keep. Ids of halves
-/// follow from their parent's (SurfelFamily). Writes every array of `surface`, in the
-/// order of the surfels made at the start; `source` says of which. Bodies of another skin (Skin) have none of them.
+/// Computes the present surfels. The displacement is of first order, and exact under rigid motion (5.28):
+///     u(m) = sum_j w_poly6(m - m_j, h) (u_j + H_j (m - m_j)) / sum_j w_poly6(m - m_j, h)
+///     s = m + u(m),   t' = t + u(m + t) - u(m),   n = unit(t1' x t2')
+/// Velocities have the same weights. A surfel that is stretched too far is split into two halves side by side along its
+/// longest direction, and these again (5.5.2). The criterion is the squared half-axes of the drawn disc over the
+/// squared radius of the original surfel. The squared half-axes are the eigenvalues of
+///     [t1'.t1' t1'.t2'; t1'.t2' t2'.t2']
+/// A surfel splits where they exceed kSplitStretch, or differ by more than kSplitRatio with the longer one above 1.2.
+/// This depends on the present displacement alone. Matter that is released has its old surfels, ids and axes again, and
+/// there is no state to keep. Ids of halves follow from their parent's (SurfelFamily). Writes every array of `surface`,
+/// in the order of the original surfels, and the original of each into `source`. Bodies with another Skin have no such
+/// surfels.
 void displace_embedded(const EmbeddedSurface& embedded, Solids& solids, SurfaceState& surface,
                        std::vector<Index>& source);
 
-/// The support of a surfel's weights: `usual` [m], or what reaches a few elements from all over its disc.
+/// The support of a surfel's weights: `usual` [m], or one that reaches a few elements from everywhere on its disc.
 Real weights_support(const PointGrid& grid, const Vec3& m, Real disc, Real usual);
 
-/// u(m) of that field with weights of this support [m]; `grid` holds the body's elements at rest, one of them within
-/// the support. After displace_embedded.
+/// u(m) of that field with weights of this support [m]. `grid` holds the body's elements in the rest shape, one of them
+/// within the support. Requires displace_embedded.
 Vec3 displacement(const PointGrid& grid, const SolidBody& body, const Solids& solids, const Vec3& m, Real support);
 
-/// The same of a body with a surface; empty where no element is as near.
+/// The same for a body with a surface; empty where no element is within the support.
 std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solids& solids, std::size_t owner,
                                     const Vec3& m, Real support);
 
-/// No piece that a surfel splits into, nor an end of its axes, has elements farther than this from it [m]: pieces lie
+/// Bound of the distance between a surfel and the elements of its pieces and of the ends of their axes [m]. Pieces lie
 /// within 1.25 axes of it (1/2 + 0.6/2 + ...) either way, and their axes are no longer.
 inline Real reach_of_pieces(const EmbeddedSurface& s, std::size_t surfel) {
     return s.support[surfel] + Real(2.8) * std::max(s.rest.axis1[surfel].norm(), s.rest.axis2[surfel].norm());

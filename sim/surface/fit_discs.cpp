@@ -10,10 +10,10 @@
 namespace thixo {
 namespace {
 
-// Half-axes of discs where the surface bends, and of the last of a coat, in radii.
+// Largest half-axes of discs where the surface bends, and of the last row of a coat, in radii.
 constexpr Real kBentDisc = Real(1.5), kLongestCoat = Real(1.35);
 
-// That a surfel keeps from an edge of what is solid yet, in radii: past it, its disc would not be cut off.
+// Distance of a surfel from an edge of matter that is still solid, in radii: past the edge its disc would not be cut.
 constexpr Real kFromEdge = Real(0.15);
 
 /// The surfels of free surfaces near walls.
@@ -22,12 +22,12 @@ struct FreeRim {
     PointGrid grid;
 };
 
-/// How far a coat's disc may reach and which way: up to the free surface as the surfels around have it, smoothed, not
-/// as the field has it. Coats of two walls may overlap.
+/// Finds how far a coat's disc may reach, and in which direction: up to the free surface as the surfels around show it.
+/// That surface is smoothed; the field's is not. Coats of two walls may overlap.
 void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const FreeRim& rim) {
     sheet.to_crease = std::numeric_limits<Real>::max();
     const Poly6 w(rim.grid.cell());
-    // Of the side that is nearest: the other one of a dry spot that closes says nothing here.
+    // Of the nearest side alone: the other side of a dry spot that closes is of no use here.
     Index nearest = kNone;
     Real least = std::numeric_limits<Real>::max();
     rim.grid.for_each_neighbour(x, rim.grid.cell(), [&](Index j, Real r2) {
@@ -49,16 +49,16 @@ void end_at_free_surface(SheetSample& sheet, const Vec3& x, const Vec3& n, const
     const Vec3 up = average.unit_normal(), across = up - n * n.dot(up);
     const Real rate = across.norm();
     if (rate < Real(0.2)) return;
-    // Where the free surface bends, as about a dry spot, its discs are apart from the smooth surface through them: by
-    // how much, their planes tell. The coat goes as far, or rays would pass between the two.
+    // Where the free surface bends, as about a dry spot, its discs stand off from the smooth surface through them.
+    // Their planes tell how far. The coat reaches as far, or rays would pass between the two.
     const Real planes = average.planes / average.weight;
     const Real apart = std::sqrt(std::max(square_sum / average.weight - square(planes), Real(0)));
     sheet.to_crease = (apart - (average.value() + planes) / 2) / rate;
     sheet.towards_crease = across / rate;
 }
 
-/// How far the neighbours of a surfel's side are from its plane, in the mean: where the surface bends, and where it
-/// goes over from a coat to a free surface that all but touches the wall.
+/// The mean height of a surfel's neighbours of its side over its plane. It is large where the surface bends, and where
+/// a coat becomes a free surface that almost touches the wall.
 class Heights {
   public:
     Heights(const SurfelCloud& cloud, const std::vector<std::int32_t>& component, Real reach)
@@ -96,7 +96,7 @@ class Heights {
     std::vector<Real> nx_, ny_, nz_, component_;  // by slot
 };
 
-/// Where every surfel stands to its sheet in the field.
+/// The sheet of every surfel in the field.
 std::vector<SheetSample> sheets_of(const SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape) {
     std::vector<SheetSample> sheets(cloud.size());
     parallel_for(cloud.size(), [&](std::size_t i) {
@@ -119,7 +119,7 @@ void end_coats(std::vector<SheetSample>& sheets, const SurfelCloud& cloud, const
     parallel_for(cloud.size(), [&](std::size_t i) {
         SheetSample& at = sheets[i];
         if (!at.coat || !(notes.melt[i] > 0)) return;
-        // Where the field has liquid the coat goes on, whatever the planes of surfels farther off say there.
+        // Where the field has liquid the coat continues, whatever the planes of farther surfels say there.
         const bool corner = at.stand_off == 0 && at.to_crease < std::numeric_limits<Real>::max();
         const Real by_field = corner ? -spacing : at.to_crease;
         end_at_free_surface(at, cloud.position[i], cloud.normal[i], rim);
@@ -127,7 +127,7 @@ void end_coats(std::vector<SheetSample>& sheets, const SurfelCloud& cloud, const
     });
 }
 
-/// Where faces of a solid that has not all melted meet in edges that jut out: discs end there, or fins would stand out
+/// Convex edges between faces of a solid that has not wholly melted. Discs end there: otherwise fins would stand out
 /// past them.
 class Edges {
   public:
@@ -135,7 +135,7 @@ class Edges {
         : cloud_(cloud), notes_(notes), sheets_(sheets) {
         if (std::ranges::any_of(notes.melt, [](Real b) { return b < 1; })) grid_.build(cloud.position, reach);
     }
-    /// The nearest edge of a disc that ends within a radius.
+    /// The nearest edge that ends a disc within a radius.
     struct Nearest {
         Real to = 1;            // < 0 past the edge, in radii
         Vec3 towards{0, 0, 0};  // unit tangent
@@ -151,7 +151,7 @@ class Edges {
         });
         return edge;
     }
-    /// How far a disc may reach, in its radii: towards the nearest edge, and to its sides.
+    /// The reach of a disc in its radii: towards the nearest edge, and to its sides.
     struct Cut {
         Real ahead = 1, across = 1;
         Vec3 towards{0, 0, 0};
@@ -172,8 +172,8 @@ class Edges {
     }
 
   private:
-    /// Calls f(d, m) for planes of other faces that disc i runs into: where it goes on by d or more in the direction m,
-    /// a tangent as long as the sine between the two, it is out of the body.
+    /// Calls f(d, m) for planes of other faces that disc i meets. Beyond d in the direction m it would be out of the
+    /// body. The tangent m is as long as the sine of the angle between the two.
     template <class F>
     void for_each(Index i, F&& f) const {
         const Vec3 &x = cloud_.position[i], &n = cloud_.normal[i];
@@ -182,7 +182,7 @@ class Edges {
             const Real same = n.dot(other);
             if (notes_.component[j] != notes_.component[i] || same > Real(0.7) || same < Real(-0.5)) return;
             const Real depth = -other.dot(away);
-            if (sheets_[j].coat || (depth < 0 && n.dot(away) < 0)) return;  // the latter: a hollow
+            if (sheets_[j].coat || (depth < 0 && n.dot(away) < 0)) return;  // the second case: a hollow
             f(depth, Vec3(other - same * n));
         });
     }
@@ -200,7 +200,7 @@ bool over_corner(const SheetSample& at) { return at.coat && at.stand_off == 0 &&
 
 Real past_edge(Real to, bool corner) {
     constexpr Real kPast = Real(0.4), kShortest = Real(0.6);
-    // Part of its way to two edges that a disc in their corner takes: the half-axes of an ellipse about a rectangle.
+    // Half-axes of an ellipse about a rectangle, over the rectangle's: of a disc in the corner of two edges.
     constexpr Real kIntoCorner = Real(1.4142136);
     return std::clamp(kPast + (corner ? kIntoCorner : Real(1.2)) * to, kShortest, Real(1));
 }
@@ -226,9 +226,10 @@ void retreat_from_creases(SurfelCloud& cloud, SurfelNotes& notes, const LiquidSh
 
 void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, Real support) {
     std::vector<SheetSample> sheets = sheets_of(cloud, notes, shape);
-    notes.give.resize(cloud.size());
-    for (std::size_t i = 0; i < cloud.size(); ++i) notes.give[i] = sheets[i].coat ? Real(0) : sheets[i].give;
-    // Neighbours in a corner may have pushed coats over their crease, deeper into the walls than need be.
+    notes.lift_share.resize(cloud.size());
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+        notes.lift_share[i] = sheets[i].coat ? Real(0) : sheets[i].lift_share;
+    // Neighbours in a corner may have pushed coats over their crease, deeper into the walls than necessary.
     const std::vector<SheetSample> field = sheets;
     std::vector<Vec3> moved = cloud.position;
     end_coats(sheets, cloud, notes, shape.spacing, support);
@@ -239,12 +240,12 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
         if (over_corner(field[i])) moved[i] += field[i].to_crease * field[i].towards_crease;
         const Vec3& n = cloud.normal[i];
         const SheetSample& at = sheets[i];
-        // Where the surface bends discs stand off from each other as tangent planes do: they are drawn larger there.
+        // Where the surface bends, discs stand off from each other as tangent planes do: they are enlarged there.
         const Real own = notes.radius[i];
         const Real bend = std::max(Real(0.5) * notes.curvature[i] * own, heights.at(i) / own);
         const Real radius = own * std::min(1 + 2 * bend, kBentDisc);
         // Row and crease do not always agree, and a coat is flat: its last row reaches farther. Ellipses side by side
-        // must overlap at the crease, not only touch it: hence the eighth more.
+        // must overlap at the crease, not only touch it. The eighth is for that.
         const Real longest = at.coat ? kLongestCoat * radius : radius;
         const Real past = Real(at.coat ? 0.06 : 0.1) * shape.spacing;
         const bool at_crease = at.defined && Real(1.125) * at.to_crease + past < longest;

@@ -1,4 +1,4 @@
-// Points in cubic cells that takes new points at any time: what a surface that grows is looked up in.
+// A grid of points in cubic cells that takes new points at any time, for surfaces that grow.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,12 @@
 
 namespace thixo {
 
-/// Cells in blocks of 4 x 4 x 4, the blocks with points in an open-addressed table; each cell has the chain of its
-/// points, the latest first. What a query visits and in which order depends on the points and the order of their adding
-/// alone.
+/// Cells stand in blocks of 4 x 4 x 4. Blocks with points are in an open-addressed table. Each cell has a chain of its
+/// points, the latest first. The points that a query visits, and their order, depend on the points and the order of
+/// adding alone.
 class GrowingGrid {
   public:
-    /// Cells of edge `cell` > 0 [m]; a query of radius r visits (2 r/cell + 2)^3 of them at most.
+    /// Cells have the edge `cell` > 0 [m]. A query of radius r visits at most (2 r/cell + 2)^3 of them.
     explicit GrowingGrid(Real cell, std::size_t expected = 0) : per_cell_(1 / cell) {
         rehash(expected / 8 + 64);
         point_.reserve(expected + expected / 4);
@@ -49,7 +49,7 @@ class GrowingGrid {
             return false;
         });
     }
-    /// Whether f(j, r2) is true for one of them; none is asked about after it.
+    /// Whether f(j, r2) is true for one of them. The search ends at the first.
     template <class F>
     bool any_neighbour(const Vec3& x, Real radius, F&& f) const {
         const Real limit = radius * radius;
@@ -91,7 +91,7 @@ class GrowingGrid {
             return {std::max(first, block << kBits), std::min(last, (block << kBits) + kEdge - 1)};
         }
     };
-    // Cells beyond the limit are folded into the outermost ones, as PointGrid's are; so is what is not a number.
+    // Cells beyond the limit are folded into the outermost ones, as in PointGrid. So are values that are not numbers.
     std::int32_t coordinate(Real v) const {
         constexpr Real kLimit = (1 << 20) - 1;
         const Real c = std::floor(v * per_cell_);

@@ -1,4 +1,4 @@
-// What particles have, at places among them.
+// Interpolation of particles' attributes at places among them.
 #pragma once
 
 #include "pipeline/base/parallel.h"
@@ -8,9 +8,9 @@
 
 namespace thixo {
 
-/// Calls act(i, A(x_i)) for every place x_i with particles of its own in reach, in parallel: the normalised
+/// Calls act(i, A(x_i)) for every place x_i with particles of its own in reach, in parallel. A is the normalised
 /// interpolation (dissertation 2.24)
-///   A(x) = sum_j V0_j A_j w_poly6(x - x_j, h) / sum_j V0_j w_poly6(x - x_j, h)
+///     A(x) = sum_j V0_j A_j w_poly6(x - x_j, h) / sum_j V0_j w_poly6(x - x_j, h)
 /// over the particles j with own(i, j), A_j = value(j). Sums are in double: temperatures change slowly. `support` h
 /// [m].
 template <class Own, class Value, class Act>

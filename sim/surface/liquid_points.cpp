@@ -6,9 +6,9 @@
 namespace thixo {
 namespace {
 
-// s of the outermost layer of particles under a flat surface (0.66 to 0.72, as they are packed), within that range the
-// value that gives a lone particle at a support of two spacings a sphere of its own volume: phi_j = 0.68/0.196, phi =
-// 1/2 at 0.625 spacings.
+// The fill s of the outermost layer of particles under a flat surface is 0.66 to 0.72, depending on the packing. Within
+// that range this value gives a lone particle a sphere of its own volume, at a support of two spacings:
+//     phi_j = 0.68/0.196,   phi = 1/2 at 0.625 spacings
 constexpr Real kFlatFill = Real(0.68);
 
 /// Up to three walls within a support of a particle, nearest first.
@@ -21,16 +21,16 @@ WallPlane plane_at(const WallContact& contact, const Vec3& x) {
     return {contact.normal, contact.normal.dot(x) - contact.distance};
 }
 
-/// The nearest wall, and others that are found to be nearest a little way along it.
+/// The nearest wall, and others that are nearest a little way along it.
 NearWalls walls_near(const Walls& walls, const Vec3& x, Real support) {
     NearWalls near;
     const WallContact nearest = wall_contact(walls, x);
-    // A particle inside the wall would have its image in the room: it stands for itself alone.
+    // A particle inside the wall would have its image in the room: it has no image.
     if (!(nearest.distance < support) || nearest.distance <= 0) return near;
     near.plane[near.count++] = plane_at(nearest, x);
     Vec3 a, b;
     orthonormal_basis(nearest.normal, a, b);
-    // A little off the wall: close to it a look-up asks the shape itself, at many times the cost.
+    // A little off the wall: close to it a look-up evaluates the shape itself, at many times the cost.
     const Vec3 from = x + std::max(Real(0), Real(0.3) * support - nearest.distance) * nearest.normal;
     for (const Real reach : {Real(0.375), Real(0.75)})
         for (const Vec3& way : {a, Vec3(-a), b, Vec3(-b)}) {
@@ -38,7 +38,8 @@ NearWalls walls_near(const Walls& walls, const Vec3& x, Real support) {
             const WallPlane plane = plane_at(wall_contact(walls, probe), probe);
             bool found = plane.distance(x) > 0 && plane.distance(x) < support && near.count < 3;
             for (int k = 0; k < near.count; ++k) found = found && plane.normal.dot(near.plane[k].normal) < Real(0.7);
-            // The plane of a wall that ends in an edge goes on through the room: it must be wall where x meets it.
+            // The plane of a wall that ends in an edge continues through the room: the wall must exist at the foot of
+            // x.
             const Vec3 foot = x - plane.distance(x) * plane.normal;
             found = found && std::abs(wall_distance(walls, foot)) < Real(0.15) * support;
             if (found) near.plane[near.count++] = plane;
@@ -52,7 +53,7 @@ struct Image {
     std::array<Index, 3> mirrors;
 };
 
-/// Appends the images of a particle in every subset of its walls that leaves them behind all walls of the subset.
+/// Appends the images of a particle in every subset of its walls for which the image is behind all walls of the subset.
 void mirror(std::vector<Image>& images, std::vector<WallPlane>& planes, const NearWalls& near, const Vec3& x,
             Index particle, Real support) {
     const auto first = static_cast<Index>(planes.size());
@@ -87,7 +88,7 @@ FieldPoints in_cell_order(const std::vector<Image>& images, const Particles& par
     points.position.resize(n);
     points.particle.resize(n);
     points.weight.assign(n + PointGrid::kPadding, 0);
-    points.loose.assign(n + PointGrid::kPadding, 0);
+    points.dispersion.assign(n + PointGrid::kPadding, 0);
     if (mirrors) mirrors->resize(n);
     for (std::size_t k = 0; k < n; ++k) {
         const Image& from = images[order[k]];
@@ -156,8 +157,8 @@ void set_colours(LiquidPoints& points, Real support) {
         for (FieldPoints* of : {&part.own, &part.images})
             for (std::size_t k = 0; k < of->size(); ++k) {
                 const Real fill = points.particle_fill[of->particle[k]];
-                const Real whole = fill + Real(0.34) * support * points.particle_slope[of->particle[k]].norm();
-                of->loose[k] = clamp01(4 * (1 - whole)) * clamp01(5 * (fill - Real(0.3)));
+                const Real extended = fill + Real(0.34) * support * points.particle_slope[of->particle[k]].norm();
+                of->dispersion[k] = clamp01(4 * (1 - extended)) * clamp01(5 * (fill - Real(0.3)));
                 if (fill > 0) of->weight[k] *= std::max(Real(1), kFlatFill / fill);
             }
     }

@@ -9,9 +9,9 @@ namespace {
 
 constexpr Real kAcross = Real(0.7);  // cosine between normals that belong to one wall
 
-/// Sums over field points of a v and of a q d, with a = weight q^2, v = a q, q = 1 - r^2/h^2, d the offsets.
+/// Sums over field points of a v and of a q d, with a = weight q^2, v = a q, q = 1 - r^2/h^2, and d the offsets.
 struct FieldSums {
-    Lanes value{}, loose{}, gx{}, gy{}, gz{}, cx{}, cy{}, cz{};
+    Lanes value{}, dispersion{}, gx{}, gy{}, gz{}, cx{}, cy{}, cz{};
 };
 
 }  // namespace
@@ -22,11 +22,11 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
     if (!of) return sample;
     const Poly6 w(support);
     FieldSums s;
-    const Real *weight = of->own.weight.data(), *loose = of->own.loose.data();
+    const Real *weight = of->own.weight.data(), *dispersion = of->own.dispersion.data();
     for_each_near_run(of->own.grid, x, support, [&](Index slot, Lanes dx, Lanes dy, Lanes dz, Lanes r2) {
         const Lanes q = positive(1 - r2 * w.h2_inv), slope = load_lanes(weight + slot) * q * q, value = slope * q;
         s.value += value;
-        s.loose += value * load_lanes(loose + slot);
+        s.dispersion += value * load_lanes(dispersion + slot);
         s.gx += slope * dx;
         s.gy += slope * dy;
         s.gz += slope * dz;
@@ -35,7 +35,7 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
         s.cz += value * dz;
     });
     sample.value = w.scale * sum_of(s.value);
-    Real apart = w.scale * sum_of(s.loose);
+    Real apart = w.scale * sum_of(s.dispersion);
     sample.gradient = 6 * w.scale * w.h2_inv * Vec3(sum_of(s.gx), sum_of(s.gy), sum_of(s.gz));
     sample.centre = w.scale * Vec3(sum_of(s.cx), sum_of(s.cy), sum_of(s.cz));
     of->images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
@@ -46,14 +46,14 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
         const Real volume = of->images.weight[j], value = volume * w.value(r2);
         const Vec3 offset = of->images.position[j] - x;
         sample.value += value;
-        apart += value * of->images.loose[j];
+        apart += value * of->images.dispersion[j];
         sample.gradient -= volume * w.gradient_factor(r2) * offset;
         sample.centre += value * offset;
     });
     if (sample.value > 0) {
         sample.centre /= sample.value;
-        sample.give = kLeastGive + (1 - kLeastGive) * apart / sample.value;
-        sample.lift = of->lift * sample.give;
+        sample.lift_share = kLeastLiftShare + (1 - kLeastLiftShare) * apart / sample.value;
+        sample.lift = of->lift * sample.lift_share;
     }
     if (sample.near_wall) sample.out.normalize();
     return sample;
@@ -120,16 +120,16 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
     const Vec3 way = (lines ? own : out).normalized();
     Vec3 beside = x + Real(0.5) * spacing * way;
     pair.first = plane_from(beside);
-    // Where another wall is nearer: farther from that one, and in a corner from a third.
+    // Where another wall is nearer, the look-up is farther from that one, and in a corner from a third.
     for (int other = 0; lines && other < 2 && pair.first.normal.dot(n) > -kAcross; ++other) {
         const Real away = std::clamp(Real(0.8) * spacing - pair.first.distance(x), Real(0), spacing);
         beside += away * pair.first.normal;
         pair.first = plane_from(beside);
     }
-    // Where walls meet in an edge that juts out, as at the spout of a funnel, the plane of one goes on through the room
-    // before the other: nothing ends there.
+    // Where walls meet in a convex edge, as at the spout of a funnel, the plane of one continues through the room
+    // before the other. No sheet ends there.
     const bool in_room = pair.first.distance(beside) > 0;
-    // The plane of an edge that juts out goes on past the wall, too: what is near must have a wall where x meets it.
+    // The plane of a convex edge continues past the wall, too: a near plane must have a wall at the foot of x.
     Real beyond = -std::numeric_limits<Real>::max();
     for (int tries = 0; tries < 3; ++tries) {
         pair.second = {};
@@ -142,7 +142,7 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
         });
         const Real distance = pair.second.distance(x);
         if (distance > spacing) break;
-        // Deeper in a corner of three walls x meets it behind the third.
+        // Deeper in a corner of three walls the foot of x is behind the third.
         const Real off = wall_distance(walls, x - distance * pair.second.normal), most = Real(0.3) * spacing;
         if (off < most && off > std::min(distance, Real(0)) - most) return pair;
         beyond = distance;
@@ -157,8 +157,8 @@ const WallPair& LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int
     return note.walls;
 }
 
-/// Where the free surface runs along a wall both fit the normal: the sheet is the one that ends the body. Taken for the
-/// wall's coat, the free surface would stop half a spacing before it.
+/// Where the free surface runs along a wall, both sheets fit the normal: the right one is the one that ends the body.
+/// If the free surface were taken for the coat, it would stop half a spacing before the wall.
 bool LiquidShape::field_ends_first(Real field, const Vec3& field_slope, Real below_wall, const WallPlane& wall) const {
     return field < below_wall - Real(0.1) * spacing && field_slope.dot(wall.normal) > kAcross * field_slope.norm();
 }
@@ -167,12 +167,13 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, co
     SheetSample sample;
     sample.phi = c.value;
     sample.centre = c.centre;
-    sample.give = c.give;
+    sample.lift_share = c.lift_share;
     sample.to_crease = std::numeric_limits<Real>::max();
     const Real per_phi = support * Real(256.0 / 315.0);
     const Real field = (c.value - iso + c.lift * c.gradient.norm()) * per_phi;
     const Vec3 field_slope = c.gradient * per_phi;
-    // The crease with what ends the sheet where `depth` falls to zero: the nearest of those asked about.
+    // The crease with the surface that ends the sheet, where `depth` falls to zero. The nearest of all candidates
+    // counts.
     const auto end_at = [&](Real depth, const Vec3& slope, Real stand_off) {
         const Vec3 across = slope - n * n.dot(slope);
         const Real rate = across.norm();
@@ -189,7 +190,7 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, co
     const Real depth = sample.coat ? below_wall : field;
     const Vec3 slope = sample.coat ? beside.first.normal : field_slope;
     const Real slope2 = slope.squaredNorm();
-    // A coat lines liquid. What passes for the coat of a dry wall, such as the far side of a thin one, is none.
+    // A coat lines liquid. At a dry wall, such as the far side of a thin one, there is none.
     const bool dry = sample.coat && field < -Real(0.25) * spacing;
     sample.defined = c.value > 0 && !dry && slope2 > square(kLeastSlope);
     if (!sample.defined) return sample;
@@ -269,8 +270,8 @@ bool LiquidShape::project(Vec3& x, std::int32_t component, Real reach, Real iso_
         y += move;
         at = next;
     }
-    // A tenth of what blending by the neighbours hides anyway: near the crease at a wall Newton's method rests a little
-    // off.
+    // The limit is a tenth of what blending by the neighbours hides anyway. Near the crease at a wall Newton's method
+    // ends a little off.
     if (!at.defined || std::abs(at.depth) > Real(0.05) * spacing || (y - x).norm() > reach) return false;
     x = y;
     return true;

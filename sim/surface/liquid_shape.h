@@ -5,18 +5,18 @@
 
 namespace thixo {
 
-/// The colour field phi(x) = sum_j V0_j phi_j w_poly6(x - x_j, h) and what else is summed on the way.
+/// The colour field phi(x) = sum_j V0_j phi_j w_poly6(x - x_j, h), and other sums over the same points.
 struct ColourSample {
     Real value = 0;          // phi [1]
     Vec3 gradient{0, 0, 0};  // grad phi [1/m]
     Vec3 centre{0, 0, 0};    // weighted mean of the points, relative to x [m]; zero where phi = 0
-    Real give = 0;           // share of the part's lift that the surface has here [1]
-    Real lift = 0;           // of the surface over the iso-surface [m]
+    Real lift_share = 0;     // share of the part's lift that applies here [1]
+    Real lift = 0;           // height of the surface over the iso-surface [m]
     bool near_wall = false;  // an image is in reach
     Vec3 out{0, 0, 0};       // unit, from the walls of the images in reach into the room
 };
 
-/// A sample remembered, and where it was taken.
+/// A stored sample, and the place where it was taken.
 struct ColourNote {
     ColourSample sample;
     Vec3 asked = Vec3::Constant(std::numeric_limits<Real>::max());
@@ -24,7 +24,7 @@ struct ColourNote {
 
 /// Depth below the surface of the body, > 0 inside.
 struct DepthSample {
-    Real depth = 0;          // [m]; near the surface of a flat body its distance, limited by 0.4 h deeper inside
+    Real depth = 0;          // [m]; near the surface of a flat body the distance, limited by 0.4 h deeper inside
     Vec3 gradient{0, 0, 0};  // [1], inwards
     Vec3 centre{0, 0, 0};    // of the colour field
     Real phi = 0;            // of the colour field
@@ -33,47 +33,47 @@ struct DepthSample {
     Vec3 outward() const { return -gradient.normalized(); }
 };
 
-/// Surfels of a free surface and of a coat keep this many radii from the crease where the two meet, for their discs
-/// must end there. Coats of two walls cross each other deep inside the walls and come up to their crease.
+/// Distance in radii that surfels of a free surface and of a coat keep from their common crease: their discs must end
+/// there. Coats of two walls cross each other deep inside the walls and reach up to their crease.
 inline constexpr Real kFromCrease = Real(0.6);
 
-/// Where a surfel stands to its sheet. Near a wall the body's surface has two: the free surface, and the coat that
-/// lines the wall wall_depth inside it; they meet in a crease hidden by the wall, as coats of two walls do. A surfel
-/// belongs to the one its normal fits, and stays in it up to the crease.
+/// The sheet of a surfel. Near a wall the body's surface has two sheets: the free surface, and the coat that lines the
+/// wall wall_depth inside it. They meet in a crease that the wall hides, as coats of two walls do. A surfel belongs to
+/// the sheet that its normal fits, and stays in it up to the crease.
 struct SheetSample {
     bool defined = false;  // false: no particle in reach, or no slope to follow
     bool coat = false;
     Real phi = 0;  // of the colour field
-    Real give = 0;
-    Vec3 centre{0, 0, 0};   // of the colour field, relative to x [m]
-    Vec3 guide{0, 0, 0};    // to the sheet, one Newton step of at most half a spacing [m]
-    Vec3 outward{0, 0, 0};  // unit normal of the sheet
-    Real to_crease = 0;     // distance to the crease in the sheet, < 0 beyond it; +max where there is none near [m]
+    Real lift_share = 0;
+    Vec3 centre{0, 0, 0};          // of the colour field, relative to x [m]
+    Vec3 guide{0, 0, 0};           // the way to the sheet, one Newton step of at most half a spacing [m]
+    Vec3 outward{0, 0, 0};         // unit normal of the sheet
+    Real to_crease = 0;            // distance to the crease in the sheet, < 0 beyond it; +max where none is near [m]
     Vec3 towards_crease{0, 0, 0};  // unit tangent
-    Real stand_off = 0;            // how far surfels keep from it, in radii
+    Real stand_off = 0;            // distance that surfels keep from it, in radii
 };
 
-/// The walls beside a surfel: the one it lines, or else the nearest, and another one where two meet.
+/// The walls beside a surfel: the one it lines, or otherwise the nearest, and a second one where two meet.
 struct WallPair {
     WallPlane first, second;
 };
 
-/// The walls beside a surfel, remembered: looking them up costs more than all else that is asked of the shape.
+/// The stored walls beside a surfel: to look them up costs more than all other questions to the shape.
 struct WallNote {
     WallPair walls;
     Vec3 asked = Vec3::Constant(std::numeric_limits<Real>::max());  // where
     Vec3 normal{0, 0, 0};                                           // of the surfel then
 };
 
-/// phi beyond which a surfel that lines no wall is inside the body.
+/// A surfel that lines no wall is inside the body where phi exceeds this.
 inline constexpr Real kDeepest = Real(0.8);
 
-/// Slope of a depth [1], one across a flat surface, under which it has no surface to follow: the last of a cavity, or
-/// where two drops have just met.
+/// Least slope of a depth, one across a flat surface, that a surface can follow [1]. Below it are the last of a cavity,
+/// and places where two drops have just met.
 inline constexpr Real kLeastSlope = Real(0.15);
 
-/// Share of the lift that matter has which has not come apart.
-inline constexpr Real kLeastGive = Real(0.2);
+/// Share of the lift that matter without dispersion has.
+inline constexpr Real kLeastLiftShare = Real(0.2);
 
 struct LiquidShape {
     const LiquidPoints& points;
@@ -82,40 +82,42 @@ struct LiquidShape {
     Real spacing;  // [m]
     Real iso;      // I: phi on the surface
 
-    /// How far the body reaches into a wall [m]. More than the errors of surface and wall, less than half of the
-    /// thinnest wall worth its name: renderers see liquid against wall without a film of air between.
+    /// How far the body reaches into a wall [m]. It is more than the errors of surface and wall, and less than half of
+    /// the thinnest sensible wall. Renderers see liquid against wall without a film of air between.
     Real wall_depth() const { return Real(0.15) * spacing; }
 
-    /// How far behind a wall its images still count [m]: enough for surfels that strayed beyond the crease to find
-    /// back. What lies deeper is dry, and must be: it may be the far side of the wall.
+    /// How far behind a wall its images still count [m]: enough for surfels beyond the crease to return. Deeper places
+    /// are dry, and must be: they may be the far side of the wall.
     Real image_depth() const { return Real(0.5) * spacing; }
 
     ColourSample colour(const Vec3& x, std::int32_t component) const;
-    /// The same to first order from a note, which is renewed where x is more than 0.06 spacings from where it was
-    /// taken: there depths are good to 0.003 spacings, slopes to 0.07 of themselves.
+    /// The same to first order from a note. The note is renewed where x is more than 0.06 spacings from its place.
+    /// Depths are then good to 0.003 spacings, slopes to 0.07 of their size.
     ColourSample colour(const Vec3& x, std::int32_t component, ColourNote& note) const;
 
-    /// depth(x) = min((phi(x) - I + lift |grad phi|) / phi', d_wall(x) + wall_depth), phi' = 315/(256 h) the slope of
-    /// phi across the surface of a half space: zero `lift` outside of the iso-surface, to first order in it.
+    /// The depth is that of the colour field, bounded by the wall:
+    ///     depth(x) = min((phi(x) - I + lift |grad phi|) / phi', d_wall(x) + wall_depth)      [m]
+    /// phi' = 315/(256 h) is the slope of phi across the surface of a half space. To first order the depth is zero at
+    /// `lift` outside of the iso-surface.
     DepthSample depth(const Vec3& x, std::int32_t component) const { return depth(x, component, iso); }
     DepthSample depth(const Vec3& x, std::int32_t component, Real iso_value) const {
         return depth_of(colour(x, component), x, iso_value);
     }
     DepthSample depth_of(const ColourSample& colour, const Vec3& x, Real iso_value) const;
 
-    /// The wall that x is at or in, as a plane; none where no image is in reach. It is looked up half a spacing out in
+    /// The wall that x is at or in, as a plane; none where no image is in reach. The look-up is half a spacing out in
     /// the room (ColourSample::out): inside a thin wall the distance is that of either side.
     WallPlane wall_plane(const Vec3& x, const ColourSample& colour) const;
 
-    /// The walls beside a surfel at x with unit normal n. Where two walls meet, the nearest is not always the one the
-    /// surfel lines; that one is looked up farther out from the other.
+    /// The walls beside a surfel at x with unit normal n. Where two walls meet, the nearest is not always the one that
+    /// the surfel lines. The look-up for that one is farther from the other.
     WallPair walls_beside(const Vec3& x, const Vec3& n, std::int32_t component) const;
-    /// The same from a note, which is renewed where x is more than 0.15 spacings from where it was taken, or n has
-    /// turned by 20 degrees: on a wall with a radius of two spacings a plane is then 0.006 spacings off.
+    /// The same from a note. The note is renewed where x is more than 0.15 spacings from its place, or n has turned by
+    /// 20 degrees. On a wall with a radius of two spacings a plane is then 0.006 spacings off.
     const WallPair& walls_beside(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const;
 
-    /// The sheet that a surfel at x with unit normal n belongs to. `colour` is the field at x; `beside` is read where
-    /// colour.near_wall.
+    /// The sheet that a surfel at x with unit normal n belongs to. `colour` is the field at x. `beside` is read where
+    /// colour.near_wall is true.
     SheetSample sheet(const ColourSample& colour, const WallPair& beside, const Vec3& x, const Vec3& n) const;
     SheetSample sheet(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const {
         ColourNote unused;
@@ -131,18 +133,17 @@ struct LiquidShape {
         return std::abs(wall.distance(x) + wall_depth()) < Real(0.5) * spacing && n.dot(wall.normal) < -Real(0.7071);
     }
 
-    /// Largest principal curvature of the level set of phi at x, convex or hollow, from the second derivatives of phi:
-    /// |eigenvalue| of P (grad grad phi) P / |grad phi|, P the projection across n [1/m]. Zero on the coat of a
-    /// wall, which is not a level set.
+    /// Largest principal curvature of the level set of phi at x, convex or hollow [1/m]: the largest |eigenvalue| of
+    ///     P (grad grad phi) P / |grad phi|
+    /// P is the projection across n. The coat of a wall is not a level set, and has zero curvature.
     Real curvature(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const;
     Real curvature(const Vec3& x, const Vec3& n, std::int32_t component) const {
         WallNote note;
         return curvature(x, n, component, note);
     }
 
-    /// psi_I: moves x to the zero of depth by Newton's method, the step halved while |depth| does not fall (2.40).
-    /// False where the field has no slope to follow, or the way gets longer than `reach` [m]; x is then wherever it
-    /// was.
+    /// psi_I: moves x to the zero of depth by Newton's method. The step is halved while |depth| does not fall (2.40).
+    /// Returns false where the field has no slope to follow, or the way gets longer than `reach` [m]; x then stays.
     bool project(Vec3& x, std::int32_t component, Real reach, Real iso_value) const;
     bool project(Vec3& x, std::int32_t component, Real reach) const { return project(x, component, reach, iso); }
 

@@ -9,7 +9,7 @@
 namespace thixo {
 namespace {
 
-/// Surfels of solids whose temperature has changed: the normalised interpolation of the body's particles.
+/// Sets the temperatures of solids' surfels that have changed: the normalised interpolation of the body's particles.
 void take_temperatures(const Particles& particles, Real support, const EmbeddedSurface& embedded,
                        const std::vector<Index>& source, SurfaceState& shown) {
     std::vector<Real> first;  // by body
@@ -39,16 +39,17 @@ bool melts(const Solids& solids, const SolidBody& body) {
            std::ranges::any_of(body.elements, [&](Index i) { return solids.elements.solidity(i) < 1; });
 }
 
-/// Bodies that begin to melt, `fresh`: what their surfels are now goes to the animated surface.
+/// Hands the present surfels of bodies that begin to melt over to the animated surface. `newly_melting` marks these
+/// bodies.
 void take_over(const EmbeddedSurface& embedded, Solids& solids, const SurfaceState& shown,
-               const std::vector<Index>& source, MixedSurface& state, std::vector<std::uint8_t>& fresh) {
-    fresh.assign(solids.bodies.size(), 0);
+               const std::vector<Index>& source, MixedSurface& state, std::vector<std::uint8_t>& newly_melting) {
+    newly_melting.assign(solids.bodies.size(), 0);
     bool any = false;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         SolidBody& body = solids.bodies[b];
         if (body.skin != Skin::embedded || !melts(solids, body)) continue;
         body.skin = Skin::animated;
-        fresh[b] = 1;
+        newly_melting[b] = 1;
         any = true;
     }
     if (!any) return;
@@ -57,9 +58,10 @@ void take_over(const EmbeddedSurface& embedded, Solids& solids, const SurfaceSta
         const Index root = source[i];
         const EdgeCut& cut = embedded.edge[root];
         // Pieces of a disc that has split need not reach the edge.
-        const bool whole = (i == 0 || source[i - 1] != root) && (i + 1 == source.size() || source[i + 1] != root);
+        const bool unsplit = (i == 0 || source[i - 1] != root) && (i + 1 == source.size() || source[i + 1] != root);
         const bool past = embedded.beyond[root] != 0;
-        if (!fresh[static_cast<std::size_t>(embedded.owner[root])] || (past && (cut.along == 0 || !whole))) continue;
+        if (!newly_melting[static_cast<std::size_t>(embedded.owner[root])] || (past && (cut.along == 0 || !unsplit)))
+            continue;
         for_each_pair(to, shown, [&](auto& array, const auto& from) { array.push_back(from[i]); });
         to.id.back() = to.next_id++;
         Vec3 &a = to.surfels.axis1.back(), &b = to.surfels.axis2.back();
@@ -81,39 +83,38 @@ void take_over(const EmbeddedSurface& embedded, Solids& solids, const SurfaceSta
 }  // namespace
 
 SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& solids, Particles& particles,
-                                   const Walls& walls, const scene::Surface& params, Real spacing, Real support,
-                                   const std::vector<Mould>& moulds, MixedSurface& state, SurfaceState& shown,
+                                   const SurfaceSetting& setting, MixedSurface& state, SurfaceState& shown,
                                    std::vector<Index>& source) {
     if (state.animated.next_id < kFirstAnimated) state.animated.next_id = kFirstAnimated;
     displace_embedded(embedded, solids, shown, source);
     release_thawed(solids, state.animated, state.zombies);
-    std::vector<std::uint8_t> fresh;
-    take_over(embedded, solids, shown, source, state, fresh);
-    std::vector<Index> kept;
+    std::vector<std::uint8_t> newly_melting;
+    take_over(embedded, solids, shown, source, state, newly_melting);
+    std::vector<Index> remaining;
     for (Index i = 0; i < source.size(); ++i)
-        if (!fresh[static_cast<std::size_t>(embedded.owner[source[i]])]) kept.push_back(i);
-    if (kept.size() < source.size()) {
-        keep_table_rows(shown, kept);
-        keep_rows(source, kept);
+        if (!newly_melting[static_cast<std::size_t>(embedded.owner[source[i]])]) remaining.push_back(i);
+    if (remaining.size() < source.size()) {
+        keep_table_rows(shown, remaining);
+        keep_rows(source, remaining);
     }
 
-    take_temperatures(particles, support, embedded, source, shown);
+    take_temperatures(particles, setting.support, embedded, source, shown);
 
-    Particles matter = particles;  // that has an animated surface
+    Particles matter = particles;  // the particles that have an animated surface
     std::vector<Index> members;
     for (Index k = 0; k < particles.size(); ++k) {
         const Index i = solids.element(particles.id[k]);
         const auto owner = i == kNone ? 0 : static_cast<std::size_t>(solids.elements.owner[i]);
         if (i != kNone && solids.bodies[owner].skin == Skin::embedded) continue;
         members.push_back(k);
-        // Its surfels have just been put where they are now.
-        if (i != kNone && fresh[owner]) matter.surface_position[k] = matter.position[k];
+        // Its surfels are already at their present places.
+        if (i != kNone && newly_melting[owner]) matter.surface_position[k] = matter.position[k];
     }
     keep_table_rows(matter, members);
     SurfaceReport report;
     if (!members.empty() || state.animated.size() > 0)
-        report = update_surface(state.animated, matter, walls, params, spacing, support, moulds, &state.zombies);
-    follow_refrozen(solids, particles, support, state.animated, state.refrozen, state.zombies);
+        report = update_surface(state.animated, matter, setting, &state.zombies);
+    follow_refrozen(solids, particles, setting.support, state.animated, state.refrozen, state.zombies);
     particles.surface_position = particles.position;
     for_each_pair(shown, state.animated,
                   [](auto& array, const auto& from) { array.insert(array.end(), from.begin(), from.end()); });

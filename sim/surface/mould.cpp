@@ -3,7 +3,7 @@
 namespace thixo {
 
 MouldPull pull_of_moulds(const std::vector<Mould>& moulds, const Vec3& x, const Vec3& n, Real step) {
-    constexpr Real kFaces = Real(0.5);  // cosine between a surfel's normal and that of the face it takes on
+    constexpr Real kFaces = Real(0.5);  // least cosine between a surfel's normal and that of the face it takes on
     MouldPull pull;
     for (const Mould& mould : moulds) {
         const Real d = mould.shape.distance(x);

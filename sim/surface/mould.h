@@ -1,4 +1,4 @@
-// The external potential: shapes that the surface is drawn to. Dissertation 6.6.2.
+// The external potential: shapes that attract the surface. Dissertation 6.6.2.
 #pragma once
 
 #include <vector>
@@ -13,15 +13,16 @@ struct Mould {
     Real reach;   // [m]
 };
 
-/// What the moulds do to a surfel.
+/// The force of the moulds on a surfel.
 struct MouldPull {
     Real weight = 0;        // sum of k_ext over the moulds in reach [1]
     Vec3 force{0, 0, 0};    // weighted mean of -d grad d, the way to each one's surface [m]
-    Vec3 outward{0, 0, 0};  // weighted mean of their normals, on the side that the surfel's is on; zero: none in reach
+    Vec3 outward{0, 0, 0};  // weighted mean of their normals on the side of the surfel's; zero: none in reach
 };
 
-/// The moulds whose surface is nearer than their reach to x and not across to n, a surfel's unit normal: a surfel takes
-/// on a face that looks its way, outwards, or inwards where it lines the mould. `step` of the gradient [m].
+/// Sums up the moulds whose surface is nearer to x than their reach and not at right angles to n, a surfel's unit
+/// normal. A surfel takes on a face with its own direction, outwards, or inwards where it lines the mould. `step` is
+/// that of the gradient [m].
 MouldPull pull_of_moulds(const std::vector<Mould>& moulds, const Vec3& x, const Vec3& n, Real step);
 
 }  // namespace thixo

@@ -14,17 +14,17 @@ constexpr Real kAgree = Real(0.70710678);  // cosine of 45 degrees
 constexpr Real kFlatMean =
     Real(0.2461);  // distance of the particles' mean from a flat surface, in supports: 1/10 / int_0^1 (1 - u^2)^4 du
 constexpr Real kRepulsion = Real(0.1);
-constexpr Real kMostLag = Real(0.1);  // behind the iso-surface, in spacings
-// Off the iso-surface though nothing else pulls, and on the way there; moves of the last iteration. In spacings.
+constexpr Real kMostLag = Real(0.1);  // largest lag behind the iso-surface, in spacings
+// In spacings: distance of a surfel adrift from the iso-surface; that of one still on the way; moves of such a surfel.
 constexpr Real kAdrift = Real(0.12), kLate = Real(0.10), kStillMoves = Real(0.05);
-/// S_i and S_sub of every surfel, and what sums over S_i read, packed.
+/// S_i and S_sub of every surfel, and the packed fields for sums over S_i.
 struct Surroundings {
     SurfelLists& lists;
     std::vector<Quad> place;   // s, psi_orth(s) - s along n [m]
-    std::vector<Quad> facing;  // n, 1 where the last of `place` counts
+    std::vector<Quad> facing;  // n, 1 where the last component of `place` counts
 };
 
-/// What one iteration knows of a surfel before any moves.
+/// The forces on a surfel in one iteration, before any surfel moves.
 struct Pull {
     Vec3 guide{0, 0, 0};  // psi_I(s) - s [m]
     Vec3 n_guide{0, 0, 0};
@@ -32,24 +32,25 @@ struct Pull {
     Real smooth = 0;   // psi_orth(s) - s along the normal [m]
     Vec3 n_smooth{0, 0, 0};
     Vec3 repel{0, 0, 0};
-    Vec3 slide{0, 0, 0};    // back from the crease where the sheet ends [m]
-    Vec3 towards{0, 0, 0};  // the crease, unit tangent; zero: none near
+    Vec3 slide{0, 0, 0};    // the way back from the crease where the sheet ends [m]
+    Vec3 towards{0, 0, 0};  // unit tangent to the crease; zero: none near
     Real room = 0;          // towards it [m]
     bool coat = false;      // lines a wall
     MouldPull mould;
 };
 
-/// Guiding and attracting: the particles' forces.
-Fate pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t component, const LiquidShape& shape,
-                       WallNote& wall, ColourNote& colour, Real radius) {
-    const SheetSample at = shape.sheet(s, n, component, wall, colour);
+/// Guiding and attracting forces: those of the particles.
+Fate pull_of_particles(Pull& pull, const WorkingSurfels& all, Index i, const LiquidShape& shape) {
+    const Vec3& n = all.normal[i];
+    const Real radius = all.radius[i];
+    const SheetSample at = shape.sheet(all.position[i], n, all.component[i], all.wall[i], all.colour[i]);
     if (!at.coat && at.phi > kDeepest) return Fate::buried;
-    if (!at.defined || at.outward.dot(n) < 0) return Fate::lost;       // the side it belonged to is gone
+    if (!at.defined || at.outward.dot(n) < 0) return Fate::lost;       // the side that it belonged to is gone
     if (at.to_crease < -Real(0.7) * shape.spacing) return Fate::lost;  // far beyond the edge of its sheet
     pull.guide = at.guide;
     pull.n_guide = at.outward;
     pull.coat = at.coat;
-    // The row along the crease stands off from it: its discs, shortened to end there, then still overlap the next
+    // The row along the crease stands off from it. Its discs are shortened to end there, and still overlap the next
     // row's.
     const Real excess = at.to_crease - at.stand_off * radius;
     if (excess < radius) {
@@ -64,7 +65,7 @@ Fate pull_of_particles(Pull& pull, const Vec3& s, const Vec3& n, std::int32_t co
 void pack(Surroundings& around, const WorkingSurfels& all) {
     around.place.resize(all.size() + 1);
     around.facing.resize(all.size() + 1);
-    // The last fills up runs: no normal agrees with none.
+    // The last entry pads runs: no normal agrees with zero.
     around.place[all.size()] = around.facing[all.size()] = {0, 0, 0, 0};
     parallel_for(all.size(), [&](std::size_t i) {
         const Vec3 &s = all.position[i], &n = all.normal[i];
@@ -73,8 +74,8 @@ void pack(Surroundings& around, const WorkingSurfels& all) {
     });
 }
 
-/// f_repel: away from the nearest, the more the nearer, ending at the farthest of them so that it does not jump when
-/// another takes that place. Distances count in radii of the pair: the spacing follows the surfels' size.
+/// f_repel: away from the nearest surfels, stronger for nearer ones. It ends at the farthest of them, and does not jump
+/// when another takes that place. Distances are in radii of the pair: the spacing follows the surfels' size.
 Vec3 repulsion(const WorkingSurfels& all, Index i, const std::array<Index, kNearest>& nearest, Real per_radius) {
     const auto distance = [&](Index j) {
         return (all.position[i] - all.position[j]).norm() / ((all.radius[i] + all.radius[j]) / 2);
@@ -91,8 +92,16 @@ Vec3 repulsion(const WorkingSurfels& all, Index i, const std::array<Index, kNear
     return force * all.radius[i];
 }
 
-/// Calls f(w, x, y, z, nx, ny, nz, smooth, counts) for runs of the neighbours of surfel i: weights w_poly6 over the
-/// support up to a factor, zero for those of another side; offsets, normals, and the last of Surroundings' quads.
+/// A run of neighbours of a surfel. Weights are w_poly6 over the support up to a factor, zero for those of another
+/// side.
+struct WeightedRun {
+    Lanes weight;
+    Lanes x, y, z;         // offsets [m]
+    Lanes nx, ny, nz;      // normals
+    Lanes smooth, counts;  // the last components of Surroundings' quads
+};
+
+/// Calls f(WeightedRun) for runs of the neighbours of surfel i.
 template <class F>
 void for_each_weighted_run(const Surroundings& around, Index i, Real support, F&& f) {
     const Quad p = around.place[i], n = around.facing[i];
@@ -107,19 +116,18 @@ void for_each_weighted_run(const Surroundings& around, Index i, Real support, F&
         z -= p.z;
         const Lanes q = positive(1 - (x * x + y * y + z * z) * per_h2), agree = nx * n.x + ny * n.y + nz * n.z;
         const Lanes w = agree >= kAgree ? q * q * q : Lanes{};
-        f(w, x, y, z, nx, ny, nz, smooth, counts);
+        f(WeightedRun{w, x, y, z, nx, ny, nz, smooth, counts});
     });
 }
 
-/// Smoothing: the neighbouring surfels' average.
+/// The smoothing force: the average of the neighbouring surfels.
 void pull_of_average(Pull& pull, Index i, const WorkingSurfels& all, const Surroundings& around, Real support) {
     SurfelSums sums;
-    for_each_weighted_run(around, i, support,
-                          [&](Lanes w, Lanes x, Lanes y, Lanes z, Lanes nx, Lanes ny, Lanes nz, Lanes, Lanes) {
-                              sums.add(w, x, y, z, nx, ny, nz);
-                          });
+    for_each_weighted_run(around, i, support, [&](const WeightedRun& run) {
+        sums.add(run.weight, run.x, run.y, run.z, run.nx, run.ny, run.nz);
+    });
     SurfelAverage average = sums.average();
-    average.add(1, Vec3(0, 0, 0), all.normal[i]);  // itself
+    average.add(1, Vec3(0, 0, 0), all.normal[i]);  // the surfel itself
     pull.n_smooth = average.unit_normal();
     pull.smooth = -average.value();
 }
@@ -127,23 +135,32 @@ void pull_of_average(Pull& pull, Index i, const WorkingSurfels& all, const Surro
 /// Mean of psi_orth(s_j) - s_j over the neighbours of i and itself.
 Real mean_smooth(const Surroundings& around, Index i, Real support) {
     Lanes weight{}, sum{};
-    for_each_weighted_run(around, i, support,
-                          [&](Lanes w, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes smooth, Lanes counts) {
-                              weight += w * counts;
-                              sum += w * counts * smooth;
-                          });
+    for_each_weighted_run(around, i, support, [&](const WeightedRun& run) {
+        weight += run.weight * run.counts;
+        sum += run.weight * run.counts * run.smooth;
+    });
     return (around.place[i].w + sum_of(sum)) / (1 + sum_of(weight));
 }
 
-/// The step of one surfel; returns how far a point of its disc moves by it.
-Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, const scene::Surface& k, Real damping,
-          Real radius, Real most_lag) {
+/// What all surfels share in one iteration.
+struct IterationParams {
+    const scene::Surface& params;
+    Real damping;   // a [1]
+    Real most_lag;  // [m]
+};
+
+/// Moves surfel i by a step, with `smooth` as f_smooth along the normal. Returns how far a point of its disc moves.
+Real step(const WorkingSurfels& all, Index i, const Pull& pull, Real smooth, Real smoothness,
+          const IterationParams& iteration) {
+    Vec3 &s = all.position[i], &n = all.normal[i];
+    const Real radius = all.radius[i], most_lag = iteration.most_lag, damping = iteration.damping;
+    const scene::Surface& k = iteration.params;
     const Real k_guide = Real(k.guide), k_attract = Real(k.attract) * smoothness,
                k_smooth = Real(k.smooth) * smoothness;
     const Real k_ext = pull.mould.weight;
     const Real share = k_ext > 0 ? 1 / std::max(Real(1), k_guide + k_attract + k_smooth + k_ext) : Real(1);
-    // Walls are smooth and exactly known: the liquid's coat follows them at once. So does what lags far behind the
-    // iso-surface, or it would come after it in the updates to follow, when nothing moves.
+    // Walls are smooth and exactly known: the liquid's coat follows them at once. So does the part of a lag behind the
+    // iso-surface beyond the largest: otherwise it would follow in later updates, when nothing else moves.
     const Real off = n.dot(pull.guide), lag = off - std::clamp(off, -most_lag, most_lag);
     const Real potentials =
         k_guide * off + k_attract * pull.attract + k_smooth * smooth + k_ext * n.dot(pull.mould.force);
@@ -159,12 +176,12 @@ Real step(Vec3& s, Vec3& n, const Pull& pull, Real smooth, Real smoothness, cons
     const Vec3 turned = k_guide * pull.n_guide + k_smooth * pull.n_smooth + k_ext * pull.mould.outward;
     if (pull.coat)
         n = pull.n_guide;
-    else if (turned.squaredNorm() > 0)  // with no weight at all it keeps what it has
+    else if (turned.squaredNorm() > 0)  // without any weight the normal stays
         n = turned.normalized();
     return std::max(move.norm(), radius * (n - old_n).norm());
 }
 
-/// A surfel rests while neither it nor a neighbour moves: most of a calm surface does after one look.
+/// A surfel is inactive while neither it nor a neighbour moves: most of a calm surface is so after one iteration.
 void find_active(std::vector<char>& active, const WorkingSurfels& all, const std::vector<Real>& moved,
                  const Surroundings& around, Real tolerance) {
     parallel_for(all.size(), [&](std::size_t i) {
@@ -177,9 +194,9 @@ void find_active(std::vector<char>& active, const WorkingSurfels& all, const std
     });
 }
 
-/// Whether a surfel has come to rest elsewhere than on the surface though nothing but the liquid and its walls guides
-/// it (nothing is left of the cavity, drop or coat that it lay on), or is still on its way there from afar, under those
-/// that were faster. `moved`: by the last iteration [m].
+/// Whether a surfel is adrift. It may have come to rest off the surface although liquid and walls alone guide it. The
+/// cavity, drop or coat that it lay on has then vanished. Or it is still on its way from afar, below faster ones.
+/// `moved` is its move in the last iteration [m].
 bool is_adrift(const WorkingSurfels& all, std::size_t i, Real smoothness, Real moved, const LiquidShape& shape) {
     const SheetSample at = shape.sheet(all.position[i], all.normal[i], all.component[i], all.wall[i], all.colour[i]);
     if (!at.defined || (!at.coat && at.phi > kDeepest)) return true;
@@ -187,7 +204,7 @@ bool is_adrift(const WorkingSurfels& all, std::size_t i, Real smoothness, Real m
     return at.coat || smoothness <= 0 ? off > kAdrift : off > kLate && moved > kStillMoves * shape.spacing;
 }
 
-/// Brings back what left the iso-surface I_min; a surfel that cannot be is lost.
+/// Brings surfels outside the iso-surface I_min back to it. Those that cannot be brought back are lost.
 void constrain(const WorkingSurfels& all, const std::vector<Real>& smoothness, const std::vector<Real>& moved,
                const LiquidShape& shape) {
     const Real least = Real(0.6) * shape.iso;
@@ -230,9 +247,7 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             if (!active[k]) return;
             const auto i = static_cast<Index>(k);
             pulls[i] = Pull{};
-            all.lost[i] =
-                static_cast<char>(pull_of_particles(pulls[i], all.position[i], all.normal[i], all.component[i], shape,
-                                                    all.wall[i], all.colour[i], all.radius[i]));
+            all.lost[i] = static_cast<char>(pull_of_particles(pulls[i], all, i, shape));
             if (all.lost[i]) return;
             if (!pulls[i].coat && smoothness[i] > 0)
                 pull_of_average(pulls[i], i, all, around, per_radius * all.radius[i]);
@@ -252,8 +267,7 @@ RelaxReport relax(WorkingSurfels all, const LiquidShape& shape, const scene::Sur
             const bool smooths = !pulls[i].coat && smoothness[i] > 0;
             const Real smooth =
                 smooths ? pulls[i].smooth - mean_smooth(around, i, per_radius * all.radius[i]) : Real(0);
-            moved[i] = step(all.position[i], all.normal[i], pulls[i], smooth, smoothness[i], params, damping,
-                            all.radius[i], kMostLag * shape.spacing);
+            moved[i] = step(all, i, pulls[i], smooth, smoothness[i], {params, damping, kMostLag * shape.spacing});
         };
         parallel_for(n, move, kGrain);
         report.largest_move = parallel_reduce(

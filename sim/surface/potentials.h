@@ -1,4 +1,4 @@
-// Step 2 of the animated surface: surfels follow the potentials' forces to rest. Dissertation 6.6.2.
+// Step 2 of the animated surface: the potentials' forces move surfels to equilibrium. Dissertation 6.6.2.
 #pragma once
 
 #include <vector>
@@ -10,11 +10,11 @@
 
 namespace thixo {
 
-/// What becomes of a surfel: lost where no particle is in reach or its side of the body is gone, buried inside the
-/// body.
+/// The result for a surfel. A surfel is lost where no particle is in reach, or where its side of the body has vanished.
+/// A buried one is inside the body.
 enum class Fate : char { stays = 0, lost, buried };
 
-/// Surfels while they are worked on: what of SurfaceState the potentials need, and notes of the update.
+/// Surfels while they are relaxed: the fields of SurfaceState that the potentials need, and notes of the update.
 struct WorkingSurfels {
     std::vector<Vec3>& position;
     std::vector<Vec3>& normal;
@@ -23,8 +23,8 @@ struct WorkingSurfels {
     const std::vector<Real>& curvature;  // LiquidShape::curvature at each [1/m]
     std::vector<WallNote>& wall;         // beside each
     std::vector<ColourNote>& colour;     // at each
-    SurfelLists& lists;                  // made
-    const std::vector<Real>& melt;       // how far the matter about it has melted; 0: the surfel stays [1]
+    SurfelLists& lists;                  // written
+    const std::vector<Real>& melt;       // melt fraction of the matter about it; 0: the surfel stays [1]
     std::vector<char>& lost;             // Fate of each
     std::size_t size() const { return position.size(); }
 };
@@ -34,25 +34,29 @@ struct RelaxReport {
     Real largest_move = 0;  // [m], of the last iteration
 };
 
-/// Iterates s <- s + a (f_n + f_t) and n <- unit(k_guide n_guide + k_smooth n_smooth) for all surfels at once (Jacobi),
-/// a falling from 1, until the largest move is under a hundredth of the spacing, `params.iterations` times at most.
-///   f_n = n n.(k_guide f_guide + k_attract f_attract + k_smooth f_smooth + k_ext f_ext),  f_t = f_repel - n n.f_repel
-///   f_guide   = psi_I(s) - s, one Newton step of each iteration
-///   f_attract = (mean of the particles in reach - s) + its distance 0.246 h at a flat surface: the force of 6.6 less
-///   its constant part, which
-///               would hold the whole surface inside the iso-surface. What is left pulls tips in and lifts hollows, as
-///               the surface of Zhu & Bridson 2005 does.
-///   f_smooth  = (psi_orth(s) - s) less its mean over the neighbours: the difference leaves an even curvature alone,
-///   where psi_orth by itself
-///               shrinks every drop (the volume drift 6.8 complains of). Neighbours: those within h_s whose normals
-///               agree within 45 degrees.
-///   f_repel   = a tenth of the sum over the ten nearest of those of (l - |s - s_j|) (s - s_j)/|s - s_j|, l the tenth's
-///   distance, lengths in radii of the pair: with 6.6's l = h_s
-///               the force jumps whenever the set of ten changes, and surfels never come to rest
-///   f_ext     = -d grad d of the moulds in reach (MouldPull), with weight k_ext; where weights then add up to more
-///   than one, each is divided by their sum
-/// Where the surface bends within a surfel's support (drops of a few particles, threads, rims) its average means
-/// little: k_smooth and k_attract fall from their full values at h_s times curvature = 0.9 to nothing at 1.4.
+/// Iterates over all surfels at once (Jacobi), with a factor a that falls from 1:
+///     s <- s + a (f_n + f_t)
+///     n <- unit(k_guide n_guide + k_smooth n_smooth)
+///     f_n = n n.(k_guide f_guide + k_attract f_attract + k_smooth f_smooth + k_ext f_ext)
+///     f_t = f_repel - n n.f_repel
+///     f_guide   = psi_I(s) - s
+///     f_attract = (mean of the particles in reach - s) + 0.246 h n
+///     f_smooth  = (psi_orth(s) - s) - its mean over the neighbours
+///     f_repel   = 1/10 sum over the ten nearest neighbours of (l - |s - s_j|) (s - s_j)/|s - s_j|
+///     f_ext     = - d grad d of the moulds in reach (MouldPull)
+/// It ends when the largest move is below a hundredth of the spacing, after at most `params.iterations`.
+/// - The guiding force is one Newton step of each iteration.
+/// - The attracting force is that of 6.6 less its constant part, the mean's distance at a flat surface. That part would
+///   hold the whole surface inside the iso-surface. The force pulls tips in and lifts hollows, as the surface of Zhu &
+///   Bridson 2005 does.
+/// - The difference in the smoothing force leaves an even curvature alone. Without it psi_orth shrinks every drop: the
+///   volume drift of which 6.8 complains. Neighbours are those within h_s whose normals agree within 45 degrees.
+/// - In the repelling force l is the distance of the tenth neighbour. Lengths are in radii of the pair. With l = h_s,
+///   as 6.6 has it, the force jumps whenever the set of ten changes, and surfels never come to rest.
+/// - Where moulds are in reach and the weights exceed one, each is divided by their sum.
+///
+/// Where the surface bends within a surfel's support (drops of a few particles, threads, rims), its average has little
+/// meaning. There k_smooth and k_attract fall from their full values at h_s times curvature = 0.9 to zero at 1.4.
 /// Afterwards no surfel is outside the iso-value I_min = 0.6 I.
 RelaxReport relax(WorkingSurfels surfels, const LiquidShape& shape, const scene::Surface& params,
                   const std::vector<Mould>& moulds = {});

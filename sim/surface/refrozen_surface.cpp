@@ -7,7 +7,7 @@
 namespace thixo {
 namespace {
 
-/// Whether a body is solid throughout, on a rest shape it has frozen in.
+/// Whether a body is solid throughout, on a rest shape in which it has frozen.
 bool refrozen_throughout(const Solids& solids, const SolidBody& body) {
     return body.refrozen &&
            std::ranges::all_of(body.elements, [&](Index i) { return solids.elements.solidity(i) == 1; });
@@ -27,7 +27,7 @@ struct BoundDisc {
     Vec3 place, axis1, axis2;
 };
 
-/// The way between the material frame of a bound body and the world.
+/// The map between the material frame of a bound body and the world.
 struct RestField {
     const PointGrid& grid;
     const SolidBody& body;
@@ -36,7 +36,7 @@ struct RestField {
     Real support(const Vec3& m, Real disc) const {
         return std::min(weights_support(grid, m, disc, solids.elements.support[body.typical]), grid.cell());
     }
-    /// m of a place y of the body's frame, y = m + u(m): u changes little from place to place.
+    /// Solves y = m + u(m) for m, with y a place of the body's frame. u changes little from place to place.
     Vec3 material(const Vec3& y, Real disc) const {
         Vec3 m = y;
         for (int k = 0; k < 12; ++k) m = y - displacement(grid, body, solids, m, support(m, disc));
@@ -74,7 +74,7 @@ void drop_zombies(std::int32_t body, Zombies& zombies) {
     keep_table_rows(zombies, others);
 }
 
-/// Surfels that belong to a bound body, and to which body.
+/// The body of every surfel that belongs to a bound one.
 std::vector<std::int32_t> bound_owner(const Solids& solids, const Particles& particles, Real support,
                                       const SurfaceState& animated) {
     std::vector<Vec3> melted;
@@ -123,7 +123,7 @@ void follow_refrozen(Solids& solids, const Particles& particles, Real support, S
         }
         any = any || body.skin == Skin::rebound;
     }
-    std::vector<std::pair<std::int64_t, Index>> surfels;  // that are bound now, by id
+    std::vector<std::pair<std::int64_t, Index>> surfels;  // those that are bound now, by id
     std::vector<std::int32_t> owner;
     if (any) {
         owner = bound_owner(solids, particles, support, animated);

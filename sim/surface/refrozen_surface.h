@@ -1,4 +1,4 @@
-// The surface of a body that has melted and frozen again: it is a solid's once more. Dissertation 6.6.6, 5.5.
+// The surface of a body that has melted and frozen again: it is that of a solid once more. Dissertation 6.6.6, 5.5.
 #pragma once
 
 #include <concepts>
@@ -25,15 +25,16 @@ void for_each_field(R& r, F&& f) requires std::same_as<std::remove_const_t<R>, R
     f("refrozen.axis2", Life::state, r.axis2);
 }
 
-/// Before an update: bodies that were bound and begin to melt anew are let go. Their surfels go with the particles
+/// Before an update: releases bodies that were bound and begin to melt again. Their surfels move with the particles
 /// again, and copies of them carry their texture.
 void release_thawed(Solids& solids, const SurfaceState& animated, Zombies& zombies);
 
-/// After an update: surfels of bodies that are solid throughout, on a rest shape they have frozen in, are where that
-/// shape takes them, by the same field as those of a body that never melted (embedded_surface.h), and keep every detail
-/// they had when it froze: s = m + u(m), t' = t + u(m + t) - u(m). Their m and t are found when they are first bound,
-/// by inverting that. Left out are those within `support` [m] of particles of their material that have melted, which
-/// may be about to join. Zombies of such bodies go: nothing is resampled. Requires solids.gradients of now.
+/// After an update: moves surfels of bodies that are solid throughout, on a rest shape in which they have frozen. They
+/// follow the displacement field of a body that never melted (embedded_surface.h), and keep every detail:
+///     s = m + u(m),   t' = t + u(m + t) - u(m)
+/// When they are first bound, their m and t are found by inverting these equations. Surfels within `support` [m] of
+/// molten particles of their material, which may be about to join, are left out. Zombies of such bodies are removed:
+/// nothing is resampled. Requires the present solids.gradients.
 void follow_refrozen(Solids& solids, const Particles& particles, Real support, SurfaceState& animated,
                      RefrozenSurface& refrozen, Zombies& zombies);
 

@@ -12,12 +12,12 @@ namespace {
 
 // In surfel radii.
 constexpr Real kCrowded = Real(0.55), kSparse = Real(0.8), kApart = Real(0.7);
-// At a crease discs are cut short and cover less to their sides; where two creases meet, one must stand right in the
-// corner.
+// At a crease discs are cut short and cover less to their sides. Where two creases meet, one disc must stand right in
+// the corner.
 constexpr Real kApartAtCrease[] = {kApart, Real(0.55), Real(0.15), Real(0.15)};
 constexpr Real kSameSide = Real(0.7);  // cosine between normals of surfels that cover for each other
-// Directions this close together leave no empty circle of a radius undiscovered: a point r away is within 2 sin(5.6
-// degrees) r, the difference of 1 and kSparse, of one of them.
+// So many directions find every empty circle of a radius: a point at distance r is within 2 sin(5.6 degrees) r of one.
+// That is the difference of 1 and kSparse.
 constexpr int kDirections = 16;
 struct Circle {
     Real x[kDirections], y[kDirections];
@@ -31,23 +31,23 @@ struct Circle {
 const Circle kCircle;
 constexpr int kRounds = 40;  // a sheet grows from one seed by a radius a round
 
-/// Cosine between normals of surfels that cover for each other where matter has melted by b: the faces of a solid do so
-/// at its edges and corners. They round off as they melt, and new surfels come in between.
+/// Cosine between normals of surfels that cover for each other where matter has melted by b. Faces of a solid do so at
+/// its edges and corners. These round off as they melt, and new surfels come in between.
 Real same_side(Real b) { return std::lerp(Real(-0.5), kSameSide, b); }
 
-/// A surfel that may come to be.
+/// A candidate for a new surfel.
 struct Proposal {
     Vec3 position{0, 0, 0};
     Vec3 normal{0, 0, 0};
     std::int32_t component = 0, body = 0;
     Real curvature = 0, radius = 0;
-    Real apart = kApart;  // from other surfels, at least, in radii
+    Real apart = kApart;  // least distance from other surfels, in radii
     Real melt = 1;        // of the matter there
     bool good = false;
     WallNote wall;
 };
 
-/// The surfels there are, in a grid that follows as they are added.
+/// The present surfels, in a grid to which new ones are added.
 struct Cover {
     const std::vector<Vec3>& position;
     const std::vector<Vec3>& normal;
@@ -88,8 +88,8 @@ void fit(Proposal& p, const LiquidShape& shape, Real full) {
     p.radius = fitting_radius(p.curvature, full);
 }
 
-/// The sheet through the surfels around a proposal, ended where it meets another one. False where the liquid's surface
-/// is not there.
+/// Puts a proposal on the sheet through the surfels around it, up to where it meets another sheet. False where the
+/// liquid's surface is not there.
 bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidShape& shape, Real full) {
     const Vec3 n = average.unit_normal();
     Vec3 place = p.position - average.value() * n;
@@ -111,8 +111,10 @@ bool settle_on_average(Proposal& p, const SurfelAverage& average, const LiquidSh
     return true;
 }
 
-/// Brings a proposal on the liquid's surface back to that of the surfels there were, as far as the matter has not
-/// melted: s = (1 - b) s_displaced + b s_deformed (6.6.6), where s_displaced is its foot on the plane of the nearest.
+/// Moves a proposal from the liquid's surface back to that of the old surfels, as far as the matter has not melted
+/// (6.6.6):
+///     s = (1 - b) s_displaced + b s_deformed
+/// s_displaced is its foot on the plane of the nearest.
 void keep_to_solid(Proposal& p, const Cover& cover, Real reach) {
     Real least = square(reach);
     Index nearest = kNone;
@@ -129,10 +131,10 @@ void keep_to_solid(Proposal& p, const Cover& cover, Real reach) {
     p.normal = ((1 - p.melt) * n + p.melt * p.normal).normalized();
 }
 
-/// Puts a proposal on the surface: that of its neighbours where three or more blend there; where fewer do, or where it
-/// bends too sharply for their mean to lie on it, the liquid's. So also where the mean does not lie on it and no other
-/// sheet is near that it would have met: a sheet that leaves its wall at a small angle goes on there. Its radius is
-/// that of the surfel it comes from; it gets its own.
+/// Puts a proposal on the surface: that of its neighbours where three or more blend there. The liquid's surface is
+/// taken where fewer do, and where it bends too sharply for their mean to lie on it. It is also taken where a sheet
+/// leaves its wall at a small angle. The mean does not lie on it there, and no other sheet is near that the mean would
+/// have met. The proposal comes with the radius of its parent surfel, and gets its own.
 void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_radius, Real full) {
     p.good = false;
     const Real surfel_support = per_radius * p.radius;
@@ -158,8 +160,8 @@ void settle(Proposal& p, const Cover& cover, const LiquidShape& shape, Real per_
     p.good = true;
 }
 
-/// Puts a proposal of a coat on the free surface over a spot of the wall that stays dry, as under a bubble: its field
-/// has no slope at the wall that would lead there. It is met on the way from the wall into the room.
+/// Puts a proposal of a coat on the free surface over a dry spot of the wall, as under a bubble. Its field has no slope
+/// at the wall that leads there. The search goes from the wall into the room.
 void settle_over_dry_spot(Proposal& p, const LiquidShape& shape, Real full) {
     constexpr int kHalvings = 9;  // of a spacing: to 0.002
     p.good = false;
@@ -176,20 +178,23 @@ void settle_over_dry_spot(Proposal& p, const LiquidShape& shape, Real full) {
     p.good = true;
 }
 
-/// How well others cover the circle of a radius about surfel i.
+/// How well other surfels cover the circle of a radius about surfel i.
 struct Surround {
     Vec3 a, b;                    // axes of the tangent plane
+    Real melt;                    // of the matter about surfel i
     Real side;                    // cosine between normals of surfels that cover for each other
     Real clearance[kDirections];  // squared distance to the nearest surfel, in radii of surfel i
 
-    Surround(Index i, const Cover& cover, Real melt) : Surround(cover.normal[i], melt) {
+    Surround(Index i, const Cover& cover, Real melt_) : Surround(cover.normal[i], melt_) {
         cover.grid.for_each_neighbour(cover.position[i], 2 * cover.radius[i], [&](Index j, Real) {
             if (j != i) add(i, j, cover);
         });
     }
-    /// Of those listed about old index `was`, that are at `now[j]` if they still are. The nearest will mostly do.
-    Surround(Index i, const Cover& cover, const SurfelLists& lists, Index was, const std::vector<Index>& now, Real melt)
-        : Surround(cover.normal[i], melt) {
+    /// From the surfels listed about the old index `was`, now at `now[j]` if they still exist. The nearest mostly
+    /// suffice.
+    Surround(Index i, const Cover& cover, const SurfelLists& lists, Index was, const std::vector<Index>& now,
+             Real melt_)
+        : Surround(cover.normal[i], melt_) {
         for (const Index j : lists.nearest(was))
             if (j != kNone && now[j] != kNone) add(i, now[j], cover);
         if (clearance[least_covered()] <= square(kSparse)) return;
@@ -197,7 +202,8 @@ struct Surround {
             if (now[j] != kNone) add(i, now[j], cover);
     }
     void add(Index i, Index j, const Cover& cover) {
-        // In the tangent plane: on a bent surface the neighbour lies below it. |q - c|^2 = |q|^2 + 1 - 2 q.c
+        // In the tangent plane: on a bent surface the neighbour lies below it.
+        //     |q - c|^2 = |q|^2 + 1 - 2 q.c
         const Vec3 offset = (cover.position[j] - cover.position[i]) / cover.radius[i];
         if (offset.squaredNorm() > 4 || cover.component[j] != cover.component[i] ||
             cover.normal[j].dot(cover.normal[i]) < side)
@@ -211,24 +217,24 @@ struct Surround {
     }
 
   private:
-    Surround(const Vec3& n, Real melt) : side(same_side(melt)) {
+    Surround(const Vec3& n, Real melt_) : melt(melt_), side(same_side(melt_)) {
         orthonormal_basis(n, a, b);
         std::fill_n(clearance, kDirections, std::numeric_limits<Real>::max());
     }
 };
 
-/// Whether a proposal beside a surfel of that radius is good and no other is near. Apart by its own radius alone it
-/// would always be too near a much smaller surfel that it comes from.
+/// Whether a proposal beside a surfel of that radius is good and no other is near. By its own radius alone it would
+/// always be too near to a much smaller surfel that it comes from.
 bool keeps_apart(Proposal& p, Real beside, const Cover& cover) {
     p.apart *= std::min(beside / p.radius, Real(1));
     p.good = p.good && !cover.covers(p, p.apart * p.radius);
     return p.good;
 }
 
-/// A surfel for the least covered point of the circle about surfel i that can have one, if it is too little covered.
-/// `melt`: of the matter about i.
+/// A proposal for the least covered point of the circle about surfel i that can have a surfel, if it is too little
+/// covered.
 Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, const Cover& cover,
-                       const LiquidShape& shape, Real per_radius, Real full, Real melt) {
+                       const LiquidShape& shape, Real per_radius, Real full) {
     // Where the surface bends sharply every try is a search for it.
     int tries = cover.radius[i] < full ? 2 : 8;
     for (int k = around.least_covered(); tries-- > 0 && around.clearance[k] > square(kSparse);
@@ -239,7 +245,7 @@ Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, co
         p.component = cover.component[i];
         p.body = surface.body[i];
         p.radius = cover.radius[i];
-        p.melt = melt;
+        p.melt = around.melt;
         const Proposal start = p;
         settle(p, cover, shape, per_radius, full);
         const bool sheet_ends = p.apart < start.apart;
@@ -254,9 +260,9 @@ Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, co
     return {};
 }
 
-/// The surface nearest to a particle, where it is near and uncovered: outwards along the field's slope, or into the
-/// wall beside it.
-/// Over solid particles only where a tear has laid them bare: the surface of a solid is its own, not the field's.
+/// A proposal on the surface nearest to a particle, where it is near and uncovered. The search goes outwards along the
+/// field's slope, or into the wall beside the particle. Solid particles propose only where a tear has laid them bare:
+/// the surface of a solid is its own, not the field's.
 Proposal over_particle(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
     constexpr Real kSurfaceFill = Real(0.85);  // outermost particles have about 0.7, the next layer 0.95
     Proposal p;
@@ -276,7 +282,7 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     }
     p.position = x;
     if (shape.points.particle_fill[j] > kSurfaceFill) return p;
-    // Off the particle's centre: a lone one has no slope there.
+    // Off the particle's centre: a lone particle has no slope there.
     const Vec3& slope = shape.points.particle_slope[j];
     p.normal = slope.norm() * shape.support > Real(1e-3) ? Vec3(-slope.normalized()) : Vec3(0, 0, 1);
     p.position += Real(0.5) * shape.spacing * p.normal;
@@ -290,8 +296,8 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     return p;
 }
 
-/// m0 of a new surfel: that of its neighbours, continued by a first-order least squares fit, so that what is painted on
-/// the material stays there as its surface spreads; its place where it has too few of them.
+/// m0 of a new surfel: that of its neighbours, continued by a first-order least squares fit. Paint on the material then
+/// stays there as the surface spreads. With too few neighbours m0 is its place.
 Vec3 rest_of(const Proposal& p, const SurfaceState& surface, const Cover& cover, Real support) {
     const Poly6 w(support);
     Real weight = 0;
@@ -334,12 +340,12 @@ void append(SurfaceState& surface, SurfelNotes& notes, const Proposal& p, const 
     notes.radius.push_back(p.radius);
     notes.wall.push_back(p.wall);
     notes.colour.push_back({});
-    // Its disc is fitted yet, be the matter as solid as it may.
+    // Its disc must still be fitted, even in solid matter.
     notes.melt.push_back(std::max(p.melt, Real(0.001)));
     notes.lost.push_back(0);
 }
 
-/// Accepts the good proposals one after the other, each unless one accepted before is near; returns how many.
+/// Accepts the good proposals one after the other, each unless an accepted one is near. Returns their number.
 std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<Proposal>& proposals, Cover& cover,
                    Real full) {
     const std::size_t before = surface.size();
@@ -351,10 +357,10 @@ std::size_t accept(SurfaceState& surface, SurfelNotes& notes, const std::vector<
     return surface.size() - before;
 }
 
-/// `now`: the new index of every surfel there was; kNone: it is deleted.
+/// `now` is the new index of every old surfel; kNone: it is deleted.
 std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, Real cell, std::vector<Index>& now) {
     const Cover cover(surface, notes, cell);
-    // Of two that are too near each other the elder stays: surfels that are seen keep their places.
+    // Of two that are too near each other the older stays: visible surfels keep their places.
     const auto crowds = [&](Index j, Index i, Real r2) {
         return surface.id[j] < surface.id[i] && r2 < square(kCrowded * cover.radius[j]) &&
                cover.component[j] == cover.component[i] && cover.normal[j].dot(cover.normal[i]) > kSameSide;
@@ -365,27 +371,27 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
         cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i],
                                       [&](Index j, Real r2) { crowded[i] |= char(crowds(j, i, r2)); });
     });
-    std::vector<Index> kept;
-    kept.reserve(surface.size());
+    std::vector<Index> remaining;
+    remaining.reserve(surface.size());
     for (Index i = 0; i < surface.size(); ++i) {
         if (crowded[i] && !gone[i] && notes.melt[i] > 0)
             cover.grid.for_each_neighbour(cover.position[i], kCrowded * cover.radius[i], [&](Index j, Real r2) {
                 if (!gone[j] && crowds(j, i, r2)) gone[i] = 1;
             });
-        if (!gone[i]) kept.push_back(i);
+        if (!gone[i]) remaining.push_back(i);
     }
     now.assign(surface.size(), kNone);
-    for (Index k = 0; k < kept.size(); ++k) now[kept[k]] = k;
-    const std::size_t deleted = surface.size() - kept.size();
+    for (Index k = 0; k < remaining.size(); ++k) now[remaining[k]] = k;
+    const std::size_t deleted = surface.size() - remaining.size();
     if (deleted == 0) return 0;
-    keep_table_rows(surface, kept);
-    keep_rows(notes.component, kept);
-    keep_rows(notes.curvature, kept);
-    keep_rows(notes.radius, kept);
-    keep_rows(notes.wall, kept);
-    keep_rows(notes.colour, kept);
-    keep_rows(notes.melt, kept);
-    notes.lost.assign(kept.size(), 0);
+    keep_table_rows(surface, remaining);
+    keep_rows(notes.component, remaining);
+    keep_rows(notes.curvature, remaining);
+    keep_rows(notes.radius, remaining);
+    keep_rows(notes.wall, remaining);
+    keep_rows(notes.colour, remaining);
+    keep_rows(notes.melt, remaining);
+    notes.lost.assign(remaining.size(), 0);
     return deleted;
 }
 
@@ -399,7 +405,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     std::vector<Index> now;
     report.deleted = remove_lost_and_crowded(surface, notes, 2 * full, now);
     const std::size_t before = surface.size();
-    std::vector<Index> old(before);  // of those that are left
+    std::vector<Index> old(before);  // old index of each remaining surfel
     for (Index k = 0; k < now.size(); ++k)
         if (now[k] != kNone) old[now[k]] = k;
     const bool listed_all = notes.lists.size() == now.size();
@@ -410,7 +416,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     };
     parallel_for(particles.size(), seed, kGrain);
     accept(surface, notes, proposals, cover, full);
-    // Only surfels with a new neighbour can have got or lost a gap; in the first round that may be any.
+    // Only surfels with a new neighbour can have gained or lost a gap. In the first round that may be any.
     std::vector<Index> look(surface.size());
     std::iota(look.begin(), look.end(), Index(0));
     std::vector<char> listed;
@@ -423,7 +429,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
             const Surround around = round == 0 && listed_all && i < before
                                         ? Surround(i, cover, notes.lists, old[i], now, notes.melt[i])
                                         : Surround(i, cover, notes.melt[i]);
-            proposals[k] = beside_surfel(i, around, surface, cover, shape, per_radius, full, notes.melt[i]);
+            proposals[k] = beside_surfel(i, around, surface, cover, shape, per_radius, full);
         };
         parallel_for(look.size(), propose, kGrain);
         const std::size_t first_new = surface.size();

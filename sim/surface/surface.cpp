@@ -16,7 +16,7 @@
 namespace thixo {
 namespace {
 
-/// That a solid's disc may stretch to, in radii of a liquid's.
+/// Largest stretch of a solid's disc, in radii of a liquid's.
 constexpr Real kLongestDisc = Real(1.5);
 
 void sort_by_cell_and_id(SurfaceState& surface, Real support) {
@@ -38,14 +38,15 @@ std::vector<Real> melt_of(const SurfaceState& surface, const Particles& particle
     return melt;
 }
 
-/// s = (1 - b) s_displaced + b s_deformed, n likewise (6.6.6).
+/// Blends with the displaced solid surface, normals likewise (6.6.6):
+///     s = (1 - b) s_displaced + b s_deformed
 void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNotes& notes) {
     parallel_for(cloud.size(), [&](std::size_t i) {
         const Real b = notes.melt[i];
         if (!(b < 1)) return;
         if (notes.lost[i]) {
-            // Solid matter keeps its surface, but for what is buried as it melts: where it has folded or two faces were
-            // pressed together, nothing is left to see, and what stays would cut the coats of walls short.
+            // Solid matter keeps its surface, but for surfels that are buried as it melts. Where it has folded, or two
+            // faces were pressed together, they are no longer visible, and would cut the coats of walls short.
             notes.lost[i] = b > (static_cast<Fate>(notes.lost[i]) == Fate::buried ? Real(0) : Real(0.5));
             cloud.position[i] = displaced.position[i];
             cloud.normal[i] = displaced.normal[i];
@@ -59,9 +60,11 @@ void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNo
 
 }  // namespace
 
-SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
-                             const scene::Surface& params, Real spacing, Real support, const std::vector<Mould>& moulds,
+SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const SurfaceSetting& setting,
                              Zombies* zombies) {
+    const Walls& walls = setting.walls;
+    const scene::Surface& params = setting.params;
+    const Real spacing = setting.spacing, support = setting.support;
     const Real full_radius = Real(params.radius) * spacing;
     const bool first = surface.size() == 0;
     SurfaceReport report;
@@ -100,12 +103,12 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
         report.deleted += r.deleted;
         book(report.seconds.resampling);
     };
-    if (first) refill();  // one surfel a surface particle, then all between them
+    if (first) refill();  // the first pass makes one surfel for each surface particle, the second all between them
     const bool all_liquid = std::ranges::all_of(notes.melt, [](Real b) { return b == 1; });
     const SurfelCloud displaced = all_liquid ? SurfelCloud{} : cloud;
     const RelaxReport relaxed = relax({cloud.position, cloud.normal, notes.component, notes.radius, notes.curvature,
                                        notes.wall, notes.colour, notes.lists, notes.melt, notes.lost},
-                                      shape, params, moulds);
+                                      shape, params, setting.moulds);
     if (!all_liquid) blend_with_solid(displaced, cloud, notes);
     book(report.seconds.relaxing);
     report.iterations = relaxed.iterations;
@@ -116,8 +119,8 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
     book(report.seconds.fitting);
-    const bool calm = 100 * (report.inserted + report.deleted) < surface.size();
-    hold_volume(surface, particles, notes, full_radius, spacing, calm);
+    const bool steady = 100 * (report.inserted + report.deleted) < surface.size();
+    hold_volume(surface, particles, notes, full_radius, spacing, steady);
     book(report.seconds.volume);
     if (zombies) {
         project_zombies(surface, notes.component, notes.melt, Real(params.support) * full_radius, *zombies);

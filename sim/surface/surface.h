@@ -13,7 +13,7 @@
 
 namespace thixo {
 
-/// The surface's whole state between updates; it is part of a checkpoint.
+/// The surface's whole state between updates. It is part of a checkpoint.
 struct SurfaceState {
     SurfelCloud surfels;
     std::vector<std::int64_t> id;    // unique for ever
@@ -22,8 +22,8 @@ struct SurfaceState {
     std::vector<Vec3> velocity;      // of the material at the surfel [m/s]
     std::vector<Real> temperature;   // degC
     std::int64_t next_id = 0;
-    std::vector<Real> lift;       // by component (material): of the surface where matter is loose [m]
-    std::int32_t unmeasured = 0;  // updates to come before the volume is measured again
+    std::vector<Real> lift;       // by component (material): of the surface over dispersed matter's iso-surface [m]
+    std::int32_t unmeasured = 0;  // number of updates before the volume is measured again
 
     std::size_t size() const { return id.size(); }
 };
@@ -61,7 +61,7 @@ inline void add(const SurfaceSeconds& a, SurfaceSeconds& sum) {
     sum.texture += a.texture;
 }
 
-/// What an update did; goes to stats.jsonl.
+/// What an update did, for stats.jsonl.
 struct SurfaceReport {
     std::size_t inserted = 0, deleted = 0;
     int iterations = 0;
@@ -72,12 +72,19 @@ struct SurfaceReport {
 
 struct Zombies;
 
-/// Brings the surface up to date with the particles: displace, deform by the potentials, constrain, resample.
-/// The first call (no surfels yet) makes one surfel per surface particle and refines. Sets particles.surface_position =
-/// position. `spacing` is the particle spacing [m], `support` the particle kernel support h [m]; `moulds` are those of
-/// `params`; `zombies`, where matter has melted, go along and give surfels their m0.
-SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const Walls& walls,
-                             const scene::Surface& params, Real spacing, Real support,
-                             const std::vector<Mould>& moulds = {}, Zombies* zombies = nullptr);
+/// The constant input of an update. `spacing` is the particle spacing [m], `support` the particle kernel support h [m].
+/// The moulds are those of `params`.
+struct SurfaceSetting {
+    const Walls& walls;
+    const scene::Surface& params;
+    Real spacing, support;
+    const std::vector<Mould>& moulds;
+};
+
+/// Brings the surface up to date with the particles: displace, deform by the potentials, constrain, resample. The first
+/// call (no surfels yet) makes one surfel for each surface particle and refines. Sets particles.surface_position =
+/// position. Where matter has melted, `zombies` move with the surface and give surfels their m0.
+SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const SurfaceSetting& setting,
+                             Zombies* zombies = nullptr);
 
 }  // namespace thixo

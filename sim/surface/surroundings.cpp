@@ -11,7 +11,7 @@ namespace {
 
 constexpr Real kAgree = Real(0.70710678), kMayAgree = Real(0.5);  // cosines of 45 and 60 degrees
 
-/// The nearest so far, kept in order; of equally near ones that of the smaller index.
+/// The nearest so far, in order. Of equally near ones that of the smaller index comes first.
 struct Nearest {
     std::array<Real, kNearest> r2;
     std::array<Index, kNearest> found;

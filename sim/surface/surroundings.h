@@ -1,4 +1,4 @@
-// Who is next to whom among the surfels: S_i and S_sub of dissertation 6.6.2.
+// Neighbours among the surfels: S_i and S_sub of dissertation 6.6.2.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ struct SurfelPlaces {
 class SurfelLists {
   public:
     /// Lists for every surfel i those of its component within per_radius * radius[i] + margin [m] whose normals are
-    /// within 60 degrees of its own, and of those the ten nearest that are within 45 degrees: what is a neighbour on
-    /// one side of a body, with a margin in place and direction to move in before the lists are stale.
+    /// within 60 degrees of its own. The ten nearest of those within 45 degrees are listed as well. These are
+    /// neighbours on one side of a body, with a margin in place and direction before the lists are stale.
     void build(const SurfelPlaces& surfels, const std::vector<Real>& radius, Real per_radius, Real margin);
 
     std::size_t size() const { return begin_.size(); }
@@ -31,8 +31,8 @@ class SurfelLists {
     /// Nearest first; kNone where there are fewer.
     const std::array<Index, kNearest>& nearest(std::size_t i) const { return nearest_[i]; }
 
-    /// Whether more than one surfel in ten has left the place it was listed at by the margin. Fewer are strays, and
-    /// miss neighbours of little weight, as do those that move together. True before the first build.
+    /// Whether more than one surfel in ten has left its listed place by the margin. Fewer are strays: they miss
+    /// neighbours of little weight, as do surfels that move together. True before the first build.
     bool stale(const std::vector<Vec3>& position) const;
 
   private:

@@ -13,13 +13,13 @@
 namespace thixo {
 namespace {
 
-/// Surfels lie a little closer than their radius; in the middle each has this part of the square of it to itself.
+/// Surfels lie a little closer than their radius. In the middle each covers this part of the radius squared alone.
 constexpr Real kOwnArea = Real(0.75);
 
-/// Updates without a measurement where the last one changed next to nothing: it costs an eighth of an update.
-constexpr std::int32_t kCalm = 3;
+/// Updates without a measurement after a very small change: a measurement costs an eighth of an update.
+constexpr std::int32_t kSkippedMeasurements = 3;
 
-/// Error of a volume, as part of it, from which on the surface cannot be closed.
+/// Relative error of a volume from which on the surface cannot be closed.
 constexpr double kOpen = 0.15;
 
 /// The surface with its coats on the walls that they line.
@@ -29,7 +29,7 @@ struct UpToWalls {
     std::vector<Vec3> lined, into;  // places on walls, and the normal into the wall there
 };
 
-/// `wall_of`: of a surfel, the wall beside it.
+/// Moves the coats to the walls. `wall_of` gives the wall beside a surfel.
 template <class F>
 UpToWalls up_to_the_walls(const SurfelCloud& cloud, F&& wall_of) {
     UpToWalls s{cloud.position, std::vector<double>(cloud.size(), 0), {}, {}};
@@ -54,8 +54,8 @@ UpToWalls up_to_the_walls(const SurfelCloud& cloud, F&& wall_of) {
     return s;
 }
 
-/// Distance from the walls that the surface lines, as planes: asking the walls themselves would cost more than all
-/// else.
+/// Distance from the walls that the surface lines, as planes: to evaluate the walls themselves would cost more than all
+/// other work.
 class LinedWalls {
   public:
     LinedWalls(const UpToWalls& s, Real reach) : s_(s) {
@@ -93,7 +93,7 @@ std::vector<double> volume_by_component(const UpToWalls& surface, const SurfelCl
                 s.push_back(surface.position[i]);
                 n.push_back(cloud.normal[i]);
             }
-        // No wider than discs overlap, or thin sheets, threads and drops blend with their other sides.
+        // No wider than discs overlap: otherwise thin sheets, threads and drops blend with their other sides.
         volume[static_cast<std::size_t>(c)] = enclosed_volume(s, n, 2 * radius, {}, room);
     }
     return volume;
@@ -132,21 +132,21 @@ double surface_volume(const SurfaceState& surface, const Particles& particles, c
 }
 
 double matter_volume(const Particles& p, std::size_t j) {
-    const double rest = static_cast<double>(p.rest_volume[j]), b = static_cast<double>(p.melt[j]);
-    if (!(b < 1) || !(p.density[j] > 0)) return rest;
+    const double unstrained = static_cast<double>(p.rest_volume[j]), b = static_cast<double>(p.melt[j]);
+    if (!(b < 1) || !(p.density[j] > 0)) return unstrained;
     const double now = static_cast<double>(p.mass[j]) / static_cast<double>(p.density[j]);
-    return b * rest + (1 - b) * std::clamp(now, 0.5 * rest, rest);
+    return b * unstrained + (1 - b) * std::clamp(now, 0.5 * unstrained, unstrained);
 }
 
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
-                 bool calm) {
-    if (calm && surface.unmeasured > 0) {
+                 bool steady) {
+    if (steady && surface.unmeasured > 0) {
         --surface.unmeasured;
         return;
     }
     const Real lowest = Real(-0.6) * spacing, highest = Real(0.3) * spacing, step = Real(0.08) * spacing;
     const std::vector<std::int32_t>& component = notes.component;
-    // Walls as they were looked up when the surfel was last near one.
+    // The walls are those of the last look-up near the surfel.
     const UpToWalls s = up_to_the_walls(surface.surfels, [&](std::size_t i) {
         const WallNote& note = notes.wall[i];
         const bool near = (surface.surfels.position[i] - note.asked).squaredNorm() < square(Real(0.5) * spacing);
@@ -154,7 +154,7 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
     });
     const std::vector<double> volume = volume_by_component(s, surface.surfels, component, radius);
     surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
-    const std::vector<Real> whole(component.size(), 1);
+    const std::vector<Real> ones(component.size(), 1);
     Real largest = 0;
     for (std::size_t c = 0; c < volume.size(); ++c) {
         const auto in_c = static_cast<std::int32_t>(c);
@@ -164,23 +164,23 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
         const auto area_of = [&](const std::vector<Real>& part) {
             return parallel_sum(component.size(), [&](std::size_t i) {
                 return component[i] == in_c && s.area[i] > 0
-                           ? static_cast<double>(part[i] * notes.give[i] * kOwnArea * square(notes.radius[i]))
+                           ? static_cast<double>(part[i] * notes.lift_share[i] * kOwnArea * square(notes.radius[i]))
                            : 0.0;
             });
         };
-        const double area = area_of(whole), melted = area_of(notes.melt);
+        const double area = area_of(ones), melted = area_of(notes.melt);
         if (!(area > 0) || !(matter > 0)) continue;
-        // A surface that is open somewhere, where a floor is just wetted, say, has no volume to go by.
+        // An open surface, as where a floor is just wetted, has no meaningful volume.
         if (std::abs(volume[c] - matter) > kOpen * matter) continue;
         const Real missing = static_cast<Real>(0.7 * (matter - volume[c]) / area);
-        // What little has melted of a body must not make up for all that is missing of it.
+        // The small molten part of a body must not make up for all its missing volume.
         const Real share = clamp01(static_cast<Real>(3 * melted / area));
         const Real lift =
             std::clamp(surface.lift[c] + std::clamp(missing, -step, step), share * lowest, share * highest);
         largest = std::max(largest, std::abs(lift - surface.lift[c]));
         surface.lift[c] = lift;
     }
-    surface.unmeasured = largest < step / 20 ? kCalm : 0;
+    surface.unmeasured = largest < step / 20 ? kSkippedMeasurements : 0;
 }
 
 }  // namespace thixo

@@ -10,18 +10,17 @@ namespace thixo {
 namespace {
 
 constexpr Real kSameSide = Real(0.5);  // cosine between normals of one side
-// A tenth of the surfels': where the damped gradient is wrong they are brought back to the surface, but not along it.
+// A tenth of the surfels' level. Where the damped gradient is wrong, zombies return to the surface, but not along it.
 constexpr Real kLevel = Real(0.0005);
-constexpr Real kNear = Real(0.3);   // how far zombies may be off the surface, in surfel supports
-constexpr int kAsked = 24;          // zombies looked at
-constexpr std::size_t kFitted = 8;  // of those the most that take part
-// The most that x^T S^-1 x may be of a place x from the mean of points that spread by S: at the rim of a disc of them
-// it is 4.
+constexpr Real kNear = Real(0.3);   // largest distance of zombies from the surface, in surfel supports
+constexpr int kAsked = 24;          // zombies examined
+constexpr std::size_t kFitted = 8;  // most of them that take part in a fit
+// Largest x^T S^-1 x of a place x from the mean of points that spread by S. At the rim of a disc of points it is 4.
 constexpr Real kBeyond = 4;
 using Vec2 = Eigen::Matrix<Real, 2, 1>;
 using Mat2 = Eigen::Matrix<Real, 2, 2>;
 using Mat32 = Eigen::Matrix<Real, 3, 2>;
-// Two zombies this much farther apart at first than now were brought together by a fold or a merge.
+// Two zombies whose distance was this much larger at first than now were brought together by a fold or a merge.
 constexpr Real kFolded = 4;
 
 /// Weighted first-order fit of m0 about a place, along the surface.
@@ -38,8 +37,8 @@ struct RestFit {
         covariance += (w * m) * x.transpose();
         spread += (w * x) * x.transpose();
     }
-    /// At x = 0; offsets were given in parts of the weights' support. Beyond the points it is continued no farther than
-    /// kBeyond: where the surface has grown the fit would soon lead out of the body.
+    /// The value at x = 0; offsets are in parts of the weights' support. Beyond the points the fit is continued no
+    /// farther than kBeyond: where the surface has grown it would soon lead out of the body.
     Vec3 value() const {
         const Vec2 x = mean / weight;
         const Vec3 m = mean_rest / weight;
@@ -75,7 +74,7 @@ void project_zombies(const SurfaceState& surface, const std::vector<std::int32_t
                      const std::vector<Real>& melt, Real support, Zombies& zombies) {
     if (zombies.size() == 0 || surface.size() == 0) return;
     const SurfelCloud& cloud = surface.surfels;
-    // Beside solid matter alone they are where they should be.
+    // Beside solid matter alone zombies are where they should be.
     std::vector<Vec3> molten;
     for (std::size_t i = 0; i < surface.size(); ++i)
         if (melt[i] > 0) molten.push_back(cloud.position[i]);
@@ -110,7 +109,7 @@ void take_rest_of_zombies(const Zombies& zombies, const std::vector<std::int32_t
                           const std::vector<Real>& melt, Real reach, SurfaceState& surface) {
     if (zombies.size() == 0) return;
     PointGrid grid;
-    grid.build(zombies.position, reach / 4);  // what is looked for is mostly nearer than that
+    grid.build(zombies.position, reach / 4);  // most of the zombies looked for are nearer than that
     const SurfelCloud& cloud = surface.surfels;
     parallel_for(surface.size(), [&](std::size_t i) {
         if (!(melt[i] > 0)) return;

@@ -54,8 +54,8 @@ void update_still(benchmark::State& state, Simulation s) {
         advance_frame(s);
         state.ResumeTiming();
         const double before = cpu_seconds();
-        update_surface(s.surface, s.particles, s.walls, params, s.problem.smoothing.spacing,
-                       s.problem.smoothing.support);
+        update_surface(s.surface, s.particles,
+                       {s.walls, params, s.problem.smoothing.spacing, s.problem.smoothing.support, {}});
         cpu += cpu_seconds() - before;
         surfels += static_cast<double>(s.surface.size());
     }

@@ -67,8 +67,8 @@ double pressure_of_state(const Simulation& s, std::size_t i) {
 double inner_pressure(Drop& drop) {
     Simulation& s = drop.simulation;
     const std::vector<Vec3> kept = s.particles.acceleration;
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials,
-                s.sweep, s.tension);
+    add_tension(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.tension,
+                s.problem.materials, s.tension);
     s.particles.acceleration = kept;
     const bool implicit = s.problem.scene.solver.pressure == scene::Pressure::dfsph;
     double sum = 0, count = 0;

@@ -182,18 +182,18 @@ std::vector<Real> moves_between(const Simulation& s, const SurfelCloud& a, const
 
 std::vector<Real> moves_when_frozen(const Simulation& s) {
     const scene::Surface& params = s.problem.scene.surface;
-    const Real spacing = s.problem.smoothing.spacing, h = s.problem.smoothing.support;
+    const SurfaceSetting setting{s.walls, params, s.problem.smoothing.spacing, s.problem.smoothing.support,
+                                 s.problem.moulds};
     SurfaceState again = s.surface;
     Particles frozen = s.particles;
     frozen.surface_position = frozen.position;
     if (s.embedded.size() == 0) {
-        update_surface(again, frozen, s.walls, params, spacing, h, s.problem.moulds);
+        update_surface(again, frozen, setting);
     } else {
         Solids solids = s.solids;
         MixedSurface mixed = s.mixed_surface;
         std::vector<Index> source = s.embedded_source;
-        update_mixed_surface(s.embedded, solids, frozen, s.walls, params, spacing, h, s.problem.moulds, mixed, again,
-                             source);
+        update_mixed_surface(s.embedded, solids, frozen, setting, mixed, again, source);
     }
     return moves_between(s, s.surface.surfels, again.surfels);
 }

@@ -22,10 +22,11 @@ struct Case {
     AppearanceType type;
     double roughness;
 };
-const Case kCases[] = {{AppearanceType::diffuse, 0},     {AppearanceType::plastic, 0},
-                       {AppearanceType::plastic, 0.15},  {AppearanceType::plastic, 0.6},
-                       {AppearanceType::conductor, 0},   {AppearanceType::conductor, 0.1},
-                       {AppearanceType::conductor, 0.4}, {AppearanceType::conductor, 1.0}};
+const Case kCases[] = {
+    {AppearanceType::diffuse, 0},     {AppearanceType::plastic, 0},     {AppearanceType::plastic, 0.15},
+    {AppearanceType::plastic, 0.6},   {AppearanceType::conductor, 0},   {AppearanceType::conductor, 0.1},
+    {AppearanceType::conductor, 0.4}, {AppearanceType::conductor, 1.0},
+};
 
 Vec3f toward(float cosine) { return {std::sqrt(1 - cosine * cosine), 0, cosine}; }
 

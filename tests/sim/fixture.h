@@ -19,7 +19,7 @@ inline scene::Shape shape_at(const Vec3d& where, auto kind) {
     return s;
 }
 
-/// No walls, no gravity, no surface; particles 1 cm apart.
+/// A scene without walls, gravity and surface, with particles 1 cm apart.
 inline scene::Scene empty_space() {
     scene::Scene s;
     s.name = "test";
@@ -40,7 +40,7 @@ inline scene::Body body(const std::string& name, scene::Shape shape, const Vec3d
     return b;
 }
 
-/// A room of this size standing on z = 0 with water to this depth.
+/// A room of this size that stands on z = 0, with water of this depth.
 inline scene::Scene tank(const Vec3d& room, double depth, double spacing) {
     scene::Scene s = empty_space();
     s.world.gravity = {0, 0, -9.81};
@@ -59,21 +59,21 @@ inline Vec3d momentum(const Particles& p) {
     for (std::size_t i = 0; i < p.size(); ++i) sum += static_cast<double>(p.mass[i]) * p.velocity[i].cast<double>();
     return sum;
 }
-/// About the origin.
+/// Angular momentum about the origin.
 inline Vec3d angular_momentum(const Particles& p) {
     Vec3d sum(0, 0, 0);
     for (std::size_t i = 0; i < p.size(); ++i)
         sum += static_cast<double>(p.mass[i]) * p.position[i].cast<double>().cross(p.velocity[i].cast<double>());
     return sum;
 }
-/// sum m |v|, what a momentum is compared with.
+/// The sum of m |v|, with which a momentum is compared.
 inline double motion(const Particles& p) {
     double sum = 0;
     for (std::size_t i = 0; i < p.size(); ++i) sum += static_cast<double>(p.mass[i] * p.velocity[i].norm());
     return sum;
 }
 
-/// Steps of a fixed size, never meeting a frame.
+/// Makes steps of a fixed size that never end on a frame.
 inline void steps(Simulation& s, int count, double dt) {
     s.problem.scene.solver.time_step.fixed = dt;
     for (int k = 0; k < count; ++k) {

@@ -1,4 +1,4 @@
-// Same scene, same bits: at any thread count, interrupted or not.
+// Checks that a scene gives the same bits at any thread count, interrupted or not.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ void expect_same_at_any_thread_count(const scene::Scene& scene, Run&& run) {
     set_thread_count(0);
 }
 
-/// Carries `whole` on by `frames`, and a new simulation of its scene from its checkpoint: both end the same.
+/// Continues `whole` by `frames`, and a new simulation of its scene from its checkpoint. Both end in the same state.
 inline void expect_resumes(Simulation& whole, int frames) {
     const std::string half = print_checkpoint(whole, "hash");
     Simulation resumed = make_simulation(whole.problem.scene);

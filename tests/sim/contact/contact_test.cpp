@@ -1,5 +1,5 @@
-// Solids in contact: that runs repeat, that nothing is launched, that a body does not pass through itself, and what is
-// drawn. The laws are in tests/physics/contact_gate_test.cpp.
+// Solids in contact: runs repeat, no body is launched, no body passes through itself, and surfaces are drawn right. The
+// laws are in tests/physics/contact_gate_test.cpp.
 #include "sim/contact/contact.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace thixo {
 namespace {
 
-/// Two bodies that fall onto each other and a floor, and rub.
+/// Two bodies fall onto each other and a floor, and slide.
 scene::Scene busy() {
     scene::Scene s = fixture::rubber_scene(5);
     s.world.gravity = {0, 0, -9.81};
@@ -59,13 +59,13 @@ std::pair<double, double> released(const scene::Shape& left, const scene::Shape&
 }
 
 TEST(Contact, BodiesPlacedIntoEachOtherAreNotLaunched) {
-    // They are pushed out at kOutwards widths a second, 0.04 m/s, on springs that are pressed so little that they add
-    // less than twice that. The springs alone, at a depth of 20 mm, would send them off at 8 m/s.
+    // They are pushed out at kOutwards widths a second, which is 0.04 m/s. The compression of the springs adds less
+    // than twice that. The springs alone, at a depth of 20 mm, would give 8 m/s.
     const auto [speed, apart] = released(fixture::shape_at({0, 0, 0}, scene::Sphere{0.03}),
                                          fixture::shape_at({0.04, 0.005, 0}, scene::Sphere{0.03}));
     EXPECT_LT(speed, 0.12);
     EXPECT_GT(apart, 0.055);
-    // Boxes whose sides lie in each other, too, know no way out that all their faces agree on. They stay.
+    // Boxes that overlap with their sides, too, have no direction outwards that suits all faces. They stay.
     EXPECT_LT(released(fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}),
                        fixture::shape_at({0.04, 0.005, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))
                   .first,
@@ -88,8 +88,9 @@ TEST(Contact, BodiesThatStartInEachOtherAreToldOfOnce) {
     EXPECT_EQ(said(0.0601), "");
 }
 
-/// A strip bent to a hairpin, its lower arm held: the upper one falls onto it and is drawn sideways by a slope of 0.3.
-/// Returns how far the end of the upper arm is drawn along, and the fastest particle's speed at the end.
+/// A strip is bent to a hairpin, and its lower arm is held. The upper arm falls onto it and is pulled sideways by a
+/// slope of 0.3. Returns how far the end of the upper arm moves sideways, and the speed of the fastest particle at the
+/// end.
 std::pair<double, double> folded_strip(double friction) {
     scene::Scene scene = fixture::rubber_scene(30);
     scene.materials[0].elastic.youngs_modulus = 3e4;
@@ -135,7 +136,7 @@ TEST(Contact, AFoldedStripComesToRestOnItselfByFriction) {
 }
 
 TEST(Contact, ABodyDoesNotPassThroughItself) {
-    // A fork whose prongs, 32 mm apart, are drawn together by as much force as would cross them by 50 mm.
+    // The prongs of a fork are 32 mm apart. A force pulls them together that would let them cross by 50 mm.
     scene::Scene scene = fixture::rubber_scene(5);
     scene.materials[0].elastic.youngs_modulus = 2e4;
     scene::Sweep fork;
@@ -187,7 +188,7 @@ double deepest(const Simulation& s, Real support) {
 }
 
 TEST(Contact, IsDrawnWhereStiffnessesBalance) {
-    // Spheres placed into each other by 12 mm, before they have moved: on the contact surface E1 depth1 = E2 depth2.
+    // Spheres overlap by 12 mm and have not moved yet. On the contact surface E1 depth1 = E2 depth2.
     for (const double ratio : {1.0, 8.0}) {
         scene::Scene scene = fixture::rubber_scene(5);
         scene.surface.enabled = true;

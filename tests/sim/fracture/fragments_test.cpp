@@ -1,4 +1,4 @@
-// Solid matter that parts, comes and goes in mid-run: nothing is lost, and nothing stale is used.
+// Solid matter is split, added and removed in mid-run. Nothing is lost, and no stale value is used.
 #include "sim/fracture/fragments.h"
 
 #include <gtest/gtest.h>
@@ -108,8 +108,8 @@ TEST_P(Splits, PartsMeetAgainAtTheirNewFaces) {
         fixture::steps(s, 1, 1e-3);
         closest = std::min(closest, centre_of(s, 0).x() - centre_of(s, part).x());
     }
-    // Both are 6 cm long. Two bodies of 0.1 MPa that meet at 1 m/s are pressed by sqrt(rho/E) v, a tenth; twice that
-    // would be parts that enter each other.
+    // Both are 6 cm long. Two bodies of 0.1 MPa that meet at 1 m/s are compressed by a tenth, sqrt(rho/E) v. With twice
+    // that they would enter each other.
     EXPECT_GT(closest, 0.06 * 0.8);
     EXPECT_LT((totals(s.particles).momentum - before.momentum).norm(), 1e-4 * motion);
     EXPECT_GT(centre_of(s, 0).x() - centre_of(s, part).x(), closest + 0.005) << "they part again";
@@ -174,7 +174,7 @@ TEST(Fragments, AnElementAddedInMidRunBelongsToItsBody) {
     ASSERT_EQ(e.size(), before + 1);
     EXPECT_EQ(s.particles.size(), before + 1);
     EXPECT_EQ(s.embedded.size(), surfels);
-    // Bonds go both ways, and a linear field is seen exactly by all about it: H of u = B m is B.
+    // Bonds go both ways, and the gradient H of a linear field u = B m is exactly B.
     Mat3 b;
     b << Real(0.01), Real(0.02), 0, 0, Real(-0.01), Real(0.03), Real(0.01), 0, Real(0.02);
     const std::vector<Quad> kept = e.displacement;
@@ -241,7 +241,7 @@ TEST(Fragments, ElementsInAnotherOrderAreTheSameMatter) {
     fixture::steps(s, 20, 1e-3);
     fixture::steps(other, 20, 1e-3);
     ASSERT_EQ(s.particles.id, other.particles.id);
-    // Sums in another order: rounding, a millionth of the block's 0.1 m in each of 20 steps.
+    // Sums run in another order. Rounding is a millionth of the block's 0.1 m in each of 20 steps.
     for (std::size_t k = 0; k < s.particles.size(); ++k)
         EXPECT_LT((s.particles.position[k] - other.particles.position[k]).norm(), 20 * 1e-7f);
 }
@@ -277,7 +277,7 @@ TEST_P(Cracks, NoForceGoesAcrossAPlaneThatHidesTheHalvesFromEachOther) {
     };
     fixture::steps(s, 50, 1e-3);
     EXPECT_EQ(s.stats.solid_unconverged, 0);
-    // At 1 m/s for 50 ms each half has gone 5 cm; nothing has slowed it but the solver's tolerance, 1e-3 of the forces.
+    // At 1 m/s for 50 ms each half moves by 5 cm. Only the solver's tolerance, 1e-3 of the forces, can slow it.
     EXPECT_LT((momentum_of_left() - Vec3d(-1, 0, 0)).norm(), 1e-3);
     EXPECT_LT(s.solids.stretch2, 1.01) << "each half is free of strain";
 }
@@ -324,7 +324,7 @@ TEST(Fragments, ABodyWithoutASceneShapeCollidesByItsSurfels) {
     };
     const double by_shape = bounced(false), by_surfels = bounced(true);
     EXPECT_GT(by_surfels, 0.08) << "they have not passed through each other";
-    // The surfels stand for the ball to a hundredth of its radius; the rebound differs by no more than a tenth.
+    // The surfels represent the ball to a hundredth of its radius. The rebound differs by at most a tenth.
     EXPECT_NEAR(by_surfels, by_shape, 0.1 * by_shape);
 }
 

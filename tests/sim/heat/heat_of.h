@@ -1,4 +1,4 @@
-// The heat that a conservation test sums up.
+// The heat of all particles, for tests of its conservation.
 #pragma once
 
 #include "sim/heat/heat.h"

@@ -34,8 +34,8 @@ TEST(Heat, EnthalpyAndTemperatureAreInverse) {
 }
 
 TEST(Heat, OfAnInsulatedBodyIsConserved) {
-    // Random temperatures, two materials, latent heat, particles that move: to 1e-6 of sum C |T - mean|, the rounding
-    // of single-precision sums.
+    // Temperatures are random, there are two materials and latent heat, and particles move. The tolerance is the
+    // rounding of single-precision sums, 1e-6 of sum C |T - mean|.
     scene::Scene scene = block({0.1, 0.1, 0.1});
     scene.materials[0].thermal.latent_heat = 20000;
     scene.materials[0].thermal.solidus = 20;

@@ -32,8 +32,8 @@ TEST(Forces, LinearMomentumIsConservedOverAThousandSteps) {
     scene.materials[0].viscosity = 0.5;
     scene.materials[0].surface_tension = 0.07;
     Simulation s = stirred_ball(scene, 0.5);
-    // Per step each of n particles rounds its velocity by 6e-8 of it, to either side: over 1000 steps sqrt(1000 n)/n
-    // 6e-8 of sum m|v|.
+    // In each step each of n particles rounds its velocity by 6e-8, at random. Over 1000 steps this gives, of sum m|v|,
+    //     6e-8 sqrt(1000 n)/n
     const Vec3d before = fixture::momentum(s.particles);
     const double scale = fixture::motion(s.particles);
     fixture::steps(s, 1000, 1e-4);
@@ -70,8 +70,8 @@ TEST(Forces, PressureKeepsAngularMomentum) {
     Simulation s = stirred_ball(scene, 0.5);
     const Vec3d before = fixture::angular_momentum(s.particles);
     fixture::steps(s, 200, 1e-4);
-    // Central forces keep x cross v exactly at each kick, and each drift adds v cross v = 0: rounding alone, against
-    // radius sum m|v|.
+    // Central forces keep x cross v exactly at each kick, and each drift adds v cross v = 0. Only rounding remains,
+    // relative to radius sum m|v|.
     EXPECT_LT((fixture::angular_momentum(s.particles) - before).norm(), 1e-5 * 0.05 * fixture::motion(s.particles));
 }
 

@@ -8,8 +8,8 @@ namespace thixo {
 namespace {
 
 TEST(Leapfrog, FreeFallIsExact) {
-    // A lone particle under gravity, with steps that change: x = v0 t + g t^2/2 to rounding, for leapfrog is exact for
-    // a constant force.
+    // A single particle moves under gravity, with steps that change. Leapfrog is exact for a constant force: x = v0 t +
+    // g t^2/2 to rounding.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
     scene.bodies = {fixture::body("drop", fixture::shape_at({0, 0, 0}, scene::Sphere{0.004}), {0.3, 0, 1})};
@@ -43,7 +43,8 @@ TEST(Leapfrog, EmittedParticlesFallFreelyFromTheDisc) {
 
 #ifdef THIXO_DOUBLE
 TEST(Leapfrog, RunsBackToWhereItBegan) {
-    // 200 steps of a ball of liquid under pressure and cohesion, no viscosity: then the velocities are turned round.
+    // A ball of liquid makes 200 steps under pressure and cohesion, without viscosity. Then the velocities are
+    // reversed.
     scene::Scene scene = fixture::empty_space();
     scene.materials[0].viscosity = 0;
     scene.materials[0].surface_tension = 0.07;

@@ -13,8 +13,8 @@ namespace {
 void pull(Simulation& s) {
     evaluate(s);
     for (Vec3& a : s.particles.acceleration) a.setZero();
-    add_tension(s.particles, s.neighbours, s.walls, s.problem.smoothing, s.problem.tension, s.problem.materials,
-                s.sweep, s.tension);
+    add_tension(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.tension,
+                s.problem.materials, s.tension);
 }
 
 // Two liquids side by side in a shaken ball.
@@ -86,7 +86,7 @@ TEST(Tension, KeepsMomentumAndNearlyAngularMomentum) {
 }
 
 TEST(Tension, LeavesALiquidsInsideAlone) {
-    // The force on a particle that is surrounded by a packing is nothing beside that on one of its surface.
+    // The force on a particle inside a packing is negligible beside that on a particle of its surface.
     scene::Scene scene = fixture::empty_space();
     scene.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0}, scene::Sphere{0.06}))};
     scene.materials[0].surface_tension = 0.07;
@@ -103,8 +103,10 @@ TEST(Tension, LeavesALiquidsInsideAlone) {
 }
 
 TEST(Tension, AWallPullsAsItsContactAngleSays) {
-    // A packing beside a floor it wets at theta: the work of its approach from infinity is gamma (1 + cos theta) a unit
-    // area. The walls' tables, linear in cells of h/4, give up to a tenth more than the integral of the convex kernel.
+    // A packing wets a floor at the angle theta. Its approach from infinity does the work per area
+    //     gamma (1 + cos theta)  [N/m]
+    // The walls' tables are linear in cells of h/4. They give up to a tenth more than the integral of the convex
+    // kernel.
     for (const double angle : {30.0, 90.0, 150.0, 180.0}) {
         scene::Scene scene = fixture::empty_space();
         scene.materials[0].surface_tension = 0.07;

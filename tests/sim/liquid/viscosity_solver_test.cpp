@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
+#include "sim/loop/time_step.h"
 #include "sim/stage/checkpoint.h"
 #include "tests/sim/fixture.h"
 
@@ -35,19 +36,20 @@ double energy(const Particles& p) {
     return sum;
 }
 
-// One implicit solve from the present velocities, without any other force; velocities become the new ones.
+// One implicit solve from the current velocities, without any other force. Velocities become the new ones.
 ViscosityReport solve_alone(Simulation& s, double dt, double tolerance) {
     evaluate(s);
     Particles& p = s.particles;
     for (std::size_t i = 0; i < p.size(); ++i) p.acceleration[i] = p.viscous_acceleration[i] = Vec3::Zero();
-    const ViscosityReport report = solve_viscosity(p, s.neighbours, s.walls, s.problem.smoothing, s.problem.materials,
-                                                   {.kick = dt, .tolerance = tolerance}, s.sweep, s.viscosity);
+    const ViscosityReport report =
+        solve_viscosity(p, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.materials,
+                        {.kick = dt, .tolerance = tolerance}, s.viscosity);
     for (std::size_t i = 0; i < p.size(); ++i) p.velocity[i] += static_cast<Real>(dt) * p.acceleration[i];
     return report;
 }
 
 TEST(ViscositySolver, SolvesTheFormulaWrittenPlainly) {
-    // Two liquids, a thousandfold apart, each half of a stirred ball.
+    // Each half of a stirred ball is a liquid; their viscosities differ by a factor of a thousand.
     scene::Scene scene = ball(100);
     scene.materials.push_back(scene.materials[0]);
     scene.materials[1].viscosity = 0.1;
@@ -159,7 +161,7 @@ TEST(ViscositySolver, NeverAddsEnergy) {
         double last = energy(s.particles);
         for (int k = 0; k < 20; ++k) {
             solve_alone(s, 2e-3, 1e-3);
-            // The rest, rigid motion, is left to rounding.
+            // The rigid motion remains, to rounding.
             EXPECT_LT(energy(s.particles), last * (1 + 1e-6)) << viscosity << " Pa s, solve " << k;
             last = energy(s.particles);
         }

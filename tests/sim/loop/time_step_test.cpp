@@ -45,7 +45,7 @@ TEST(TimeStep, StiffnessAndViscosityLimitIt) {
 }
 
 TEST(ExpectedSpeed, IsThatOfTheFastestWallHandleOrEmitter) {
-    // A paddle 0.2 m long turns by 90 degrees in 0.1 s: smooth motions reach at most twice the mean.
+    // A paddle of 0.2 m turns by 90 degrees in 0.1 s. Smooth motions reach at most twice the mean speed.
     scene::Scene scene = fixture::empty_space();
     EXPECT_LT(expected_speed(scene), 0.2);
     scene::Boundary paddle;

@@ -1,5 +1,5 @@
-// Solids and liquids together, and matter that is both: what is conserved, and that each end is exactly what it is
-// alone.
+// Solids and liquids together, and matter that is both. Momenta and heat are conserved, and each end of a material acts
+// exactly as it does alone.
 #include "sim/phase/phases.h"
 
 #include <gtest/gtest.h>
@@ -227,7 +227,7 @@ TEST(Melting, TheSurfaceOfWhatHasFrozenAgainIsASolids) {
                                     s.surface.rest[i]};
         return out;
     };
-    // Free, and let ring out first: a rest shape taken on the floor carries its weight.
+    // The body is free, and its vibration ends first. A rest shape that was taken on the floor would carry its weight.
     scene.world.gravity = {0, 0, 0};
     s.problem.outside.gravity = Vec3::Zero();
     s.problem.scene.world.gravity = {0, 0, 0};
@@ -257,14 +257,14 @@ TEST(Melting, TheSurfaceOfWhatHasFrozenAgainIsASolids) {
         EXPECT_EQ(at.second, before.at(id).second);
         moved = std::max(moved, static_cast<double>((at.first - before.at(id).first).norm()));
     }
-    // Centrifugal stretch of 20 Pa against 1 MPa is nothing; what is left is that it still rings. A hundredth of a
-    // spacing; carried by the particles' mean motion it would be off by a spacing.
+    // A centrifugal stress of 20 Pa is negligible beside 1 MPa, but the body still vibrates. The tolerance is a
+    // hundredth of a spacing. Moved by the particles' mean motion, the surface would be off by a spacing.
     EXPECT_LT(moved, 1e-4);
 }
 
 TEST(Melting, TheColdHalfOfARodSpringsBackWhenTheHotHalfHasFlowedOff) {
-    // In free space, the hot half pulled away. The cold half's rest shape has no memory but its own: back to 1 % of its
-    // length.
+    // In free space the hot half is pulled away. The cold half remembers its own rest shape alone, and returns to it to
+    // 1 % of its length.
     scene::Scene scene = fixture::empty_space();
     scene.materials = {wax()};
     scene.materials[0].viscosity = 60;
@@ -463,7 +463,7 @@ TEST(Flowing, AViscoelasticJetHangsTogetherAndKeepsMomentum) {
     const Vec3d before = fixture::momentum(s.particles);
     for (int k = 0; k < 6; ++k) advance_frame(s);
     EXPECT_LT((fixture::momentum(s.particles) - before).norm(), 1e-5 * fixture::motion(s.particles));
-    for (const Phase phase : s.particles.phase) EXPECT_EQ(phase, Phase::solid);
+    for (const Phase phase : s.particles.phase) EXPECT_EQ(phase, Phase::viscoelastic);
 }
 
 }  // namespace

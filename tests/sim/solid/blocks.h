@@ -1,4 +1,4 @@
-// Small solid bodies for tests: particles in place, no scene around them.
+// Small solid bodies for tests, without a scene around them.
 #pragma once
 
 #include <cmath>

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "sim/solid/laws.h"
-#include "sim/solid/rigid_fit.h"
-#include "sim/solid/stable_step.h"
 #include "sim/state/solids.h"
 #include "tests/sim/solid/blocks.h"
 
@@ -203,57 +201,6 @@ TEST(PlasticFlow, BelowTheYieldNothingStaysAndAboveItCreepsAtItsRate) {
     law.most_plastic = 0;
     flow_plastically({law}, 1, gradients, e);
     for (const Symmetric& p : e.plastic) EXPECT_NEAR(p.xx, 0.105, 1e-12);
-}
-
-TEST(RestShapeFit, FollowsTheBodyAndMovesNothing) {
-    Elements e = prepared(block(5, 5, 5, kDistance, Real(0.2)), rubber());
-    fixture::shake(e, kDistance, Real(0.05));
-    for (std::size_t i = 0; i < e.size(); ++i) {
-        e.displacement[i] = quad(turn() * (xyz(e.rest[i]) + xyz(e.displacement[i])) + Vec3(1, -2, 3) - xyz(e.rest[i]));
-        e.velocity[i] = quad(Vec3(1, 2, 3));
-    }
-    std::vector<SolidBody> bodies = fixture::one_body(e);
-    const auto place = [&](std::size_t i) {
-        return Vec3d(bodies[0].turn * (xyz(e.rest[i]) + xyz(e.displacement[i])).cast<double>() + bodies[0].place);
-    };
-    std::vector<Vec3d> before;
-    for (std::size_t i = 0; i < e.size(); ++i) before.push_back(place(i));
-    const auto force = forces(rubber(), e);
-    fit_rest_shapes(bodies, e);
-    Real far = 0;
-    for (std::size_t i = 0; i < e.size(); ++i) {
-        EXPECT_LT((place(i) - before[i]).norm(), 1e-14 * 10);
-        EXPECT_LT((bodies[0].turn * xyz(e.velocity[i]).cast<double>() - Vec3d(1, 2, 3)).norm(), 1e-14 * 10);
-        far = std::max(far, xyz(e.displacement[i]).norm());
-    }
-    EXPECT_LT(far, kDistance / 2);  // what the shaking did, without turn and shift
-    EXPECT_LT((bodies[0].turn - turn().cast<double>()).norm(), 0.05);
-    // The forces are those of before, in the new frame.
-    const auto after = forces(rubber(), e);
-    for (std::size_t i = 0; i < e.size(); ++i)
-        EXPECT_LT((bodies[0].turn.cast<Real>() * after[i] - force[i]).norm(), 1e-9 * largest(force));
-}
-
-TEST(StableStep, TheStiffestModeIsThatOfTheStiffnessMatrix) {
-    StressLaw law = rubber();
-    law.volume_stiffness = 1e5;
-    Elements e = prepared(block(4, 4, 3, kDistance, Real(0.2)), law);
-    const auto n = static_cast<Eigen::Index>(e.size());
-    Eigen::MatrixXd k(3 * n, 3 * n);
-    const Real small = Real(1e-7) * kDistance;
-    for (Eigen::Index c = 0; c < 3 * n; ++c) {
-        Real& u = (&e.displacement[static_cast<std::size_t>(c / 3)].x)[c % 3];
-        u = small;
-        const auto force = forces(law, e);
-        u = 0;
-        for (Eigen::Index r = 0; r < 3 * n; ++r)
-            k(r, c) = static_cast<double>(-force[static_cast<std::size_t>(r / 3)][r % 3] / small / e.mass[0]);
-    }
-    const double largest =
-        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>((k + k.transpose()) / 2).eigenvalues().maxCoeff();
-    const double found = find_stiffest({law}, fixture::one_body(e), e)[0];
-    EXPECT_LE(found, largest * (1 + 1e-3));  // displacements of 1e-4 supports are linear to 1e-4
-    EXPECT_GE(found, 0.9 * largest);         // the step leaves room for a third
 }
 
 }  // namespace

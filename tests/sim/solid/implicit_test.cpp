@@ -1,4 +1,4 @@
-// Steps of solids backwards in time: stable at any length, damping alone, and repeatable.
+// Implicit steps of solids: stable at any length, without gain of energy, and repeatable.
 #include "sim/solid/implicit.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ double kinetic(const Simulation& s) {
 }
 
 TEST(ImplicitSolids, AreStableAtManyTimesTheExplicitStepAndNeverGainEnergy) {
-    // A body that spins and trembles in empty space, 1 GPa stiff: the step is 100 times what leapfrog bears.
+    // A body of 1 GPa spins and vibrates in empty space. The step is 100 times as long as leapfrog's limit.
     scene::Scene scene = implicit_scene(1e9);
     scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.1, 0.05, 0.06}, 0}),
                                   {1, -0.5, 0.3})};
@@ -62,8 +62,8 @@ TEST(ImplicitSolids, AreStableAtManyTimesTheExplicitStepAndNeverGainEnergy) {
 }
 
 TEST(ImplicitSolids, KnowWhenOnlyRoundingIsLeft) {
-    // In flight nothing pulls at a body, and steps so short make accelerations of the last bits of places. There is an
-    // end to the search for what cannot be found.
+    // In flight no force acts on a body. Steps this short turn the last bits of places into accelerations. The solver
+    // stops even where no solution exists.
     scene::Scene scene = implicit_scene(1e5);
     scene.bodies = {fixture::body("block", fixture::shape_at({0.5, 0.2, 0}, scene::BoxShape{{0.1, 0.05, 0.06}, 0}),
                                   {1, -0.5, 0.3})};
@@ -104,7 +104,7 @@ TEST(ImplicitSolids, TheCoarseGridFindsTheSameInFewerIterations) {
     EXPECT_LT(two, one / 4);
 }
 
-/// Two bodies that fall onto each other and a floor, one of them dents and is held for a while.
+/// Two bodies fall onto each other and a floor. One of them deforms plastically and is held for a while.
 scene::Scene busy() {
     scene::Scene s = implicit_scene(2e6);
     s.world.gravity = {0, 0, -9.81};

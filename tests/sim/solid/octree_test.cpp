@@ -63,7 +63,7 @@ TEST(OctreeSolid, PassesThePatchTest) {
         EXPECT_LT((s.surface.surfels.position[i] - centre - m - h * m).norm(), 1e-6f);
         EXPECT_LT((s.surface.surfels.axis1[i] - (Mat3::Identity() + h) * s.embedded.rest.axis1[i]).norm(), 1e-6f);
     }
-    // Turned, it feels nothing.
+    // A rotation causes no force.
     const Mat3 turn = Eigen::AngleAxis<Real>(Real(1.3), Vec3(0.3f, -0.8f, 0.52f).normalized()).toRotationMatrix();
     for (const Index i : ball.elements) {
         e.displacement[i] = quad((turn - Mat3::Identity()) * xyz(e.rest[i]));

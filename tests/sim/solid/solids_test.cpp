@@ -149,14 +149,14 @@ TEST(Solids, AHandleHoldsMovesAndLetsGo) {
         EXPECT_LT((s.particles.position[i].cast<double>() - Vec3d(0.1 - m.y(), m.x(), m.z())).norm(), 1e-6);
         EXPECT_LT(s.particles.velocity[i].norm(), 1e-4);
     }
-    // Let go, it stays; carried without strain, it has nothing to spring back with.
+    // Released, it stays. It was moved without strain, so that no stress drives it back.
     for (int k = 0; k < 4; ++k) advance_frame(s);
     EXPECT_LT(fixture::motion(s.particles) / (1000 * cube(0.06)), 1e-4);
 }
 
 TEST(Solids, ElasticMatterSpringsBackAndPlasticMatterKeepsItsDent) {
-    // Drawn out by a fifth, held, let go, with damping enough to settle. Elastic: back within a hundredth of the
-    // stretch.
+    // The body is stretched by a fifth, held, and released, with enough damping to settle. An elastic one returns to
+    // within a hundredth of the stretch.
     for (const double creep : {0.0, 30.0}) {
         scene::Scene scene = fixture::rubber_scene();
         scene.materials[0].viscosity = 100;
@@ -263,7 +263,7 @@ TEST(Solids, AnOrthotropicBodyPassesThePatchTest) {
     std::size_t within = 0;
     const Real size = stress.cwiseAbs().maxCoeff(), width = std::cbrt(e.volume[0]);
     for (std::size_t i = 0; i < e.size(); ++i) {
-        const Symmetric found = whole_stress(s.solids.laws[0], e, i, gradient_of(e, i));
+        const Symmetric found = total_stress(s.solids.laws[0], e, i, gradient_of(e, i));
         const Real all[6] = {found.xx, found.yy, found.zz, found.xy, found.yz, found.zx};
         for (int k = 0; k < 6; ++k) EXPECT_NEAR(all[k], stress[k], 1e-3f * size);  // a gradient's rounding over 1 %
         // Two supports below the surface a uniform stress gives no force.
@@ -295,7 +295,7 @@ TEST(Solids, ASurfaceIsDisplacedAsTheFormulaSays) {
     scene.bodies[0].surfels = 600;
     Simulation s = make_simulation(scene);
     const Elements& e = s.solids.elements;
-    // Bent, and pulled out at one end so far that some surfels split.
+    // The body is bent, and stretched so far at one end that some surfels split.
     for (std::size_t i = 0; i < e.size(); ++i) {
         const Vec3 m = xyz(e.rest[i]);
         const Real end = std::max(m.z(), Real(0));

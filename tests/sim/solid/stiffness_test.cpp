@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/solid/coarse_grid.h"
 #include "tests/sim/solid/blocks.h"
 
 namespace thixo {
@@ -142,31 +141,6 @@ TEST(Stiffness, DiagonalBlocksAreThoseOfTheMatrixAtRest) {
                 EXPECT_LT((block.col(a) + product[i]).norm(), 1e-10 * block.norm());
             }
     }
-}
-
-TEST(CoarseGrid, SolvesWhatItCanRepresentAtOnce) {
-    // A linear displacement is one of the grid's: from (M/dt^2 + K) u, K multiplied stencil by stencil, it finds u. The
-    // grid's matrix is shifted by 1e-9 on its diagonal, of which its condition makes no more than 1e-4.
-    StressLaw law = every_term();
-    law.viscosity = 30;
-    const double dt = 1e-3;
-    const Elements e = prepared(block(9, 8, 7, kDistance, Real(0.3)), law);
-    Mat3 gradient;
-    gradient << 0.1, 0.02, -0.05, 0.3, -0.1, 0.07, -0.04, 0.2, 0.15;
-    std::vector<Quad> u(e.size());
-    for (std::size_t i = 0; i < e.size(); ++i) u[i] = quad(gradient * xyz(e.rest[i]) + Vec3(0.01, 0.02, 0.005));
-    Stiffness k;
-    linearise({law}, e, dt, Tangent::exact, k);
-    std::vector<Vec3> r(e.size());
-    multiply(e, k, u, r);
-    for (std::size_t i = 0; i < e.size(); ++i) r[i] = e.mass[i] / square(dt) * xyz(u[i]) - r[i];
-    CoarseGrid grid;
-    grid.prepare({law}, fixture::one_body(e), e, std::vector<std::uint8_t>(e.size(), 0));
-    grid.factor(dt, {});
-    EXPECT_GT(grid.nodes(), 8u);
-    std::vector<Vec3> z(e.size(), Vec3::Zero());
-    grid.add_correction(r, z);
-    for (std::size_t i = 0; i < e.size(); ++i) EXPECT_LT((z[i] - xyz(u[i])).norm(), 1e-4 * kDistance) << i;
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ TEST(Sampling, NearestNeighboursStandTwelveAtOneDistance) {
 }
 
 TEST(Sampling, PackedInteriorHasTheRestDensity) {
-    // The kernel is calibrated on the packing: what is left is rounding of the sum of about 60 terms.
+    // The kernel is calibrated on the packing. Rounding of a sum of about 60 terms remains.
     for (const double support : {1.6, 2.0, 2.7}) {
         scene::Scene scene = fixture::empty_space();
         scene.solver.support = support;
@@ -83,8 +83,8 @@ TEST(Sampling, KernelsGiveAPackingItsGradientAndLaplacian) {
 }
 
 TEST(Sampling, BodyHasTheMassOfItsVolume) {
-    // A ball of 10 spacings radius: counting error of a lattice, well under one layer of the surface; 1 % measured by
-    // the law of the count above.
+    // A ball with a radius of 10 spacings. The counting error of a lattice is well below one layer of the surface. By
+    // the law of the count above it is 1 %.
     scene::Scene scene = fixture::empty_space();
     scene.bodies = {fixture::body("ball", fixture::shape_at({0.3, 0, 0}, scene::Sphere{0.1}))};
     const Simulation s = make_simulation(scene);

@@ -1,4 +1,4 @@
-// The production build against the build with double state.
+// The production build beside the build with double state.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ TEST(Precision, FloatAndDoubleRunsAgree) {
     ASSERT_EQ(twice.size(), 6u);
     EXPECT_EQ(single[0], twice[0]);
     EXPECT_NEAR(single[1], twice[1], 1e-5 * twice[1]);
-    // Single paths part (a splash is chaotic), the whole does not: centre of mass to a hundredth of a spacing.
+    // Single paths differ, because a splash is chaotic. The centre of mass agrees to a hundredth of a spacing.
     for (int a = 2; a < 5; ++a) EXPECT_NEAR(single[a], twice[a], 1e-4);
     // Kinetic energy of the whole: mostly the fall of the drop, 1 %.
     EXPECT_NEAR(single[5], twice[5], 0.01 * twice[5]);

@@ -39,7 +39,7 @@ TEST(Displace, IsExactForATranslation) {
     const SurfaceState before = s;
     displace(s, p, std::vector<std::int32_t>(s.size(), 0), Real(kSupport), Real(1));
     for (std::size_t i = 0; i < s.size(); ++i) {
-        // Double state: only rounding is left.
+        // With double state only rounding remains.
         EXPECT_LT((s.surfels.position[i] - before.surfels.position[i] - way).norm(), 1e-12 * d);
         EXPECT_LT((s.surfels.normal[i] - before.surfels.normal[i]).norm(), 1e-12);
     }

@@ -12,7 +12,7 @@
 
 namespace thixo::fixture {
 
-/// Rays from the particles that `deep` picks; the number of those that leave the liquid unseen.
+/// Sends rays from the particles that `deep` selects. Returns how many leave the liquid without a hit.
 inline int holes(const std::vector<Vec3>& places, int rays, const std::function<bool(const Vec3&)>& deep) {
     Particles p = liquid(places);
     SurfaceState s;
@@ -35,7 +35,7 @@ struct Vessel {
     std::function<bool(const Vec3&)> deep;
 };
 
-/// Number of rays that leave the liquid in a vessel unseen.
+/// The number of rays that leave the liquid in a vessel without a hit.
 inline int holes(const Vessel& vessel, int rays) {
     set_walls(vessel.wall);
     const int found = holes(vessel.places, rays, vessel.deep);
@@ -64,7 +64,7 @@ inline Vessel tank() {
             [](const Vec3& x) { return x.z() < 3 * d && std::hypot(x.x() - 5 * d, x.y() - 5 * d) < 3 * d; }};
 }
 
-/// Rings of particles in a cup, half a spacing off its wall: creases run around without a corner.
+/// Rings of particles in a cup, half a spacing off its wall. Creases run around it without a corner.
 inline Vessel cup() {
     constexpr double d = kSpacing;
     std::vector<Vec3> places;

@@ -85,7 +85,7 @@ std::vector<Vec3> stacked(int nx, int ny, int nz, double shake, const std::funct
 }
 
 SurfaceReport update(SurfaceState& surface, Particles& particles, const scene::Surface& params) {
-    return update_surface(surface, particles, Walls{}, params, Real(kSpacing), Real(kSupport));
+    return update_surface(surface, particles, {Walls{}, params, Real(kSpacing), Real(kSupport), {}});
 }
 
 }  // namespace fixture

@@ -74,7 +74,7 @@ TEST(LiquidShape, TheFieldIsEvenAboutAWall) {
     const Liquid l(
         packed(Vec3d(-4 * d, -4 * d, 0), Vec3d(4 * d, 4 * d, 3 * d), 0.1, [](const Vec3d&) { return true; }));
     for (double x = -5 * d; x < 5 * d; x += 0.31 * d) {
-        // As deep as images count.
+        // To the depth to which mirror images count.
         const Vec3 above(Real(x), Real(0.1 * d), Real(0.2 * d)), below(Real(x), Real(0.1 * d), Real(-0.2 * d));
         EXPECT_NEAR(l.shape.colour(above, 0).value, l.shape.colour(below, 0).value, 1e-9);
     }
@@ -91,7 +91,7 @@ TEST(LiquidShape, IsWetNoDeeperThanItsDepthInsideAWall) {
     set_walls({});
 }
 
-// A jet in the end of a pipe: the plane of the pipe's end face goes on through the jet, but there is no wall.
+// A jet leaves a pipe. The plane of the pipe's end face extends through the jet, but there is no wall.
 TEST(LiquidShape, HasImagesOnlyBehindWallsThatAreThere) {
     set_walls([](const Vec3d& x) {
         const Vec3d out(std::abs(x.x() + 3 * d) - 2 * d, 0, std::abs(x.z() - 4 * d) - 4 * d);  // a slab: x < -d, z > 0

@@ -1,4 +1,4 @@
-// The external potential: a surface takes on a shape that draws it.
+// The external potential draws a surface to a shape.
 #include "sim/surface/mould.h"
 
 #include <gtest/gtest.h>
@@ -19,11 +19,11 @@ SurfaceState beside_face(double height, Real weight, const scene::Surface& param
     const Shape box = transformed(thixo::box({20 * d, 20 * d, 4 * d}, 0), 1, Quatd::Identity(), {0, 0, height + 2 * d});
     const std::vector<Mould> moulds{{box, weight, Real(0.5 * d)}};
     SurfaceState s;
-    for (int k = 0; k < 12; ++k) update_surface(s, p, Walls{}, params, Real(kSpacing), Real(kSupport), moulds);
+    for (int k = 0; k < 12; ++k) update_surface(s, p, {Walls{}, params, Real(kSpacing), Real(kSupport), moulds});
     return s;
 }
 
-/// Largest distance from the face of the surfels of the ball's top, whose own place is within the mould's reach.
+/// The largest distance from the face of the surfels of the ball's top that are within the mould's range.
 double off_face(const SurfaceState& s, double height, int& count) {
     double most = 0;
     count = 0;
@@ -58,7 +58,7 @@ TEST(Mould, OutOfReachDoesNothing) {
     EXPECT_EQ(far.surfels.position, none.surfels.position);
 }
 
-// Liquid fills a shape from within as it coats it from outside: the pull is the same, normals keep their side.
+// Liquid fills a shape from inside as it coats it from outside. The pull is the same, and normals keep their side.
 TEST(Mould, PullsFromBothSides) {
     const std::vector<Mould> moulds{{sphere(1), 1, Real(0.2)}};
     const Vec3 up(0, 0, 1);

@@ -56,7 +56,8 @@ TEST(Surface, OfAPackedFaceIsFlatAndHalfASpacingOutside) {
     for (const Vec3& x : p.position) top = std::max(top, double(x.z()));
     const Height h = upper_face(settled_surface(p), 4 * d, 10 * d);
     ASSERT_GT(h.count, 100);
-    // A reflection shows slopes of about half a degree: bumps a spacing wide and 0.005 high have that.
+    // A reflection shows slopes of about half a degree. Bumps of one spacing in width and 0.005 in height have such
+    // slopes.
     EXPECT_LT(h.deviation, 0.005 * d);
     EXPECT_LT(h.tilt, 0.5 * kPi / 180);
     // Half the layers' distance, 0.458 spacings in this packing, which the field rounds by a few hundredths.
@@ -68,8 +69,8 @@ TEST(Surface, OfABallEnclosesTheParticlesVolume) {
     for (const double radius : {5 * d, 8 * d}) {
         Particles p = liquid(packed_ball(radius, 0.1));
         const double matter = static_cast<double>(p.size()) * cube(d);
-        // The iso-surface of a bent body lies h^2/11 times its curvature inside: 3 % of the volume at five spacings,
-        // made good for but in part.
+        // The iso-surface of a curved body lies inside by h^2/11 times its curvature. At five spacings that is 3 % of
+        // the volume, and only a part is corrected.
         EXPECT_NEAR(volume(settled_surface(p)), matter, 0.03 * matter);
     }
 }
@@ -137,7 +138,7 @@ TEST(Surface, OfTwoDropsJoinsWhenTheyMeet) {
         for (std::size_t i = 0; i < p.size(); ++i) p.position[i].x() += Real((i < drop.size() ? 1 : -1) * 0.125 * d);
         update(s, p);
     }
-    // Centres are four spacings apart now, the drops deep in each other: no surfel is left between them.
+    // Now the centres are four spacings apart, and the drops overlap deeply. No surfel remains between them.
     for (std::size_t i = 0; i < s.size(); ++i) {
         const Vec3& x = s.surfels.position[i];
         EXPECT_FALSE(std::abs(x.x()) < 0.5 * d && std::hypot(x.y(), x.z()) < 1.2 * d);
@@ -260,7 +261,7 @@ TEST_F(Tank, TheLiquidReachesIntoTheWallsButNotFar) {
             -0.3 * d);  // 0.15 and what the free surface overlaps its crease by; half of the thinnest wall is 0.325
         if (faces_up(i)) continue;
         ++coat;
-        // 0.15 deep; what faces a wall leaves no film of air.
+        // The surface lies 0.15 deep in the wall, so that no film of air remains.
         EXPECT_LT(wall(x), -0.1 * d) << x.transpose() / d;
         EXPECT_LT(x.z(), level + 0.15 * d);
     }

@@ -1,4 +1,4 @@
-// Watertight to the last ray: ten million of them through every crease and corner.
+// Ten million rays through every crease and corner find no hole.
 #include <gtest/gtest.h>
 
 #include "tests/sim/surface/hole_rays.h"

@@ -1,4 +1,4 @@
-// A hole: a ray from deep inside the liquid that leaves without meeting a disc.
+// Surfaces have no holes. A hole is found by a ray from deep inside that leaves without meeting a disc.
 #include <gtest/gtest.h>
 
 #include "pipeline/base/random.h"

@@ -30,7 +30,7 @@ Vec3 carried_back(const Vec3& x, double t) {
         .cast<Real>();
 }
 
-/// The surface of a ball, painted with where its surfels are, after the flow.
+/// The surface of a ball after the flow. Its paint was the place of each surfel.
 struct Painted {
     SurfaceState surface;
     Zombies zombies;
@@ -51,13 +51,13 @@ Painted flow(bool with_zombies, double melt) {
     for (int k = 1; k <= kUpdates; ++k) {
         for (std::size_t j = 0; j < first.size(); ++j)
             p.particles.position[j] = carried(first[j], double(k) / kUpdates);
-        update_surface(p.surface, p.particles, Walls{}, {}, Real(kSpacing), Real(kSupport), {},
+        update_surface(p.surface, p.particles, {Walls{}, {}, Real(kSpacing), Real(kSupport), {}},
                        with_zombies ? &p.zombies : nullptr);
     }
     return p;
 }
 
-/// Distances of what is painted from the matter it was painted on, over the ball's diameter, ascending.
+/// Distances of the paint from the matter it was painted on, over the ball's diameter, ascending.
 std::vector<double> errors(const std::vector<Vec3>& rest, const std::vector<Vec3>& place) {
     std::vector<double> e;
     for (std::size_t i = 0; i < rest.size(); ++i)
@@ -71,15 +71,15 @@ TEST(Zombies, KeepWhatIsPaintedOnItsMatter) {
     const std::vector<double> e = errors(p.surface.rest, p.surface.surfels.position);
     const Painted old = flow(false, 1);
     const std::vector<double> e_old = errors(old.surface.rest, old.surface.surfels.position);
-    // Asked of a melt: one in a hundred of the body. Surfels that only hand on to new ones what they have, and are
-    // pushed apart meanwhile, are twice as far off.
+    // The need for melting bodies is a hundredth of the body. Surfels that only copy their paint to new ones, while
+    // they are pushed apart, are twice as far off.
     EXPECT_LT(e[e.size() / 2], 0.01);
     EXPECT_LT(e[e.size() * 9 / 10], 0.015);
     EXPECT_GT(e_old[e_old.size() / 2], 1.5 * e[e.size() / 2]);
 }
 
 TEST(Zombies, OfSolidMatterChangeNothing) {
-    // Its surfels keep their m0 to the bit, and where they are.
+    // Its surfels keep every bit of m0, and their places.
     const Painted with = flow(true, 0), without = flow(false, 0);
     EXPECT_EQ(with.surface.rest, without.surface.rest);
     EXPECT_EQ(with.surface.surfels.position, without.surface.surfels.position);
@@ -102,7 +102,7 @@ TEST(Zombies, LeaveLiquidsThatWereNeverSolidAlone) {
 }
 
 TEST(Zombies, OfTwoBodiesAreNotMixed) {
-    // Two sheets that meet in x = 0, painted with places far from each other: each surfel has those of one of them.
+    // Two sheets meet in x = 0 and are painted with distant places. Each surfel has the paint of one of them.
     Zombies zombies;
     SurfelCloud cloud;
     SurfaceState s;
@@ -123,7 +123,8 @@ TEST(Zombies, OfTwoBodiesAreNotMixed) {
                          Real(kSupport), s);
     for (std::size_t i = 0; i < s.size(); ++i) {
         const Vec3 off = s.rest[i] - s.surfels.position[i];
-        // Painted linearly, and the fit is exact then, but for the term that keeps it level across the sheet.
+        // The paint is linear, and the fit is exact for it, except for the term that keeps it constant across the
+        // sheet.
         EXPECT_LT(std::min(off.norm(), (off - Vec3(7, 0, 0)).norm()), 0.05 * d) << i;
     }
 }

@@ -76,7 +76,6 @@ class Path {
         first_.depth = (hit.position - world_.camera.position).dot(world_.camera.forward);
         first_.normal = hit.normal.dot(s_.ray.direction) < 0 ? hit.normal : Vec3f(-hit.normal);
         first_.albedo = material.dielectric() ? Vec3f(Vec3f::Ones()) : material.colour_at(hit);
-        first_.position = hit.position;
         if (world_.labels.empty()) return;
         first_.label = &world_.labels[hit.object];
         if (world_.passes.motion) first_.motion = motion_at(hit);

@@ -12,7 +12,6 @@ struct FirstHit {
     float depth = 0;                     // m along the view axis
     Vec3f normal{0, 0, 0};               // towards the camera
     Vec3f albedo{0, 0, 0};               // of a dielectric: one
-    Vec3f position{0, 0, 0};             // [m]
     Eigen::Vector4f motion{0, 0, 0, 0};  // pixels to the right and up, to the next frame and to the one before
     const ObjectLabel* label = nullptr;  // where the world has labels
     Hit hit;                             // all that is known of it; of what is in the world alone, not of a lamp

@@ -55,7 +55,7 @@ struct FitSums {
     /// The sphere seen from x = reference + tau d. Its curvature is at most one over `radius` [m].
     Fit fit(const Vec3f& d, float tau, float radius) const {
         Fit result;
-        result.weight = sum_of(w);
+        result.weight = packed_sum(w);
         if (!(result.weight > 1e-12f)) return {};
         alignas(32) float mean[kFloatLanes];
         store(sums_of_eight({s[0], s[1], s[2], n[0], n[1], n[2], sn, ss}) * float_lanes(1 / result.weight), mean);

@@ -106,8 +106,8 @@ bool prepare(std::span<const SurfelBlock> blocks, const Vec3f& reference, float 
         heights += mask ? block.height : FloatLanes{};
         patch.surfels += std::popcount(patch.taking_part[i]);
     }
-    patch.radius = sum_of(heights) / (kHeight * float(patch.surfels));
-    const Vec3f mean = Vec3f(sum_of(normal[0]), sum_of(normal[1]), sum_of(normal[2])).normalized() / kNearMean;
+    patch.radius = packed_sum(heights) / (kHeight * float(patch.surfels));
+    const Vec3f mean = Vec3f(packed_sum(normal[0]), packed_sum(normal[1]), packed_sum(normal[2])).normalized() / kNearMean;
     for (int i = 0; i < patch.count; ++i) {
         const FloatLanes(&n)[3] = patch.lanes[i].n;
         const FloatLanes cosine = multiply_add(n[0], float_lanes(mean.x()),
@@ -127,7 +127,7 @@ float guess(const Patch& patch, float t_reference) {
         total += w;
         product = multiply_add(w, tau, product);
     }
-    return sum_of(product) / sum_of(total);
+    return packed_sum(product) / packed_sum(total);
 }
 
 }  // namespace

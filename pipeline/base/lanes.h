@@ -48,8 +48,11 @@ inline void store(const Lanes& a, Real* to) { std::memcpy(to, &a, sizeof a); }
 inline Lanes negative(Lanes a) { return a < 0 ? a : Lanes{}; }
 
 inline FloatLanes float_lanes(float a) { return _mm256_set1_ps(a); }
-/// The sum's order: ((0 + 4) + (2 + 6)) + ((1 + 5) + (3 + 7)).
-inline float sum_of(FloatLanes a) {
+/// The sum of all lanes in the order ((0 + 4) + (2 + 6)) + ((1 + 5) + (3 + 7)). The compiler may fuse a product that
+/// is summed here with the first addition: packed_sum, of the same order, then rounds otherwise.
+inline float sum_of(FloatLanes a) { return ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7])); }
+/// The same by three packed additions.
+inline float packed_sum(FloatLanes a) {
     const __m128 half = _mm_add_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
     const __m128 quarter = _mm_add_ps(half, _mm_movehl_ps(half, half));
     return _mm_cvtss_f32(_mm_add_ss(quarter, _mm_shuffle_ps(quarter, quarter, 1)));

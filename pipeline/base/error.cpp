@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <new>
 
@@ -15,6 +16,21 @@ namespace thixo {
 namespace {
 volatile std::sig_atomic_t pending_signal = 0;
 void note_signal(int number) { pending_signal = number; }
+
+const char* running_program = "";
+/// Before catch_interrupts nothing is under way that would have to be finished. System calls only.
+[[noreturn]] void end_at_signal(int number) {
+    for (const char* text : {running_program, ": interrupted\n"})
+        [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text, std::strlen(text));
+    ::_exit(number == SIGINT ? kInterrupted : kTerminated);
+}
+
+void set_signals(const char* program) {
+    running_program = program;
+    std::signal(SIGINT, end_at_signal);
+    std::signal(SIGTERM, end_at_signal);
+    std::signal(SIGXFSZ, SIG_IGN);
+}
 
 /// A closed standard stream would give its number to the first file that is opened, and messages would land in it.
 void open_standard_streams() {
@@ -30,6 +46,7 @@ InterruptedError::InterruptedError(int signal_number)
 
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv) {
     open_standard_streams();
+    set_signals(program);
     try {
         return body(argc, argv);
     } catch (const Error& e) {

@@ -39,6 +39,22 @@ void end_at_startup() {
 [[gnu::section(".preinit_array"), gnu::used]] void (*const set_end_at_startup)() = [] {
     std::set_terminate(end_at_startup);
 };
+
+const char* running_program = "";
+/// Before catch_interrupts nothing is under way that would have to be finished. System calls only.
+[[noreturn]] void end_at_signal(int number) {
+    for (const char* text : {running_program, ": interrupted\n"})
+        [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text, std::strlen(text));
+    ::_exit(number == SIGINT ? kInterrupted : kTerminated);
+}
+
+void set_signals(const char* program) {
+    running_program = program;
+    std::signal(SIGINT, end_at_signal);
+    std::signal(SIGTERM, end_at_signal);
+    std::signal(SIGXFSZ, SIG_IGN);
+}
+
 /// A closed standard stream would give its number to the first file that is opened, and messages would land in it.
 void open_standard_streams() {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
@@ -53,6 +69,7 @@ InterruptedError::InterruptedError(int signal_number)
 
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv) {
     open_standard_streams();
+    set_signals(program);
     try {
         const int code = body(argc, argv);
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)

@@ -14,6 +14,7 @@
 #include <streambuf>
 
 #include "pipeline/contract/hash.h"
+#include "pipeline/contract/vdb_checked_values.h"
 
 namespace thixo {
 namespace {

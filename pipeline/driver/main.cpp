@@ -1,4 +1,5 @@
 // thixo: the command. Reads the words, starts the stages as processes, passes their exit codes on.
+#include <algorithm>
 #include <cstdio>
 
 #include "pipeline/base/error.h"
@@ -15,7 +16,9 @@ int body(int argc, char** argv) {
         return kDone;
     }
     set_quiet(command.quiet);
-    catch_interrupts();
+    // These end when their stages have. The others have nothing to finish.
+    const auto conducts = {"run", "sim", "render", "preview"};
+    if (std::ranges::find(conducts, command.verb) != conducts.end() || command.repair) catch_interrupts();
     if (command.verb == "run") return run_verb(command);
     if (command.verb == "sim") return sim_verb(command);
     if (command.verb == "render") return render_verb(command);

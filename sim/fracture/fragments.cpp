@@ -147,7 +147,7 @@ void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter) 
     if (s.size() > 0) bind_surfels(solids, bodies, s);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         SolidBody& body = solids.bodies[b];
-        if (!bodies[b]) continue;
+        if (!bodies[b] || body.empty()) continue;
         choose_examples(solids.elements, matter.smoothing, body);
         if (!body.scene_shape) body.shape = shape_of_surfels(s, body, static_cast<std::int32_t>(b));
     }
@@ -155,7 +155,7 @@ void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter) 
     // A lone body meets nothing and has no samples. At its first split all bodies without samples get some.
     std::vector<std::uint8_t> sampled = bodies;
     for (std::size_t b = 0; b < bodies.size(); ++b)
-        if (before.first[b] == before.first[b + 1]) sampled[b] = 1;
+        if (!sampled[b] && before.first[b] == before.first[b + 1]) sampled[b] = 1;
     sample_bodies(sampled, matter.seed, solids);
     forget_nodes(sampled, before, solids.contacts);
 }

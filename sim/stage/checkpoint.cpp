@@ -12,6 +12,7 @@
 #include "sim/bonds/members.h"
 #include "sim/fracture/fragments.h"
 #include "sim/phase/phases.h"
+#include "sim/stage/checkpoint_check.h"
 
 namespace thixo {
 namespace {
@@ -41,6 +42,10 @@ class Writer {
         value(name, static_cast<std::uint64_t>(a.size()));
         bytes_.append(reinterpret_cast<const char*>(a.data()), a.size() * sizeof(T));
     }
+    template <class Records>
+    void records(const char* name, const Records& list, std::size_t) {
+        value(name, static_cast<std::uint64_t>(list.size()));
+    }
     std::string& bytes() { return bytes_; }
 
   private:
@@ -49,10 +54,16 @@ class Writer {
 
 class Reader {
   public:
-    Reader(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
+    Reader(std::string_view bytes, const std::string& file, const Solids& at_start)
+        : bytes_(bytes), file_(file), at_start_(at_start) {}
     template <class T>
     void value(const char* name, T& v) {
         std::memcpy(static_cast<void*>(&v), take(name, sizeof v), sizeof v);
+    }
+    void value(const char* name, bool& v) {
+        const char byte = *take(name, 1);
+        if (byte != 0 && byte != 1) throw CacheError("{}: '{}' is neither true nor false", file_, name);
+        v = byte == 1;
     }
     void text(const char* name, std::string& t) {
         std::uint64_t length = 0;
@@ -72,7 +83,18 @@ class Reader {
         a.resize(count);
         std::memcpy(static_cast<void*>(a.data()), take(name, count * sizeof(T)), count * sizeof(T));
     }
+    /// Makes room for as many records as follow, each of at least `least` bytes.
+    template <class Records>
+    void records(const char* name, Records& list, std::size_t least) {
+        std::uint64_t count = 0;
+        value(name, count);
+        if (count > bytes_.size() / least) throw CacheError("{}: ends within '{}'", file_, name);
+        list.resize(count);
+    }
     bool at_end() const { return bytes_.empty(); }
+    const std::string& file() const { return file_; }
+    /// The solids as the scene makes them.
+    const Solids& at_start() const { return at_start_; }
 
   private:
     const char* take(const char* name, std::uint64_t length) {
@@ -83,9 +105,8 @@ class Reader {
     }
     std::string_view bytes_;
     const std::string& file_;
+    const Solids& at_start_;
 };
-
-constexpr std::uint64_t kMostRecords = 1u << 28;
 
 /// What follows from tables that have just been read: numbers of elements, shapes and samples of bodies, weights of
 /// surfels.
@@ -130,12 +151,8 @@ void visit_altered_body(Stream& stream, B& body) {
 /// Records field by field: the bytes between fields are nobody's, and no two runs need have the same there.
 template <class Stream, class Records, class... Field>
 void visit_fields(Stream& stream, const char* name, Records& records, Field... field) {
-    std::uint64_t count = records.size();
-    stream.value(name, count);
-    if constexpr (!std::is_const_v<Records>) {
-        if (count > kMostRecords) throw CacheError("a checkpoint has {} records of '{}'", count, name);
-        records.resize(count);
-    }
+    using Record = typename Records::value_type;
+    stream.records(name, records, (sizeof(std::declval<Record>().*field) + ...));
     for (auto& record : records) (stream.value(name, record.*field), ...);
 }
 
@@ -159,14 +176,8 @@ void visit_bonds(Stream& stream, S& bonds) {
 template <class Stream, class S>
 void visit_altered(Stream& stream, S& s) {
     auto& solids = s.solids;
-    constexpr bool kReads = !std::is_const_v<S>;
     stream.value("next_body", solids.next_body);
-    std::uint64_t count = solids.bodies.size();
-    stream.value("bodies", count);
-    if constexpr (kReads) {
-        if (count > kMostRecords) throw CacheError("a checkpoint has {} bodies", count);
-        solids.bodies.resize(count);
-    }
+    stream.records("bodies", solids.bodies, sizeof(std::int32_t));
     for (auto& body : solids.bodies) visit_altered_body(stream, body);
     for (auto& handle : solids.handles) {
         stream.array("handle.elements", handle.elements);
@@ -177,12 +188,10 @@ void visit_altered(Stream& stream, S& s) {
     for_each_array(s.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
     visit_fields(stream, "embedded.families", s.embedded.families, &SurfelFamily::first, &SurfelFamily::base,
                  &SurfelFamily::shift);
-    if constexpr (kReads) rebind(s);
 }
 
 template <class Stream, class S>
 void visit_solids(Stream& stream, S& s) {
-    constexpr bool kReads = !std::is_const_v<S>;
     for (auto& body : s.bodies) visit_body(stream, body);
     for (auto& handle : s.handles) stream.array("solid.anchor", handle.anchor);
     stream.value("solid.last_dt", s.last_dt);
@@ -192,23 +201,29 @@ void visit_solids(Stream& stream, S& s) {
     if (!s.softening.any) return;
     stream.array("solid.rest", s.elements.rest);
     stream.array("solid.depth", s.elements.depth);
-    if constexpr (kReads) {
-        for (auto& body : s.bodies)
-            if (body.refrozen) body.shape.reset();
-        find_refrozen_neighbours(s);
-    }
     // Rates are those found with the bonds of that time.
     stream.array("solid.laws", s.laws);
     stream.array("solid.rates", s.rates);
     bool current = s.rates_version == s.elements.bonds.version;
     stream.value("solid.rates_current", current);
-    if constexpr (kReads) s.rates_version = current ? s.elements.bonds.version : 0;
+    if constexpr (!std::is_const_v<S>) s.rates_version = current ? s.elements.bonds.version : 0;
     stream.array("solid.flow", s.softening.flow.plastic);
 }
 
-/// One list of what a checkpoint holds, for writing (S const) and reading.
+/// What follows from the state of solids that has just been read: the neighbours of bodies that have frozen anew.
+void find_refrozen(Solids& solids) {
+    for (SolidBody& body : solids.bodies)
+        if (body.refrozen) body.shape.reset();
+    const bool current = solids.rates_version == solids.elements.bonds.version;
+    find_refrozen_neighbours(solids);
+    if (current) solids.rates_version = solids.elements.bonds.version;
+}
+
+/// One list of what a checkpoint holds, for writing (S const) and reading. What is read is checked before anything
+/// follows from it.
 template <class Stream, class S>
 void visit_state(Stream& stream, S& s) {
+    constexpr bool kReads = !std::is_const_v<S>;
     stream.value("frame", s.clock.frame);
     stream.value("step", s.clock.step);
     stream.value("time", s.clock.time);
@@ -222,13 +237,25 @@ void visit_state(Stream& stream, S& s) {
         stream.value("pushing", e.pushing);
     }
     for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
+    if constexpr (kReads) {
+        check_clock(s, stream.file());
+        check_particles(s, stream.file());
+    }
     stream.value("altered", s.solids.altered);
     if (s.solids.altered) visit_altered(stream, s);
-    if constexpr (!std::is_const_v<S>) {
+    if constexpr (kReads) {
+        if (s.solids.altered) {
+            check_altered(s, stream.at_start(), stream.file());
+            rebind(s);
+        }
         adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
         locate_particles(s.particles, s.solids);
     }
     if (!s.solids.empty()) visit_solids(stream, s.solids);
+    if constexpr (kReads) {
+        check_solids(s, stream.file());
+        if (s.solids.softening.any) find_refrozen(s.solids);
+    }
     if (!s.solids.empty()) {
         stream.value("mixed.next_id", s.mixed_surface.animated.next_id);
         stream.array("mixed.lift", s.mixed_surface.animated.lift);
@@ -241,6 +268,32 @@ void visit_state(Stream& stream, S& s) {
     stream.array("surface.lift", s.surface.lift);
     stream.value("surface.unmeasured", s.surface.unmeasured);
     for_each_array(s.surface, [&](const char* name, auto& array) { stream.array(name, array); });
+    if constexpr (kReads) check_surfaces(s, stream.file());
+}
+
+/// All that reading a checkpoint writes.
+struct State {
+    Clock clock;
+    std::int64_t next_id;
+    std::vector<EmitterState> emitters;
+    Particles particles;
+    Solids solids;
+    EmbeddedSurface embedded;
+    MixedSurface mixed_surface;
+    SurfaceState surface;
+};
+State state_of(const Simulation& s) {
+    return {s.clock, s.next_id, s.emitters, s.particles, s.solids, s.embedded, s.mixed_surface, s.surface};
+}
+void put_back(State&& from, Simulation& s) {
+    s.clock = from.clock;
+    s.next_id = from.next_id;
+    s.emitters = std::move(from.emitters);
+    s.particles = std::move(from.particles);
+    s.solids = std::move(from.solids);
+    s.embedded = std::move(from.embedded);
+    s.mixed_surface = std::move(from.mixed_surface);
+    s.surface = std::move(from.surface);
 }
 
 fs::path folder_of(const fs::path& out) { return out / kFolder; }
@@ -269,6 +322,48 @@ void set_aside(const fs::path& out, int frame) {
     if (error) throw ResourceError("cannot rename '{}': {}", file_of(out, frame).string(), error.message());
 }
 
+/// The body of a checkpoint, behind its magic word and before its checksum.
+std::string_view body_of(std::string_view bytes, const std::string& file) {
+    if (bytes.size() < kMagic.size() + kHashLength || bytes.substr(0, kMagic.size()) != kMagic)
+        throw CacheError("{}: is not a checkpoint", file);
+    if (!ends_with_checksum(bytes)) throw CacheError("{}: is damaged, its checksum differs", file);
+    return bytes.substr(kMagic.size(), bytes.size() - kMagic.size() - kHashLength);
+}
+
+void read_header(const std::string& simulation_hash, std::size_t emitters, Reader& r) {
+    std::uint32_t format = 0, precision = 0;
+    std::uint64_t stored_emitters = 0;
+    std::string hash;
+    r.value("format", format);
+    if (format != kCheckpointFormat)
+        throw CacheError("{}: has format {}, this program reads {}", r.file(), format, kCheckpointFormat);
+    r.value("precision", precision);
+    if (precision != sizeof(Real)) throw CacheError("{}: was written in another precision", r.file());
+    r.text("hash", hash);
+    if (hash != simulation_hash) throw CacheError("{}: belongs to another scene", r.file());
+    r.value("emitters", stored_emitters);
+    if (stored_emitters != emitters)
+        throw CacheError("{}: has {} emitters, the scene has {}", r.file(), stored_emitters, emitters);
+}
+
+/// parse_checkpoint, of this frame where one is given.
+void read_checkpoint(std::string_view bytes, const std::string& file, const std::string& simulation_hash,
+                     std::optional<int> frame, Simulation& s) {
+    const std::string_view body = body_of(bytes, file);
+    State before = state_of(s);
+    try {
+        Reader r(body, file, before.solids);
+        read_header(simulation_hash, s.emitters.size(), r);
+        visit_state(r, s);
+        if (!r.at_end()) throw CacheError("{}: is longer than its content", file);
+        if (frame && s.clock.frame != *frame) throw CacheError("{}: holds frame {}", file, s.clock.frame);
+    } catch (...) {
+        put_back(std::move(before), s);
+        throw;
+    }
+    move_walls(s.walls, s.clock.time);
+}
+
 }  // namespace
 
 std::string print_checkpoint(const Simulation& s, const std::string& simulation_hash) {
@@ -285,27 +380,7 @@ std::string print_checkpoint(const Simulation& s, const std::string& simulation_
 
 void parse_checkpoint(std::string_view bytes, const std::string& file, const std::string& simulation_hash,
                       Simulation& s) {
-    if (bytes.size() < kMagic.size() + kHashLength || bytes.substr(0, kMagic.size()) != kMagic)
-        throw CacheError("{}: is not a checkpoint", file);
-    const std::string_view body = bytes.substr(0, bytes.size() - kHashLength);
-    if (!ends_with_checksum(bytes)) throw CacheError("{}: is damaged, its checksum differs", file);
-    Reader r(body.substr(kMagic.size()), file);
-    std::uint32_t format = 0, precision = 0;
-    std::uint64_t emitters = 0;
-    std::string hash;
-    r.value("format", format);
-    if (format != kCheckpointFormat)
-        throw CacheError("{}: has format {}, this program reads {}", file, format, kCheckpointFormat);
-    r.value("precision", precision);
-    if (precision != sizeof(Real)) throw CacheError("{}: was written in another precision", file);
-    r.text("hash", hash);
-    if (hash != simulation_hash) throw CacheError("{}: belongs to another scene", file);
-    r.value("emitters", emitters);
-    if (emitters != s.emitters.size())
-        throw CacheError("{}: has {} emitters, the scene has {}", file, emitters, s.emitters.size());
-    visit_state(r, s);
-    if (!r.at_end()) throw CacheError("{}: is longer than its content", file);
-    move_walls(s.walls, s.clock.time);
+    read_checkpoint(bytes, file, simulation_hash, {}, s);
 }
 
 std::vector<int> list_checkpoints(const fs::path& out) {
@@ -335,14 +410,11 @@ bool restore_checkpoint(const fs::path& out, int last, const std::string& simula
     for (const int frame : list_checkpoints(out)) {
         if (frame > last) continue;
         const std::string name = file_of(out, frame).filename().string();
-        const std::size_t untouched = s.particles.size();
         try {
-            parse_checkpoint(read_inside(folder_of(out), name, UINT64_MAX), file_of(out, frame).string(),
-                             simulation_hash, s);
+            read_checkpoint(read_inside(folder_of(out), name, UINT64_MAX), file_of(out, frame).string(),
+                            simulation_hash, frame, s);
             return true;
         } catch (const CacheError& e) {
-            // All that can be wrong is found before the state is touched, but for a file made to deceive the checksum.
-            THIXO_ASSERT(s.clock.step == 0 && s.particles.size() == untouched, "{} was read in part", name);
             log_warning("{}; set aside, going on from an earlier state", e.what());
             set_aside(out, frame);
         }

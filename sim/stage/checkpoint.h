@@ -18,8 +18,9 @@ inline constexpr std::uint32_t kCheckpointFormat = 6;
 /// Everything that a later step depends on: clock, ids, emitters, every array of particles and surface, bit for bit.
 std::string print_checkpoint(const Simulation& s, const std::string& simulation_hash);
 
-/// Restores a simulation made from the same scene. Throws CacheError, naming `file`: damaged, other format, other
-/// precision or scene.
+/// Restores a simulation that make_simulation has made from the same scene. Throws CacheError, naming `file` and what is
+/// wrong: damaged, other format, other precision or scene, or no state of this scene (checkpoint_check.h). The
+/// simulation is then as it was.
 void parse_checkpoint(std::string_view bytes, const std::string& file, const std::string& simulation_hash,
                       Simulation& s);
 

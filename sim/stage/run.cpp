@@ -140,7 +140,6 @@ int run_simulation(const SimArgs& args) {
     }
     for (const std::string& warning : scene::scene_warnings(scene)) log_warning("{}", warning);
     const FolderLock lock(out);
-    catch_interrupts();
     double started = wall_seconds();
     Start begin = start(scene, identity, args);
     Simulation& s = begin.simulation;
@@ -158,6 +157,7 @@ int run_simulation(const SimArgs& args) {
         write_frame(s, cache, boundaries, out, started);
         progress.update(1, note(s));
     }
+    catch_interrupts();
     // The state of the last finished frame, kept for an interruption: written then, and every so many frames.
     std::string state = args.initial ? std::string() : print_checkpoint(s, identity.simulation_hash);
     while (s.clock.frame < last) {

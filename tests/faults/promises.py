@@ -5,6 +5,7 @@ Usage: promises.py BIN_FOLDER [TEST_CLASS]
 import json
 import os
 import pathlib
+import random
 import resource
 import shutil
 import signal
@@ -192,6 +193,121 @@ class Paths(Copies):
             if a["name"].endswith(".png"):
                 (place / "relative/cache" / a["name"]).unlink()
         render(place / "relative", code=4, cwd=place)
+
+
+class Verify(Copies):
+    """`thixo verify` names what is damaged and nothing else; with --repair the folder is as it was."""
+    FILES = ("cache/manifest.json", "cache/particles.0003.vdb", "cache/surfels.0004.vdb", "cache/frame.0002.json", "checkpoint/checkpoint.0005.bin",
+             "frames/beauty.0001.exr", "frames/beauty.0005.png", "tiny.mp4")
+
+    def verify(self, *words, code):
+        return call("thixo", "verify", *words, code=code)
+
+    def test_a_sound_folder_is_sound(self):
+        told = json.loads(self.verify(self.reference, "--json", code=0).stdout)
+        self.assertEqual([], told["damaged"])
+        listed = json.loads((self.reference / "cache/manifest.json").read_text())
+        self.assertGreaterEqual(told["files"], 1 + 3 * len(listed["frames"]) + len(listed["assets"]) + 2 * 6 + 1)
+
+    def test_one_flipped_bit_is_named_in_every_kind_of_file(self):
+        for name in self.FILES:
+            with self.subTest(name=name):
+                out = self.folder / "flipped"
+                shutil.rmtree(out, ignore_errors=True)
+                shutil.copytree(self.reference, out)
+                flip(out / name)
+                said = self.verify(out, "--json", code=4)
+                damaged = json.loads(said.stdout)["damaged"]
+                self.assertEqual([pathlib.Path(name).stem], [pathlib.Path(d["file"]).stem for d in damaged])
+                self.assertTrue(damaged[0]["remedy"])
+                self.assertIn(pathlib.Path(name).name, said.stderr)
+
+    def test_repair_makes_the_same_bytes_again(self):
+        for name in self.FILES:
+            with self.subTest(name=name):
+                out = self.folder / "repaired"
+                shutil.rmtree(out, ignore_errors=True)
+                shutil.copytree(self.reference, out)
+                flip(out / name)
+                place = [SCENE, "--out", out] if name.endswith("manifest.json") else [out]
+                self.verify(*place, "--repair", code=0)
+                self.assertEqual({f: h for f, h in self.everything(self.reference).items() if f.startswith(("cache", "frames")) or f == "tiny.mp4"},
+                                 {f: h for f, h in self.everything(out).items() if f.startswith(("cache", "frames")) or f == "tiny.mp4"})
+                self.verify(out, code=0)
+
+    def test_repair_of_a_sound_folder_changes_nothing(self):
+        out = self.copy()
+        before = {f: f.stat().st_mtime_ns for f in out.rglob("*") if f.is_file()}
+        self.verify(out, "--repair", code=0)
+        self.assertEqual(before, {f: f.stat().st_mtime_ns for f in out.rglob("*") if f.is_file()})
+
+    def test_repair_leaves_the_files_of_others(self):
+        out = self.copy()
+        (out / "cache/notes.txt").write_bytes(b"mine")
+        (out / "checkpoint/checkpoint.0099.bin").write_bytes(b"mine too")
+        flip(out / "cache/particles.0003.vdb")
+        self.verify(out, "--repair", code=4)
+        self.assertEqual(b"mine", (out / "cache/notes.txt").read_bytes())
+        self.assertIn(b"mine too", [f.read_bytes() for f in (out / "checkpoint").iterdir()])
+
+    def test_a_manifest_without_its_scene_is_told_and_not_made(self):
+        out = self.copy()
+        flip(out / "cache/manifest.json")
+        self.assertIn("scene", self.verify(out, "--repair", code=4).stderr)
+
+
+class Signals(Copies):
+    """At any moment: the exit code tells the signal, the words tell no lie, and the same command ends with the same bytes."""
+    def interrupted(self, words, number, seconds):
+        """The outcome of a program that gets a signal after so long; None where it had ended."""
+        process = subprocess.Popen([tools.bin_folder / words[0], *map(str, words[1:])], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            process.communicate(timeout=seconds)
+            return None
+        except subprocess.TimeoutExpired:
+            process.send_signal(number)
+            sent = time.monotonic()
+            said = process.communicate()[1]
+        return process.returncode, said, time.monotonic() - sent
+
+    def slow_to_set_up(self):
+        scene = self.folder / "slow.yaml"
+        bodies = "".join(f"  b{k}: {{material: water, shape: {{box: {{size: [0.4, 0.4, 0.4]}}, translate: [{k % 10}, {k // 10}, 0]}}}}\n" for k in range(100))
+        scene.write_text("frames: {first: 0, last: 24}\nmaterials: {water: {}}\nsolver: {spacing: 0.01}\nbodies:\n" + bodies)
+        return scene
+
+    def test_in_set_up_and_in_validate_end_at_once(self):
+        scene = self.slow_to_set_up()
+        for words in (["thixo", "validate", scene], ["thixo-sim", f"--out={self.folder / 'set up'}", scene],
+                      ["thixo", "sim", scene, "--out", self.folder / "set up too"]):
+            for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+                with self.subTest(words=words[:2], signal=number.name):
+                    outcome = self.interrupted(words, number, 0.7)
+                    self.assertIsNotNone(outcome, "it had ended: the scene is too small for this test")
+                    self.assertEqual(code, outcome[0], outcome[1])
+                    self.assertIn("interrupted", outcome[1])
+                    self.assertNotIn("state is saved", outcome[1] if words[1] == "validate" else "")
+                    self.assertLess(outcome[2], 2)
+
+    def test_at_any_moment_of_a_run_lose_nothing(self):
+        chance = random.Random(20260101)
+        begun = time.monotonic()
+        call("thixo", "run", SCENE, "--out", self.folder / "timed")
+        whole = time.monotonic() - begun
+        out, hits = self.folder / "run", 0
+        for k in range(12):
+            number, code = ((signal.SIGINT, 130), (signal.SIGTERM, 143))[k % 2]
+            outcome = self.interrupted(["thixo", "run", SCENE, "--out", out], number, chance.uniform(0, 1) * whole)
+            if outcome is None:  # it went on from before, and was quicker
+                shutil.rmtree(out)
+                continue
+            hits += 1
+            self.assertEqual(code, outcome[0], outcome[1])
+            self.assertIn("interrupted", outcome[1])
+        self.assertGreaterEqual(hits, 4)
+        call("thixo", "run", SCENE, "--out", out)
+        self.assert_same(out)
+        self.assertEqual(digest(self.reference / "tiny.mp4"), digest(out / "tiny.mp4"))
 
 
 class Usage(Copies):

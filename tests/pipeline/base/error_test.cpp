@@ -117,6 +117,18 @@ TEST(Error, SignalsAreNotedNotObeyed) {
         testing::ExitedWithCode(42), "");
 }
 
+TEST(Error, SignalsBeforeThatEndTheProgramWithItsCodeAndAWord) {
+    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    const auto raising = [](int number) {
+        static int raised = 0;
+        raised = number;
+        std::exit(run_guarded(
+            "thixo-x", [](int, char**) { return std::raise(raised); }, 0, nullptr));
+    };
+    EXPECT_EXIT(raising(SIGINT), testing::ExitedWithCode(130), "^thixo-x: interrupted\n$");
+    EXPECT_EXIT(raising(SIGTERM), testing::ExitedWithCode(143), "^thixo-x: interrupted\n$");
+}
+
 TEST(Error, AWriteBeyondTheFileSizeLimitFailsInsteadOfKilling) {
     testing::FLAGS_gtest_death_test_style = "threadsafe";
     EXPECT_EXIT(

@@ -33,6 +33,12 @@ scene::Scene splash(scene::Pressure pressure = scene::Pressure::eos) {
     return s;
 }
 
+/// The clock as it stands at the end of a frame.
+void set_frame(int frame, Simulation& s) {
+    s.clock.frame = frame;
+    s.clock.time = frame_time(s.problem.scene.frames, frame);
+}
+
 class Checkpoint : public testing::Test {
   protected:
     void SetUp() override {
@@ -84,9 +90,9 @@ TEST_F(Checkpoint, KeepsTheLastTwo) {
 
 TEST_F(Checkpoint, DamagedOnesAreSkippedForAnEarlierOne) {
     Simulation s = make_simulation(splash());
-    s.clock.frame = 10;
+    set_frame(10, s);
     write_checkpoint(out_, 10, print_checkpoint(s, "hash"));
-    s.clock.frame = 20;
+    set_frame(20, s);
     std::string bytes = print_checkpoint(s, "hash");
     for (const std::size_t at : {std::size_t(3), std::size_t(9), bytes.size() / 2, bytes.size() - 5}) {
         std::string damaged = bytes;
@@ -105,7 +111,7 @@ TEST_F(Checkpoint, DamagedOnesAreSkippedForAnEarlierOne) {
 TEST_F(Checkpoint, RefusedOnesAreSetAsideAndDisplaceNoGoodOne) {
     Simulation s = make_simulation(splash());
     const auto at = [&](int frame) {
-        s.clock.frame = frame;
+        set_frame(frame, s);
         return print_checkpoint(s, "hash");
     };
     write_checkpoint(out_, 1, at(1));

@@ -1,0 +1,30 @@
+// Whether what a checkpoint holds can be a state of this scene. Its checksum tells damage; that a file with the right
+// checksum is one of ours is checked here: lengths against each other, indices against what they count.
+#pragma once
+
+#include <string>
+
+#include "sim/loop/simulation.h"
+
+namespace thixo {
+
+/// Each throws CacheError that names the file and the array. They are called in this order while a checkpoint is read,
+/// as what follows from a table is made as soon as the table is known. `at_start`: the solids as the scene makes them.
+
+/// Clock and sources.
+void check_clock(const Simulation& s, const std::string& file);
+
+/// Lengths, ids, materials and values of particles. Which bodies there are is not known yet.
+void check_particles(const Simulation& s, const std::string& file);
+
+/// Bodies, handles, elements, bonds and surfels of a scene whose bodies have split or whose elements have come or gone:
+/// all that `rebind` and the adoption of particles use.
+void check_altered(const Simulation& s, const Solids& at_start, const std::string& file);
+
+/// Particles against bodies and elements, and the state of these.
+void check_solids(const Simulation& s, const std::string& file);
+
+/// What the surfaces keep between updates.
+void check_surfaces(const Simulation& s, const std::string& file);
+
+}  // namespace thixo

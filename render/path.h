@@ -12,7 +12,7 @@ struct FirstHit {
     float depth = 0;        // m along the view axis
     Vec3f normal{0, 0, 0};  // towards the camera
     Vec3f albedo{0, 0, 0};  // of a dielectric: one
-    Hit hit;                // all that is known of it; of what is in the world alone, not of a lamp
+    Hit hit;                // as the ray met it; untouched where a lamp is seen
 };
 
 /// Which ways to sample light take part. `both` is for pictures; the single ones give the same mean, and test it.

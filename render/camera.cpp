@@ -43,6 +43,13 @@ Camera camera_at(const scene::Camera& c, double time, int width, int height) {
     return camera;
 }
 
+Vec2f Camera::pixel(const Vec3f& point) const {
+    const Vec3f to = point - position;
+    const float depth = std::max(to.dot(forward), 1e-6f);
+    return {0.5f * float(width) * (to.dot(right) / (depth * half_width) + 1),
+            0.5f * float(height) * (to.dot(down) / (depth * half_height) + 1)};
+}
+
 Ray Camera::ray(float x, float y, const Vec2f& lens) const {
     const float u = (2 * x / float(width) - 1) * half_width, v = (2 * y / float(height) - 1) * half_height;
     Ray ray;

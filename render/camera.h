@@ -18,6 +18,8 @@ struct Camera {
     float pixel_angle() const { return 2 * half_width / float(width); }
     /// Through the point (x, y) in pixels from the top left; `lens` is uniform in the unit square.
     Ray ray(float x, float y, const Vec2f& lens) const;
+    /// Where a point before the camera is seen, in pixels from the top left; the inverse of ray().
+    Vec2f pixel(const Vec3f& point) const;
 };
 
 /// The camera at time [s]: its motion turns it about its own position and then shifts it. Throws InputError where

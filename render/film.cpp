@@ -38,7 +38,7 @@ void add_sample(Pixel& pixel, const World& world, const PixelFilter& filter, con
     const Ray ray = world.camera.ray(float(x) + 0.5f + offset.x(), float(y) + 0.5f + offset.y(), lens);
     FirstHit first;
     const Vec3f light = radiance(world, ray, sampler, first, settings.strategy);
-    pixel.add(light, first, world.settings.transparent_background);
+    pixel.add(light, first, world);
 }
 
 /// Noise of a pixel as the eye has it: the standard error of its mean over what a display makes of it,
@@ -69,22 +69,23 @@ void sample_tile(std::span<Pixel> pixels, const World& world, const PixelFilter&
     }
 }
 
-/// The values of a pass, a pointer for each of its channels.
-using Channels = std::array<std::array<float*, 3>, kPassCount>;
+/// The values of a pass, a pointer for each of its channels; null where the pass is off.
+using Channels = std::array<std::array<float*, 4>, kPassCount>;
 
-Channels add_channels(Image& image) {
+Channels add_channels(Image& image, const scene::Passes& passes) {
     for (const Pass& pass : kPasses)
-        for (int k = 0; k < pass.channels(); ++k) image.add(pass.channel(k), pass.half);
+        for (int k = 0; pass.on(passes) && k < pass.channels(); ++k) image.add(pass.channel(k), pass.half);
     Channels channels{};  // found when all are there: adding moves them
     for (std::size_t p = 0; p < kPassCount; ++p)
-        for (int k = 0; k < kPasses[p].channels(); ++k)
+        for (int k = 0; kPasses[p].on(passes) && k < kPasses[p].channels(); ++k)
             channels[p][std::size_t(k)] = image.find(kPasses[p].channel(k))->values.data();
     return channels;
 }
 
 void store(const Channels& channels, std::size_t i, const Pixel& pixel) {
     for (std::size_t p = 0; p < kPassCount; ++p) {
-        const Vec3d value = pixel.value(p);
+        if (!channels[p][0]) continue;
+        const PassValue value = pixel.value(p);
         for (int k = 0; k < kPasses[p].channels(); ++k) channels[p][std::size_t(k)][i] = float(value[k]);
     }
 }
@@ -100,7 +101,8 @@ Image render(const World& world, const FilmSettings& settings, const std::functi
     const int width = s.x1 - s.x0, height = s.y1 - s.y0;
     THIXO_ASSERT(width > 0 && height > 0 && s.samples > 0, "{} x {} pixels, {} samples", width, height, s.samples);
     Image image(width, height);
-    const Channels channels = add_channels(image);
+    image.attributes = pass_attributes(world);
+    const Channels channels = add_channels(image, world.passes);
     const PixelFilter filter;
     // Tiles of the whole picture, whatever is cut out of it: a tile's pixels decide together how long to go on.
     const int first_column = s.x0 / kTile, first_row = s.y0 / kTile;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "render/cryptomatte.h"
 #include "render/media.h"
 
 namespace thixo::render {
@@ -118,6 +119,31 @@ SurfelSet surfels_of(const Frame& frame, const std::map<int, Index>& object_of_b
     return set;
 }
 
+ObjectLabel label_of(const std::string& name, const std::string& appearance) {
+    ObjectLabel label;
+    label.name = name;
+    label.appearance = appearance;
+    label.object_id = cryptomatte_id(name);
+    label.material_id = cryptomatte_id(appearance);
+    return label;
+}
+ObjectLabel label_of(const FrameBody& body, const std::string& appearance) {
+    const std::string name = body.parent < 0 ? body.name : fmt::format("{}.{}", body.name, body.id);
+    ObjectLabel label = label_of(name, appearance);
+    label.body = body.id;
+    return label;
+}
+ObjectLabel label_of(const FrameObstacle& obstacle, const std::string& appearance) {
+    ObjectLabel label = label_of(obstacle.name, appearance);
+    for (int k = 0; k < 3; ++k) {
+        const auto i = std::size_t(k);
+        label.origin[k] = float(obstacle.transform[4 * i + 3]);
+        label.velocity[k] = float(obstacle.velocity[i]);
+        label.angular_velocity[k] = float(obstacle.angular_velocity[i]);
+    }
+    return label;
+}
+
 MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle) {
     Eigen::Matrix4d m;
     for (int k = 0; k < 16; ++k) m(k / 4, k % 4) = obstacle.transform[std::size_t(k)];
@@ -150,6 +176,7 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
     for (const FrameBody& b : frame.bodies) {
         const std::string name = look_of_material(scene, b.material);
         object_of_body[b.id] = appearances.add_object(name);
+        world.labels.push_back(label_of(b, name));
         require_uv(object_of_body[b.id], false, name, fmt::format("the body '{}' is made of surfels, and", b.name));
     }
     std::vector<MeshObject> placed_meshes;
@@ -159,6 +186,7 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
         placed_meshes.push_back(placed(mesh->second, o));
         const std::string name = look_of_obstacle(scene, o);
         placed_meshes.back().object = appearances.add_object(name);
+        world.labels.push_back(label_of(o, name));
         require_uv(placed_meshes.back().object, !mesh->second.uvs.empty(), name,
                    fmt::format("the mesh of the boundary '{}'", o.name));
         placed_meshes.back().solid = world.material(placed_meshes.back().object).dielectric();
@@ -169,10 +197,17 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
             make_light(l, l.type == scene::LightType::environment ? pictures.environments.at(l.content) : nullptr));
     world.attributes = std::any_of(world.materials.begin(), world.materials.end(),
                                    [](const Material& m) { return m.reads_attributes(); });
+    world.passes = look.output.passes;
+    world.attributes |= world.passes.motion;  // the velocity is one
     world.background = look.background.cast<float>();
     const scene::Output& output = look.output;
     world.settings = {output.max_bounces, output.straight_shadows, float(output.clamp), output.transparent_background};
     world.camera = camera_at(look.camera, frame.time, output.width, output.height);
+    if (world.passes.motion) {
+        const double seconds = 1 / scene.frames.fps;
+        world.neighbours = {camera_at(look.camera, frame.time - seconds, output.width, output.height),
+                            camera_at(look.camera, frame.time + seconds, output.width, output.height), float(seconds)};
+    }
     world.camera_interior = interior_at(world, world.camera.position);
     return world;
 }

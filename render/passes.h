@@ -5,7 +5,9 @@
 #include <array>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "render/cryptomatte.h"
 #include "render/path.h"
 
 namespace thixo::render {
@@ -20,38 +22,46 @@ enum class Gathered {
 };
 
 struct Pixel;
+using PassValue = Eigen::Vector4d;  // as many of its numbers count as the pass has channels
 
 struct Pass {
     std::string_view layer;    // empty: the channels stand alone
     std::string_view letters;  // a channel each; empty: one channel of the layer's name
     bool half;                 // half or float in the file
     Gathered gathered;
-    Vec3f (*of_hit)(const FirstHit&) = nullptr;  // mean, nearest
-    Vec3d (*of_pixel)(const Pixel&) = nullptr;   // pixel
-    double nothing = 0;                          // nearest: where nothing is hit
+    PassValue (*of_hit)(const FirstHit&) = nullptr;  // mean, nearest
+    PassValue (*of_pixel)(const Pixel&) = nullptr;   // pixel
+    double nothing = 0;                              // nearest: where nothing is hit
+    bool scene::Passes::*asked = nullptr;            // the key that asks for it; null: always there
 
     int channels() const { return letters.empty() ? 1 : int(letters.size()); }
     /// Of channel k, as EXR names it: "R", "N.X", "samples".
     std::string channel(int k) const;
+    bool on(const scene::Passes& passes) const { return asked == nullptr || passes.*asked; }
 };
 
-inline constexpr std::size_t kPassCount = 7;
+inline constexpr std::size_t kPassCount = 16;
 extern const std::array<Pass, kPassCount> kPasses;
 
 /// What the samples of a pixel have come to so far.
 struct Pixel {
     Vec3d sum{0, 0, 0}, squares{0, 0, 0};  // of the radiance
     int samples = 0;
-    int covered = 0;                           // samples that count as opaque
-    float depth = kFar;                        // of the nearest hit [m]
-    std::array<Vec3d, kPassCount> gathered{};  // by pass: a sum, or the nearest hit's
+    int covered = 0;                             // samples that count as opaque
+    float depth = kFar;                          // of the nearest hit [m]
+    std::array<PassValue, kPassCount> gathered;  // by pass: a sum, or the nearest hit's
+    std::vector<Coverage> objects, materials;    // for Cryptomatte
 
-    void add(const Vec3f& radiance, const FirstHit& first, bool transparent_background);
+    Pixel() { gathered.fill(PassValue::Zero()); }
+    void add(const Vec3f& radiance, const FirstHit& first, const World& world);
     Vec3d mean() const { return sum / samples; }
     /// Variance of the mean.
     Vec3d variance() const;
-    /// What a pass says of this pixel, in as many numbers as it has channels.
-    Vec3d value(std::size_t pass) const;
+    /// What a pass says of this pixel.
+    PassValue value(std::size_t pass) const;
 };
+
+/// What the header says of the passes that are on.
+std::map<std::string, std::string> pass_attributes(const World& world);
 
 }  // namespace thixo::render

@@ -76,6 +76,23 @@ class Path {
         first_.depth = (hit.position - world_.camera.position).dot(world_.camera.forward);
         first_.normal = hit.normal.dot(s_.ray.direction) < 0 ? hit.normal : Vec3f(-hit.normal);
         first_.albedo = material.dielectric() ? Vec3f(Vec3f::Ones()) : material.colour_at(hit);
+        first_.position = hit.position;
+        if (world_.labels.empty()) return;
+        first_.label = &world_.labels[hit.object];
+        if (world_.passes.motion) first_.motion = motion_at(hit);
+    }
+
+    /// The point goes on along its velocity, straight; its picture moves with it and with the camera.
+    Eigen::Vector4f motion_at(const Hit& hit) const {
+        const ObjectLabel& label = world_.labels[hit.object];
+        const Vec3f velocity = hit.blended
+                                   ? hit.attributes.velocity
+                                   : Vec3f(label.velocity + label.angular_velocity.cross(hit.position - label.origin));
+        const Neighbours& n = world_.neighbours;
+        const Vec2f here = world_.camera.pixel(hit.position),
+                    next = n.after.pixel(hit.position + n.seconds * velocity) - here,
+                    last = n.before.pixel(hit.position - n.seconds * velocity) - here;
+        return {next.x(), -next.y(), last.x(), -last.y()};
     }
 
     /// Adds light. What took more than one scattering is limited, since single samples of it can be arbitrarily bright.

@@ -9,10 +9,13 @@ namespace thixo::render {
 /// What the camera sees first.
 struct FirstHit {
     bool found = false;
-    float depth = 0;        // m along the view axis
-    Vec3f normal{0, 0, 0};  // towards the camera
-    Vec3f albedo{0, 0, 0};  // of a dielectric: one
-    Hit hit;                // as the ray met it; untouched where a lamp is seen
+    float depth = 0;                     // m along the view axis
+    Vec3f normal{0, 0, 0};               // towards the camera
+    Vec3f albedo{0, 0, 0};               // of a dielectric: one
+    Vec3f position{0, 0, 0};             // [m]
+    Eigen::Vector4f motion{0, 0, 0, 0};  // pixels to the right and up, to the next frame and to the one before
+    const ObjectLabel* label = nullptr;  // where the world has labels
+    Hit hit;                             // as the ray met it; untouched where a lamp is seen
 };
 
 /// Which ways to sample light take part. `both` is for pictures; the single ones give the same mean, and test it.

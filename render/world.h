@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "render/camera.h"
@@ -19,6 +20,21 @@ struct PathSettings {
     bool transparent_background = false;
 };
 
+/// What passes say of an object.
+struct ObjectLabel {
+    std::string name;        // of the body or boundary; parts of a body that split have ".<id>" behind it
+    std::string appearance;  // what it looks like
+    int body = -1;           // id in the frame; -1: no body
+    std::uint32_t object_id = 0, material_id = 0;                         // of Cryptomatte, by name and appearance
+    Vec3f origin{0, 0, 0}, velocity{0, 0, 0}, angular_velocity{0, 0, 0};  // of a mesh [m], [m/s], [rad/s]
+};
+
+/// The camera a frame before and a frame after.
+struct Neighbours {
+    Camera before, after;
+    float seconds = 0;  // between two frames
+};
+
 /// Immutable while a picture is made. An object is what a ray can be inside of: a body or an obstacle.
 struct World {
     std::unique_ptr<RayScene> rays;
@@ -28,8 +44,11 @@ struct World {
     Vec3f background{0, 0, 0};  // radiance seen where there is no sky
     PathSettings settings;
     Camera camera;
-    bool attributes = false;   // some material looks at the attributes of hits
-    Interior camera_interior;  // the objects the camera is inside of
+    bool attributes = false;          // some material looks at the attributes of hits
+    Interior camera_interior;         // the objects the camera is inside of
+    scene::Passes passes;             // those beside the ones that are always there
+    std::vector<ObjectLabel> labels;  // by object, where one of these passes needs them
+    Neighbours neighbours;            // where motion is asked for
 
     const Material& material(Index object) const { return materials[material_of[object]]; }
     /// Of an object that a ray can be inside of.

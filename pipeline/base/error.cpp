@@ -3,11 +3,16 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <exception>
 #include <filesystem>
 #include <new>
+#include <string_view>
+#include <system_error>
 
 #include "pipeline/base/printable.h"
 
@@ -16,6 +21,24 @@ namespace {
 volatile std::sig_atomic_t pending_signal = 0;
 void note_signal(int number) { pending_signal = number; }
 
+constexpr const char* kRefused =
+    "{}: the system refused: {}; free space, close other programs, or use fewer --threads\n";
+
+/// Libraries start threads before main is there to catch what the system says to that (log4cplus, of OpenVDB).
+void end_at_startup() {
+    try {
+        if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
+    } catch (const std::system_error& e) {
+        fmt::print(stderr, kRefused, program_invocation_short_name, e.what());
+        std::_Exit(kNoResource);
+    } catch (...) {
+    }
+    __gnu_cxx::__verbose_terminate_handler();
+}
+/// Run by the loader before the constructors of libraries.
+[[gnu::section(".preinit_array"), gnu::used]] void (*const set_end_at_startup)() = [] {
+    std::set_terminate(end_at_startup);
+};
 /// A closed standard stream would give its number to the first file that is opened, and messages would land in it.
 void open_standard_streams() {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
@@ -31,7 +54,10 @@ InterruptedError::InterruptedError(int signal_number)
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv) {
     open_standard_streams();
     try {
-        return body(argc, argv);
+        const int code = body(argc, argv);
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            throw ResourceError("the answer cannot be written: {}; free space where it goes to", std::strerror(errno));
+        return code;
     } catch (const Error& e) {
         std::fflush(stdout);
         fmt::print(stderr, "{}: {}\n", program, printable(e.what()));
@@ -44,7 +70,14 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
         std::fflush(stdout);
         fmt::print(stderr, "{}: {}: {}\n", program, printable(e.path1().string()), e.code().message());
         return kNoResource;
+    } catch (const std::system_error& e) {  // of the standard library, or of fmt: streams, threads
+        fmt::print(stderr, kRefused, program, e.what());
+        return kNoResource;
     } catch (const std::exception& e) {
+        if (std::string_view(e.what()).starts_with("pthread_create")) {  // oneTBB: no type of its own
+            fmt::print(stderr, kRefused, program, e.what());
+            return kNoResource;
+        }
         fmt::print(stderr, "{}: internal error: {}\n", program, e.what());
         return kBadInput;
     }

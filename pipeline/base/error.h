@@ -62,7 +62,8 @@ struct InterruptedError : Error {
 };
 
 /// Runs a program's body, prints any failure to stderr as "program: message" and returns the exit code. An error of
-/// std::filesystem that nobody caught counts as a ResourceError; its message names the path.
+/// std::filesystem that nobody caught counts as a ResourceError; its message names the path. So does an answer on
+/// stdout that cannot be written, and a thread that the system refuses.
 int run_guarded(const char* program, int (*body)(int, char**), int argc, char** argv);
 
 [[noreturn]] void assertion_failed(const char* file, int line, const char* expression, const std::string& message);

@@ -67,6 +67,8 @@ Image8 decode_png(std::string_view bytes, const std::string& file) {
     png_image png = start(0, 0, 0);
     if (!png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()))
         throw CacheError("'{}' is damaged or not a PNG: {}", file, png.message);
+    // 16 bits without sRGB or gAMA are coded as 8 bits are: libpng would take them for linear.
+    png.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;
     const bool alpha = (png.format & PNG_FORMAT_FLAG_ALPHA) != 0;
     png.format = alpha ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
     Image8 image{static_cast<int>(png.width), static_cast<int>(png.height), alpha ? 4 : 3, {}};

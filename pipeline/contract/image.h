@@ -41,8 +41,8 @@ void write_exr(const std::filesystem::path& path, const Image& image);
 
 /// Whether a file without Thixo's checksum (another program's) is accepted.
 enum class Checksum { required, if_present };
-/// Reads and decodes every pixel; `file` is named in messages. Throws CacheError: missing, truncated, damaged, not an
-/// EXR.
+/// Reads and decodes every pixel of the display window, black where the data window leaves it out; `file` is named in
+/// messages. Throws CacheError: missing, truncated, damaged, not an EXR.
 Image decode_exr(std::string_view bytes, const std::string& file, Checksum checksum = Checksum::if_present);
 Image read_exr(const std::filesystem::path& path, Checksum checksum = Checksum::if_present);
 
@@ -63,7 +63,7 @@ std::string encode_png(const Image8& image);
 /// encode_png, written whole (atomic_file.h). Throws ResourceError.
 void write_png(const std::filesystem::path& path, const Image8& image);
 /// `file` is named in messages. Throws CacheError: damaged, not a PNG. More than 8 bits a channel are rounded to 8,
-/// grey becomes RGB.
+/// grey becomes RGB. Without sRGB or gAMA the values are taken for sRGB, at any depth.
 Image8 decode_png(std::string_view bytes, const std::string& file);
 /// Throws CacheError: missing, damaged, not a PNG.
 Image8 read_png(const std::filesystem::path& path);

@@ -26,6 +26,8 @@ constexpr std::size_t kDigits = 32;
 constexpr std::size_t kLargestRatio =
     1100;  // of deflate: pixels that need more bytes than this times the file cannot be in it
 
+constexpr std::int64_t kMostPixels = 1 << 28;
+
 class MemoryOut : public Imf::OStream {
   public:
     MemoryOut() : Imf::OStream("memory") {}
@@ -105,17 +107,42 @@ void write_pixels(const Image& image, Imf::OStream& out) {
     file.writePixels(image.height);
 }
 
+/// A picture of zeros of a window's size.
+Image blank(const Imath::Box2i& window) {
+    const auto width = std::int64_t(window.max.x) - window.min.x + 1,
+               height = std::int64_t(window.max.y) - window.min.y + 1;
+    if (width < 1 || height < 1 || width > 1 << 20 || height > 1 << 20 || width * height > kMostPixels)
+        throw std::runtime_error("its size is out of range");
+    return {static_cast<int>(width), static_cast<int>(height)};
+}
+
+/// The picture that is shown: what a crop leaves out is black, what reaches beyond is cut off.
+Image placed(const Image& data, const Imath::Box2i& data_window, const Imath::Box2i& display_window) {
+    Image shown = blank(display_window);
+    shown.attributes = data.attributes;
+    const Imath::V2i lower(std::max(data_window.min.x, display_window.min.x),
+                           std::max(data_window.min.y, display_window.min.y)),
+        upper(std::min(data_window.max.x, display_window.max.x), std::min(data_window.max.y, display_window.max.y));
+    for (const ImageChannel& from : data.channels) {
+        std::vector<float>& to = shown.add(from.name, from.half);
+        for (int y = lower.y; y <= upper.y && lower.x <= upper.x; ++y)
+            std::copy_n(from.values.begin() + (y - data_window.min.y) * std::ptrdiff_t(data.width) +
+                            (lower.x - data_window.min.x),
+                        upper.x - lower.x + 1,
+                        to.begin() + (y - display_window.min.y) * std::ptrdiff_t(shown.width) +
+                            (lower.x - display_window.min.x));
+    }
+    return shown;
+}
+
 Image read_pixels(std::string_view bytes, const std::string& name) {
     MemoryIn in(bytes, name.c_str());
     Imf::InputFile file(in);
     if (!file.isComplete()) throw std::runtime_error("its writer did not finish");
     const Imf::Header& header = file.header();
     const Imath::Box2i window = header.dataWindow();
-    const auto width = std::int64_t(window.max.x) - window.min.x + 1,
-               height = std::int64_t(window.max.y) - window.min.y + 1;
-    if (width < 1 || height < 1 || width > 1 << 20 || height > 1 << 20)
-        throw std::runtime_error("its size is out of range");
-    Image image(static_cast<int>(width), static_cast<int>(height));
+    Image image = blank(window);
+    const int width = image.width;
     std::size_t stored = 0;
     for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
         if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
@@ -136,7 +163,7 @@ Image read_pixels(std::string_view bytes, const std::string& name) {
         if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute());
             text && std::strcmp(a.name(), kChecksumKey) != 0)
             image.attributes[a.name()] = text->value();
-    return image;
+    return header.displayWindow() == window ? image : placed(image, window, header.displayWindow());
 }
 
 }  // namespace

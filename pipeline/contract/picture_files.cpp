@@ -55,14 +55,14 @@ void require_own_picture(const fs::path& folder, int frame) {
 
 void write_picture(const fs::path& folder, const PictureIdentity& identity, Image image, const Image8& display) {
     const std::string png = encode_png(display);
-    image.attributes = {{"thixo.scene", identity.scene},
-                        {kLookKey, identity.look},
-                        {kCacheKey, identity.cache},
-                        {"thixo.frame", fmt::format("{}", identity.frame)},
-                        {"thixo.time", fmt::format("{}", identity.time)},
-                        {"thixo.samples", fmt::format("{}", identity.samples)},
-                        {kPngKey, hash_hex(png)},
-                        {"thixo.version", THIXO_VERSION}};
+    image.attributes.insert({{"thixo.scene", identity.scene},
+                             {kLookKey, identity.look},
+                             {kCacheKey, identity.cache},
+                             {"thixo.frame", fmt::format("{}", identity.frame)},
+                             {"thixo.time", fmt::format("{}", identity.time)},
+                             {"thixo.samples", fmt::format("{}", identity.samples)},
+                             {kPngKey, hash_hex(png)},
+                             {"thixo.version", THIXO_VERSION}});
     write_whole(png_path(folder, identity.frame), png);
     write_exr(exr_path(folder, identity.frame), image);
 }

@@ -6,53 +6,11 @@
 #include <map>
 #include <set>
 
+#include "pipeline/contract/scene_checker.h"
 #include "pipeline/contract/scene_walk.h"
 
 namespace thixo::scene {
 namespace {
-
-// Where a key stands, or the nearest block around it that is written.
-Position position_of(const ReadContext& context, std::string path) {
-    while (true) {
-        if (const auto found = context.where.find(path); found != context.where.end()) return found->second;
-        const std::size_t dot = path.rfind('.');
-        if (dot == std::string::npos) return {};
-        path.resize(dot);
-    }
-}
-
-struct Checker {
-    ReadContext& context;
-
-    void require(bool good, const std::string& path, std::string message, std::string hint = {}) const {
-        if (!good) context.problems.add(position_of(context, path), std::move(message), std::move(hint));
-    }
-    void refer(const std::string& name, const std::vector<std::string>& names, const std::string& path,
-               const char* what) const {
-        if (name.empty()) return;  // left out, or already a problem
-        if (std::find(names.begin(), names.end(), name) != names.end()) return;
-        require(false, path, fmt::format("there is no {} \"{}\"", what, name),
-                names.empty() ? fmt::format("the scene has no {}s", what) : suggestion(name, names));
-    }
-};
-
-template <class T>
-std::vector<std::string> names_of(const std::vector<T>& entries) {
-    std::vector<std::string> names;
-    for (const T& entry : entries) names.push_back(entry.name);
-    return names;
-}
-
-void check_motion(const std::vector<Key>& motion, const std::string& path, const Checker& check) {
-    for (std::size_t k = 1; k < motion.size(); ++k)
-        check.require(motion[k].time > motion[k - 1].time, fmt::format("{}.{}.time", path, k),
-                      fmt::format("\"time\" must ascend: {} is not after {}", motion[k].time, motion[k - 1].time));
-    for (std::size_t k = 1; k < motion.size(); ++k)
-        check.require((motion[k].rotate - motion[k - 1].rotate).cwiseAbs().maxCoeff() < 180,
-                      fmt::format("{}.{}.rotate", path, k),
-                      "\"rotate\" changes by 180 degrees or more from the key before: the way round would be lost",
-                      "add a key between them");
-}
 
 void check_heat(const Scene& scene, const Checker& check) {
     for (const Material& m : scene.materials)
@@ -356,34 +314,6 @@ void check_solids(const Scene& scene, const Checker& check) {
 
 }  // namespace
 
-void check_look(const Look& look, ReadContext& context) {
-    const Checker check{context};
-    const Camera& c = look.camera;
-    const Vec3d view = c.look_at - c.position;
-    check.require(view.norm() > 1e-9, "look.camera.look_at",
-                  "\"look_at\" and \"position\" of the camera are the same point");
-    check.require(view.norm() <= 1e-9 || view.normalized().cross(c.up.normalized()).norm() > 1e-6, "look.camera.up",
-                  "\"up\" of the camera points along its view", "write for example up: [0, 1, 0]");
-    check_motion(c.motion, "look.camera.motion", check);
-    for (const Appearance& a : look.appearances) {
-        const std::string path = "look.appearances." + a.name;
-        for (std::size_t k = 1; k < a.colour_map.size(); ++k)
-            check.require(
-                a.colour_map[k].at > a.colour_map[k - 1].at, fmt::format("{}.colour_map.{}.at", path, k),
-                fmt::format("\"at\" must ascend: {} is not above {}", a.colour_map[k].at, a.colour_map[k - 1].at));
-        check.require(a.colour_by == ColourBy::none || !a.colour_map.empty(), path + ".colour_by",
-                      "\"colour_by\" needs a \"colour_map\"",
-                      "for example colour_map: [{at: 0, colour: [0, 0, 1]}, {at: 100, colour: [1, 0, 0]}]");
-        check.require(a.image.file.empty() || (a.colour_by == ColourBy::none && a.checker == 0), path + ".image",
-                      "an image takes the place of \"colour\": it goes with neither \"checker\" nor \"colour_by\"");
-        check.require(a.image.file.empty() || a.type != AppearanceType::dielectric, path + ".image",
-                      "a dielectric has no colour that an image could give; its colour is \"absorption\"");
-    }
-    for (const Light& l : look.lights)
-        check.require(l.type != LightType::environment || !l.file.empty(), "look.lights." + l.name,
-                      fmt::format("the environment \"{}\" needs a \"file\"", l.name), "an EXR, twice as wide as high");
-}
-
 void check_scene(const Scene& scene, ReadContext& context) {
     const Checker check{context};
     check.require(scene.name.empty() || is_name(scene.name), "scene.name",
@@ -417,6 +347,7 @@ void check_scene(const Scene& scene, ReadContext& context) {
     check_solids(scene, check);
     check_sampling(scene, check);
     check_look(scene.look, context);
+    check_texture_coordinates(scene, check);
 }
 
 }  // namespace thixo::scene

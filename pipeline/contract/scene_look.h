@@ -184,6 +184,21 @@ template <>
 struct Words<ViewTransform> {
     static constexpr std::array<std::string_view, 2> list{"srgb", "filmic"};
 };
+/// Passes that are written only where they are asked for: they cost time or much room.
+struct Passes {
+    bool position = false, motion = false, body = false, cryptomatte = false;
+};
+template <class V>
+void visit(V& v, Passes& p) {
+    v.key("position", p.position, "", any(), "true: P.X/Y/Z, where in the world [m]");
+    v.key("motion", p.motion, "", any(),
+          "true: motion.X/Y, the way to the next frame in pixels to the right and up, and motion.Z/W, that to the "
+          "frame before");
+    v.key("body", p.body, "", any(), "true: body, the id of the body in the cache; -1 where there is none");
+    v.key("cryptomatte", p.cryptomatte, "", any(),
+          "true: CryptoObject and CryptoMaterial, mattes by the names of bodies and boundaries and of appearances");
+}
+
 struct Output {
     int width = 960, height = 540;
     int samples = 64;
@@ -195,6 +210,7 @@ struct Output {
     double clamp = 20;             // indirect radiance of one sample is limited to this; 0: no limit
     bool transparent_background = false;
     bool film = true;  // encode an mp4
+    Passes passes;
 };
 template <class V>
 void visit(V& v, Output& o) {
@@ -214,6 +230,7 @@ void visit(V& v, Output& o) {
     v.key("clamp", o.clamp, "W/(m^2 sr)", at_least(0), "limit of the indirect radiance of one sample; 0: no limit");
     v.key("transparent_background", o.transparent_background, "", any(), "true: alpha 0 where nothing is hit");
     v.key("film", o.film, "", any(), "true: encode an mp4 of all frames");
+    v.block("passes", o.passes, "channels of the EXR beside those that are always there");
 }
 
 struct Look {

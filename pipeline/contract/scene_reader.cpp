@@ -69,8 +69,9 @@ bool BlockReader::in_range(const Value& value, std::string_view name, const char
     const bool high = check.open_high ? number < check.high : number <= check.high;
     if (low && high) return true;
     const bool has_unit = *unit && unit != std::string_view("1") && unit != std::string_view(kColour);
-    std::string range = describe(check);
-    if (range.empty()) range = fmt::format("{} to {}", check.low, check.high);
+    // An end that is not written is told where it is the one that is passed.
+    const bool past_hidden = (!low && check.low == any().low) || (!high && check.high == any().high);
+    const std::string range = past_hidden ? fmt::format("{} to {}", check.low, check.high) : describe(check);
     context_.problems.add(value.at, fmt::format("\"{}\" must be {}{}{}, not {}", name, range, has_unit ? " " : "",
                                                 has_unit ? unit : "", shown(value.text)));
     return false;

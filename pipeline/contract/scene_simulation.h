@@ -226,7 +226,8 @@ struct Solver {
 };
 template <class V>
 void visit(V& v, Solver& s) {
-    v.key("spacing", s.spacing, "m", above_to(0, 1e6),
+    // Within these, the square of a particle's volume is a normal single-precision number.
+    v.key("spacing", s.spacing, "m", between(1e-6, 1e6),
           "distance of neighbouring particles at rest: the detail of the simulation");
     v.key("support", s.support, "spacings", between(1.2, 6), "support radius of the kernels");
     v.key("pressure", s.pressure, "", any(),

@@ -321,7 +321,8 @@ void verify(std::string_view bytes, const std::string& file) {
 
 double voxel_size_for(double spacing) {
     THIXO_ASSERT(spacing > 0 && std::isfinite(spacing), "spacing {}", spacing);
-    return std::ldexp(1.0, std::ilogb(2 * spacing));
+    constexpr int kSmallest = -16;  // OpenVDB takes voxels of less than 3e-15 m^3 for none
+    return std::ldexp(1.0, std::max(std::ilogb(2 * spacing), kSmallest));
 }
 
 std::string encode_points(const PointSet& points, const std::string& name, double voxel_size) {

@@ -8,8 +8,8 @@
 
 namespace thixo {
 
-/// The voxel edge for points `spacing` [m] apart: the largest power of two not above twice the spacing. For a power of
-/// two "P" survives the voxel-relative storage without any rounding.
+/// The voxel edge for points `spacing` [m] apart: the largest power of two not above twice the spacing, and 2^-16 m at
+/// least. For a power of two "P" survives the voxel-relative storage without any rounding.
 double voxel_size_for(double spacing);
 
 /// The bytes of a .vdb file with one point grid called `name`. Voxel edge [m]: `voxel_size`, stored as the grid's

@@ -62,8 +62,7 @@ std::optional<std::string> shown_by(const fs::path& film) {
     return bytes.substr(at + kDigits + 1, kDigits);
 }
 
-/// Links 000000.png, 000001.png, ... to the pictures, a gap filled by the picture before it: whatever the folder is
-/// called, ffmpeg sees plain names without gaps.
+/// Links 000000.png, 000001.png, ... to the pictures, a gap filled by the picture before it.
 void link_in_order(const std::map<int, fs::path>& pictures, const ScratchFolder& scratch) {
     int count = 0;
     for (int n = pictures.begin()->first; n <= pictures.rbegin()->first; ++n) {
@@ -77,19 +76,20 @@ void link_in_order(const std::map<int, fs::path>& pictures, const ScratchFolder&
     }
 }
 
+/// Works within the folder of the links: in names of files ffmpeg takes % for a pattern, a colon for a protocol.
 ProgramCall ffmpeg_call(const ScratchFolder& scratch, double fps, const std::string& comment) {
     const std::string rate = fmt::format("{:.9g}", fps);
-    return {
-        "ffmpeg",
-        "ffmpeg",
-        {"-hide_banner", "-loglevel", "error", "-nostdin", "-y", "-framerate", rate, "-i", scratch.path() / "%06d.png",
-         // even size for yuv420p; display pictures are full-range RGB, film is limited-range Rec.709
-         "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv", "-c:v", "libx264",
-         "-pix_fmt", "yuv420p", "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
-         "bt709",
-         // one thread and no dates or versions: equal pictures give equal bytes
-         "-threads", "1", "-map_metadata", "-1", "-metadata", "comment=" + comment, "-fflags", "+bitexact", "-flags:v",
-         "+bitexact", "-movflags", "+faststart", "-f", "mp4", scratch.path() / "film.mp4"}};
+    return {"ffmpeg",
+            "ffmpeg",
+            {"-hide_banner", "-loglevel", "error", "-nostdin", "-y", "-framerate", rate, "-i", "%06d.png",
+             // even size for yuv420p; display pictures are full-range RGB, film is limited-range Rec.709
+             "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv", "-c:v", "libx264",
+             "-pix_fmt", "yuv420p", "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
+             "bt709",
+             // one thread and no dates or versions: equal pictures give equal bytes
+             "-threads", "1", "-map_metadata", "-1", "-metadata", "comment=" + comment, "-fflags", "+bitexact",
+             "-flags:v", "+bitexact", "-movflags", "+faststart", "-f", "mp4", "film.mp4"},
+            scratch.path()};
 }
 
 }  // namespace

@@ -43,8 +43,7 @@ struct Pipe {
 };
 
 // Between fork and exec: system calls only.
-[[noreturn]] void become(const std::filesystem::path& program, char* const* words, pid_t parent, int out, int err,
-                         int failure) {
+[[noreturn]] void become(const ProgramCall& call, char* const* words, pid_t parent, int out, int err, int failure) {
     setpgid(0, 0);
     // The stage saves its state and ends when the driver is killed; getppid closes the gap before the call took effect.
     prctl(PR_SET_PDEATHSIG, SIGTERM);
@@ -53,7 +52,7 @@ struct Pipe {
     std::signal(SIGTERM, SIG_DFL);
     if (out >= 0) dup2(out, STDOUT_FILENO);
     if (err >= 0) dup2(err, STDERR_FILENO);
-    execvp(program.c_str(), words);
+    if (call.folder.empty() || chdir(call.folder.c_str()) == 0) execvp(call.program.c_str(), words);
     const int reason = errno;
     [[maybe_unused]] const ssize_t written = write(failure, &reason, sizeof reason);
     _exit(127);
@@ -86,7 +85,8 @@ void reap(Process& process) {
 }  // namespace
 
 std::string shell_line(const ProgramCall& call) {
-    std::string line = quoted(call.program.string());
+    std::string line = call.folder.empty() ? "" : "cd -- " + quoted(call.folder.string()) + " && ";
+    line += quoted(call.program.string());
     for (const std::string& word : call.args) line += " " + quoted(word);
     return line;
 }
@@ -103,7 +103,7 @@ Process start(ProgramCall call, Capture capture) {
     const pid_t parent = getpid();
     const pid_t child = fork();
     if (child < 0) throw ResourceError("cannot start {}: {}; close other programs", call.name, std::strerror(errno));
-    if (child == 0) become(call.program, words.data(), parent, out.write, err.write, failure.write);
+    if (child == 0) become(call, words.data(), parent, out.write, err.write, failure.write);
     setpgid(child, child);  // in both, so that neither has to wait for the other
     Pipe::close_end(out.write);
     Pipe::close_end(err.write);

@@ -13,11 +13,12 @@
 
 namespace thixo {
 
-/// A program and its arguments. `name` is what messages call it.
+/// A program and its arguments. `name` is what messages call it, `folder` where it works; empty: this process's.
 struct ProgramCall {
     std::string name;
     std::filesystem::path program;
     std::vector<std::string> args;
+    std::filesystem::path folder{};
 };
 
 /// The call as a line for a POSIX shell.

@@ -30,12 +30,27 @@ void append(std::string& out, const void* data, std::size_t size) { out.append(s
 
 }  // namespace
 
-TriangleMesh read_mesh(const std::string& path) {
+void set_vertices(TriangleMesh& mesh, const std::vector<Vec3d>& places, Vec3d* origin) {
+    constexpr double kFar = 16;  // half sizes: up to there rounding costs four bits
+    Vec3d from(0, 0, 0);
+    if (origin) {
+        Vec3d lower = places.empty() ? from : places[0], upper = lower;
+        for (const Vec3d& p : places) lower = lower.cwiseMin(p), upper = upper.cwiseMax(p);
+        const Vec3d middle = lower + (upper - lower) / 2;
+        if (middle.norm() > kFar * (upper - lower).norm() / 2) from = middle;
+        *origin = from;
+    }
+    mesh.vertices.clear();
+    mesh.vertices.reserve(places.size());
+    for (const Vec3d& p : places) mesh.vertices.push_back((p - from).cast<float>());
+}
+
+TriangleMesh read_mesh(const std::string& path, Vec3d* origin) {
     std::string extension = std::filesystem::path(path).extension().string();
     for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (extension == ".obj") return parse_obj(file_bytes(path), path);
-    if (extension == ".ply") return parse_ply(file_bytes(path), path);
-    if (extension == ".stl") return parse_stl(file_bytes(path), path);
+    if (extension == ".obj") return parse_obj(file_bytes(path), path, origin);
+    if (extension == ".ply") return parse_ply(file_bytes(path), path, origin);
+    if (extension == ".stl") return parse_stl(file_bytes(path), path, origin);
     throw InputError("{}: '{}' is no known mesh format; use .obj, .ply or .stl", path, extension);
 }
 

@@ -6,6 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/mesh_tree.h"
+#include "pipeline/geometry/solid_angle.h"
 
 namespace thixo {
 namespace {
@@ -36,17 +37,6 @@ Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3
 
 Real box_distance2(const TreeNode& node, const Vec3& x) {
     return (node.lower - x).cwiseMax(x - node.upper).cwiseMax(Real(0)).squaredNorm();
-}
-
-/// Half the solid angle of a triangle seen from x, positive from behind (Van Oosterom & Strackee 1983).
-Real half_solid_angle(const TreeTriangle& t, const Vec3& x) {
-    const Vec3 a = t.a - x, b = t.b - x, c = t.c - x;
-    const Real la = a.norm(), lb = b.norm(), lc = c.norm();
-    const Real determinant = a.dot(b.cross(c));
-    const Real denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-    if (determinant == 0 && denominator <= 0)
-        return 0;  // x is in the triangle's plane: it sees the edge, or lies on the triangle (the mean of both sides)
-    return std::atan2(determinant, denominator);
 }
 
 std::vector<TreeTriangle> checked_triangles(const TriangleMesh& mesh) {
@@ -139,7 +129,8 @@ Real MeshQuery::winding_number(const Vec3& x, Real accuracy) const {
             angle += double(node.area_normal.dot(r) / (r2 * std::sqrt(r2))) / 2;
         } else if (node.count > 0) {
             for (Index k = node.first; k < node.first + node.count; ++k)
-                angle += double(half_solid_angle(tree_->triangles[k], x));
+                angle += double(half_solid_angle<Vec3>(tree_->triangles[k].a - x, tree_->triangles[k].b - x,
+                                                       tree_->triangles[k].c - x));
         } else {
             stack[top++] = node.first;
             stack[top++] = at + 1;

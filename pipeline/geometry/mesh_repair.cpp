@@ -8,25 +8,6 @@
 namespace thixo {
 namespace {
 
-/// A number for the position of every vertex. Equal positions have equal numbers, in the order of their first vertex.
-std::vector<Index> position_numbers(const std::vector<Vec3f>& vertices, Index& count) {
-    std::vector<Index> order(vertices.size()), number(vertices.size());
-    std::iota(order.begin(), order.end(), Index(0));
-    const auto key = [&](Index i) {
-        return std::array<float, 3>{vertices[i].x() + 0.f, vertices[i].y() + 0.f, vertices[i].z() + 0.f};
-    };
-    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-        const auto ka = key(a), kb = key(b);
-        return ka != kb ? ka < kb : a < b;
-    });
-    std::vector<Index> first(vertices.size());
-    for (std::size_t k = 0; k < order.size(); ++k)
-        first[order[k]] = k > 0 && key(order[k]) == key(order[k - 1]) ? first[order[k - 1]] : order[k];
-    count = 0;
-    for (Index i = 0; i < vertices.size(); ++i) number[i] = first[i] == i ? count++ : number[first[i]];
-    return number;
-}
-
 struct Edge {
     Index low, high;
     bool forward;
@@ -57,6 +38,24 @@ void count_edges(const TriangleMesh& mesh, const std::vector<Index>& number, Mes
 
 }  // namespace
 
+std::vector<Index> position_numbers(const std::vector<Vec3f>& vertices, Index& count) {
+    std::vector<Index> order(vertices.size()), number(vertices.size());
+    std::iota(order.begin(), order.end(), Index(0));
+    const auto key = [&](Index i) {
+        return std::array<float, 3>{vertices[i].x() + 0.f, vertices[i].y() + 0.f, vertices[i].z() + 0.f};
+    };
+    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+        const auto ka = key(a), kb = key(b);
+        return ka != kb ? ka < kb : a < b;
+    });
+    std::vector<Index> first(vertices.size());
+    for (std::size_t k = 0; k < order.size(); ++k)
+        first[order[k]] = k > 0 && key(order[k]) == key(order[k - 1]) ? first[order[k - 1]] : order[k];
+    count = 0;
+    for (Index i = 0; i < vertices.size(); ++i) number[i] = first[i] == i ? count++ : number[first[i]];
+    return number;
+}
+
 MeshReport inspect_mesh(const TriangleMesh& mesh) {
     MeshReport report;
     report.vertices = mesh.vertices.size();
@@ -79,7 +78,6 @@ MeshReport inspect_mesh(const TriangleMesh& mesh) {
     report.void_normals = static_cast<std::size_t>(
         std::ranges::count_if(mesh.normals, [](const Vec3f& n) { return !(n.squaredNorm() > 0); }));
     report.closed = !mesh.triangles.empty() && report.open_edges == 0 && report.bad_edges == 0;
-    report.inside_out = report.volume < 0;
     return report;
 }
 
@@ -99,9 +97,13 @@ void transform_mesh(TriangleMesh& mesh, double factor, const Quatd& rotation, co
     for (Vec3f& n : mesh.normals) n = (turn * n.cast<double>()).cast<float>();
 }
 
+void turn_triangle(TriangleMesh& mesh, std::size_t k) {
+    std::swap(mesh.triangles[k][1], mesh.triangles[k][2]);
+    if (!mesh.uvs.empty()) std::swap(mesh.uvs[k][1], mesh.uvs[k][2]);
+}
+
 void flip_mesh(TriangleMesh& mesh) {
-    for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
-    for (auto& uv : mesh.uvs) std::swap(uv[1], uv[2]);
+    for (std::size_t k = 0; k < mesh.triangles.size(); ++k) turn_triangle(mesh, k);
     for (Vec3f& n : mesh.normals) n = -n;
 }
 

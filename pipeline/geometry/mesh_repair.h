@@ -15,10 +15,13 @@ struct MeshReport {
     Box3 bounds;                           // of the vertices; zero where there are none
     double volume = 0;                     // signed, of the triangles: sum of a.(b x c)/6
     bool closed = false;                   // triangles, and no open or bad edge
-    bool inside_out = false;               // volume < 0
     std::size_t void_normals = 0;          // vertices whose normal in the file has no length
 };
 MeshReport inspect_mesh(const TriangleMesh& mesh);
+
+/// A number for the position of every vertex, below `count`. Equal positions have equal numbers, in the order of their
+/// first vertex.
+std::vector<Index> position_numbers(const std::vector<Vec3f>& vertices, Index& count);
 
 /// Merges vertices of equal position (bit for bit), in the order of their first use. Keeps positions and triangles
 /// alone.
@@ -26,6 +29,8 @@ TriangleMesh welded(const TriangleMesh& mesh);
 
 /// Maps vertices by x -> rotation (factor x) + translation, and normals by the rotation. Requires factor > 0.
 void transform_mesh(TriangleMesh& mesh, double factor, const Quatd& rotation, const Vec3d& translation);
+/// Reverses one triangle, with its texture coordinates.
+void turn_triangle(TriangleMesh& mesh, std::size_t k);
 /// Reverses every triangle and normal.
 void flip_mesh(TriangleMesh& mesh);
 

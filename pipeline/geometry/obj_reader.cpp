@@ -24,19 +24,21 @@ class ObjReader {
   public:
     ObjReader(std::string_view bytes, const std::string& name) : text_(bytes, name) {}
 
-    TriangleMesh read() {
+    TriangleMesh read(Vec3d* origin) {
         do {
             const std::string_view key = text_.word_in_line();
             if (key == "v")
                 vertex();
             else if (key == "vn")
-                normals_.push_back(vector());
+                normals_.push_back(vector().cast<float>());
             else if (key == "vt")
                 texture();
             else if (key == "f")
                 face();
         } while (text_.next_line());
-        if (mesh_.vertices.empty()) text_.fail("no vertices");
+        if (places_.empty()) text_.fail("no vertices");
+        set_vertices(mesh_, places_, origin);
+        faces_.cut_into(mesh_);
         if (mesh_.colours.size() != mesh_.vertices.size()) mesh_.colours.clear();
         if (mesh_.uvs.size() != mesh_.triangles.size()) mesh_.uvs.clear();
         attach_normals();
@@ -44,21 +46,22 @@ class ObjReader {
     }
 
   private:
-    Vec3f vector() {
-        Vec3f v;
+    Vec3d vector() {
+        Vec3d v;
         for (int k = 0; k < 3; ++k) v[k] = text_.coordinate(text_.word_in_line());
         return v;
     }
 
     void texture() {
-        const float u = text_.coordinate(text_.word_in_line());
+        const double u = text_.coordinate(text_.word_in_line());
         const std::string_view second = text_.word_in_line();
-        textures_.push_back({u, second.empty() || second[0] == '#' ? 0.0f : text_.coordinate(second)});
+        const double v = second.empty() || second[0] == '#' ? 0 : text_.coordinate(second);
+        textures_.push_back(Vec2d(u, v).cast<float>());
     }
 
     void vertex() {
-        if (mesh_.vertices.size() >= kMaxElements) text_.fail("more than {} vertices", kMaxElements);
-        mesh_.vertices.push_back(vector());
+        if (places_.size() >= kMaxElements) text_.fail("more than {} vertices", kMaxElements);
+        places_.push_back(vector());
         double extra[4];
         int count = 0;
         for (std::string_view w; count < 4 && !(w = text_.word_in_line()).empty() && w[0] != '#';)
@@ -73,7 +76,7 @@ class ObjReader {
         uvs_.clear();
         for (std::string_view w; !(w = text_.word_in_line()).empty() && w[0] != '#';) {
             const std::size_t slash = w.find('/');
-            const Index v = resolve(text_, w.substr(0, slash), mesh_.vertices.size(), "a face names vertex");
+            const Index v = resolve(text_, w.substr(0, slash), places_.size(), "a face names vertex");
             corners_.push_back(v);
             const std::size_t end = slash == std::string_view::npos ? slash : w.find('/', slash + 1);
             if (slash != std::string_view::npos && slash + 1 < std::min(end, w.size()))
@@ -82,10 +85,7 @@ class ObjReader {
                 note_normal(v, resolve(text_, w.substr(end + 1), normals_.size(), "a face names normal"));
         }
         if (corners_.size() < 3) text_.fail("a face with {} corners", corners_.size());
-        if (uvs_.size() == corners_.size() && mesh_.uvs.size() == mesh_.triangles.size())
-            add_polygon(mesh_, corners_, uvs_);
-        else
-            add_polygon(mesh_, corners_);
+        faces_.add(corners_, uvs_);
     }
 
     /// Some programs refer to texture coordinates that they do not write. Such a mesh has none.
@@ -116,7 +116,9 @@ class ObjReader {
 
     TextCursor text_;
     TriangleMesh mesh_;
+    std::vector<Vec3d> places_;
     std::vector<Vec3f> normals_;
+    PolygonList faces_;
     std::vector<Vec2f> textures_, uvs_;
     std::vector<Index> normal_of_, corners_;
     bool one_normal_each_ = true;
@@ -124,6 +126,8 @@ class ObjReader {
 
 }  // namespace
 
-TriangleMesh parse_obj(std::string_view bytes, const std::string& name) { return ObjReader(bytes, name).read(); }
+TriangleMesh parse_obj(std::string_view bytes, const std::string& name, Vec3d* origin) {
+    return ObjReader(without_byte_order_mark(bytes, name), name).read(origin);
+}
 
 }  // namespace thixo

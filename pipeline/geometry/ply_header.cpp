@@ -40,6 +40,12 @@ PlyProperty property_of(TextCursor& text) {
     return p;
 }
 
+/// Whether lines end with CR alone. Behind such a header a byte of the data may look like the LF of a CR LF.
+bool lone_returns(std::string_view bytes) {
+    const std::size_t first = bytes.find_first_of("\r\n");
+    return first != std::string_view::npos && bytes[first] == '\r' && bytes.substr(first + 1, 1) != "\n";
+}
+
 }  // namespace
 
 std::size_t ply_size(PlyType type) {
@@ -77,6 +83,7 @@ PlyHeader parse_ply_header(std::string_view bytes, const std::string& name) {
             if (!format) text.fail("no format line before end_header");
             text.next_line();
             header.size = text.position();
+            if (lone_returns(bytes) && bytes[header.size - 1] == '\n') --header.size;
             header.lines = text.line();
             return header;
         } else if (!key.empty() && key != "comment" && key != "obj_info") {

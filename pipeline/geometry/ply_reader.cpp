@@ -84,13 +84,15 @@ class PlyReader {
     PlyReader(const PlyHeader& header, Source source, const std::string& name)
         : header_(header), source_(std::move(source)), name_(name) {}
 
-    TriangleMesh read() {
+    TriangleMesh read(Vec3d* origin) {
         const PlyElement* vertices = nullptr;
         for (const PlyElement& e : header_.elements)
             if (e.name == "vertex") vertices = &e;
         if (!vertices || vertices->count == 0) fail("no vertices");
         vertex_count_ = vertices->count;
         for (const PlyElement& e : header_.elements) read_element(e);
+        set_vertices(mesh_, places_, origin);
+        faces_.cut_into(mesh_);
         for (const auto& t : mesh_.triangles)
             for (const Index v : t)
                 if (v >= mesh_.vertices.size()) fail("a face names vertex {} of {}", v, mesh_.vertices.size());
@@ -125,7 +127,7 @@ class PlyReader {
         if ((strips || faces) && list < 0) fail("element '{}' has no list vertex_indices", TextCursor::shown(e.name));
         for (std::uint64_t k = 0; k < e.count; ++k) {
             read_row(e, strips || faces ? list : -1, faces ? e.find("texcoord") : -1);
-            if (faces) add_face();
+            if (faces) note_face();
             if (strips) add_strip();
         }
     }
@@ -155,7 +157,7 @@ class PlyReader {
     }
 
     void read_vertices(const PlyElement& e) {
-        if (!mesh_.vertices.empty()) fail("two elements named vertex");
+        if (!places_.empty()) fail("two elements named vertex");
         const int x[3] = {e.find("x"), e.find("y"), e.find("z")}, n[3] = {e.find("nx"), e.find("ny"), e.find("nz")},
                   c[3] = {e.find("red"), e.find("green"), e.find("blue")};
         if (x[0] < 0 || x[1] < 0 || x[2] < 0) fail("vertices without x, y and z");
@@ -164,14 +166,14 @@ class PlyReader {
              {std::pair("s", "t"), {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}})
             if (e.find(u) >= 0 && e.find(v) >= 0) uv[0] = e.find(u), uv[1] = e.find(v);
         const bool normals = n[0] >= 0 && n[1] >= 0 && n[2] >= 0, colours = c[0] >= 0 && c[1] >= 0 && c[2] >= 0;
-        mesh_.vertices.reserve(e.count);
+        places_.reserve(e.count);
         for (std::uint64_t k = 0; k < e.count; ++k) {
             read_row(e, -1);
             const auto vector = [&](const int* at) { return Vec3d(row_[at[0]], row_[at[1]], row_[at[2]]); };
             const Vec3d p = vector(x);
             if (!(p.cwiseAbs().maxCoeff() < 1e30) || !p.allFinite())
                 fail("vertex {} is at ({}, {}, {})", k, p.x(), p.y(), p.z());
-            mesh_.vertices.push_back(p.cast<float>());
+            places_.push_back(p);
             if (normals) {
                 const Vec3d normal = vector(n).stableNormalized();
                 if (!normal.allFinite()) fail("the normal of vertex {} is not finite", k);
@@ -197,16 +199,14 @@ class PlyReader {
         return static_cast<Index>(value);
     }
 
-    void add_face() {
+    /// Polygons are cut when all is read: faces may stand before the vertices.
+    void note_face() {
         corners_.clear();
-        for (const double v : list_) corners_.push_back(vertex(v));
-        if (mesh_.vertices.empty()) fail("faces before the vertices");
-        if (texture_.size() != 2 * corners_.size() || mesh_.uvs.size() != mesh_.triangles.size())
-            return add_polygon(mesh_, corners_);
         uvs_.clear();
-        for (std::size_t k = 0; k < corners_.size(); ++k)
+        for (const double v : list_) corners_.push_back(vertex(v));
+        for (std::size_t k = 0; 2 * k + 1 < texture_.size(); ++k)
             uvs_.push_back(texture_place(texture_[2 * k], texture_[2 * k + 1]));
-        add_polygon(mesh_, corners_, uvs_);
+        faces_.add(corners_, uvs_);
     }
 
     /// The triangles of a strip; -1 starts a new one. Every other triangle is reversed. Triangles with a repeated
@@ -232,17 +232,21 @@ class PlyReader {
     TriangleMesh mesh_;
     std::uint64_t vertex_count_ = 0;
     std::vector<double> row_, list_, texture_;
+    std::vector<Vec3d> places_;
     std::vector<Vec2f> vertex_uvs_, uvs_;
     std::vector<Index> corners_;
+    PolygonList faces_;
 };
 
 }  // namespace
 
-TriangleMesh parse_ply(std::string_view bytes, const std::string& name) {
+TriangleMesh parse_ply(std::string_view given, const std::string& name, Vec3d* origin) {
+    const std::string_view bytes = without_byte_order_mark(given, name);
     const PlyHeader header = parse_ply_header(bytes, name);
     if (header.format == PlyFormat::text)
-        return PlyReader(header, TextSource(bytes.substr(header.size), name, header.lines), name).read();
-    return PlyReader(header, BinarySource(bytes, header.size, header.format == PlyFormat::big, name), name).read();
+        return PlyReader(header, TextSource(bytes.substr(header.size), name, header.lines), name).read(origin);
+    return PlyReader(header, BinarySource(bytes, header.size, header.format == PlyFormat::big, name), name)
+        .read(origin);
 }
 
 }  // namespace thixo

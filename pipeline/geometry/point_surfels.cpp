@@ -75,6 +75,28 @@ PointSurfels surfels_of_points(const TriangleMesh& points) {
     return result;
 }
 
+bool orient_outward(PointSurfels& points) {
+    constexpr double kWidestOpening = 0.25;  // of the area; a closed surface has the vector area 0
+    SurfelCloud& cloud = points.surfels;
+    Vec3d middle(0, 0, 0);
+    for (const Vec3& x : cloud.position) middle += x.cast<double>() / static_cast<double>(cloud.size());
+    double volume = 0, area = 0;
+    Vec3d vector_area(0, 0, 0);
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+        const double share = static_cast<double>(cloud.axis1[i].squaredNorm());
+        const Vec3d n = share * cloud.normal[i].cast<double>();
+        volume += n.dot(cloud.position[i].cast<double>() - middle) / 3;
+        vector_area += n;
+        area += share;
+    }
+    if (volume >= 0 || vector_area.norm() > kWidestOpening * area) return false;
+    for (std::size_t i = 0; i < cloud.size(); ++i) {
+        cloud.normal[i] = -cloud.normal[i];
+        std::swap(cloud.axis1[i], cloud.axis2[i]);
+    }
+    return true;
+}
+
 PointSurfels moved(const PointSurfels& points, double factor, const Quatd& rotation, const Vec3d& translation) {
     PointSurfels result = points;
     SurfelCloud& cloud = result.surfels;

@@ -66,4 +66,24 @@ void add_polygon(TriangleMesh& mesh, std::span<const Index> corners, std::span<c
     }
 }
 
+void PolygonList::add(std::span<const Index> corners, std::span<const Vec2f> uvs) {
+    corners_.insert(corners_.end(), corners.begin(), corners.end());
+    if (uvs.size() == corners.size()) uvs_.insert(uvs_.end(), uvs.begin(), uvs.end());
+    ends_.push_back(corners_.size());
+}
+
+void PolygonList::cut_into(TriangleMesh& mesh) const {
+    const std::span<const Index> corners(corners_);
+    const std::span<const Vec2f> uvs(uvs_);
+    const bool textured = uvs.size() == corners.size() && mesh.triangles.empty();
+    std::size_t begin = 0;
+    for (const std::size_t end : ends_) {
+        if (textured)
+            add_polygon(mesh, corners.subspan(begin, end - begin), uvs.subspan(begin, end - begin));
+        else
+            add_polygon(mesh, corners.subspan(begin, end - begin));
+        begin = end;
+    }
+}
+
 }  // namespace thixo

@@ -4,6 +4,7 @@
 
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/direct_surface.h"
+#include "pipeline/geometry/mesh_orientation.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/point_surfels.h"
 #include "pipeline/geometry/shapes.h"
@@ -139,9 +140,8 @@ struct Mesh final : Shape::Node {
 }  // namespace
 
 Shape mesh_shape(TriangleMesh mesh) {
-    const MeshReport report = inspect_mesh(mesh);
-    if (report.inside_out) flip_mesh(mesh);
-    return Shape(std::make_shared<Mesh>(std::make_shared<const MeshQuery>(std::move(mesh)), report.closed));
+    orient_outward(mesh);
+    return mesh_shape(std::make_shared<const MeshQuery>(std::move(mesh)));
 }
 
 Shape mesh_shape(std::shared_ptr<const MeshQuery> query) {

@@ -34,9 +34,14 @@ TriangleMesh triangle_soup(const PointSurfels& points) {
     return soup;
 }
 
+std::shared_ptr<const PointSurfels> outward_surfels(const TriangleMesh& given) {
+    auto points = std::make_shared<PointSurfels>(surfels_of_points(given));
+    orient_outward(*points);
+    return points;
+}
+
 struct Points final : Shape::Node {
-    explicit Points(const TriangleMesh& given)
-        : points(std::make_shared<PointSurfels>(surfels_of_points(given))), query(triangle_soup(*points)) {
+    explicit Points(const TriangleMesh& given) : points(outward_surfels(given)), query(triangle_soup(*points)) {
         const SurfelCloud& cloud = points->surfels;
         for (const Vec3& t : cloud.axis1) widest = std::max(widest, t.norm());
         grid.build(cloud.position, 2 * widest);

@@ -39,12 +39,13 @@ Shape swept(const std::vector<SweepPoint>& points, bool closed = false);
 
 /// A closed surface of points with outward normals, given by vertices and normals of `points`; its triangles are
 /// ignored. Near the surface the distance is that to the plane of the nearest points, elsewhere that to the nearest
-/// disc. The winding number of the discs gives the sign (Barill et al. 2018). Throws InputError where points or normals
-/// are missing or not finite.
+/// disc. The winding number of the discs gives the sign (Barill et al. 2018). A set with inward normals is inverted
+/// (`orient_outward`). Throws InputError where points or normals are missing or not finite.
 Shape point_shape(TriangleMesh points);
 
 /// A triangle mesh: the distance is that to the closest triangle, and the winding number gives the sign. So holes and
-/// self-intersections do no harm. A mesh that is inside out is inverted, with a warning.
+/// self-intersections do no harm. Shells that are inside out and triangles wound against their neighbours are inverted
+/// (`orient_outward`).
 Shape mesh_shape(TriangleMesh mesh);
 /// The same with a shared query structure, whose mesh must be oriented outwards.
 Shape mesh_shape(std::shared_ptr<const MeshQuery> query);

@@ -1,4 +1,4 @@
-// Reads words and numbers from text in memory and counts lines for messages.
+// Reads words and numbers from text in memory and counts lines for messages. Lines end with LF, CR LF or CR.
 #pragma once
 
 #include <charconv>
@@ -10,6 +10,16 @@
 #include "pipeline/base/error.h"
 
 namespace thixo {
+
+/// A file's bytes behind the byte order mark of UTF-8, where it has one. Throws InputError on one of UTF-16, whose
+/// letters no reader here knows.
+inline std::string_view without_byte_order_mark(std::string_view bytes, const std::string& file) {
+    using namespace std::string_view_literals;
+    if (bytes.starts_with("\xef\xbb\xbf"sv)) return bytes.substr(3);
+    if (bytes.starts_with("\xff\xfe"sv) || bytes.starts_with("\xfe\xff"sv))
+        throw InputError("{}: line 1: the text is UTF-16; save it as ASCII or UTF-8", file);
+    return bytes;
+}
 
 class TextCursor {
   public:
@@ -28,9 +38,9 @@ class TextCursor {
     }
     /// Goes past the end of this line; false at the end of the text.
     bool next_line() {
-        while (at_ < text_.size() && text_[at_] != '\n') ++at_;
+        while (at_ < text_.size() && !ends_line(text_[at_])) ++at_;
         if (at_ == text_.size()) return false;
-        ++at_, ++line_;
+        skip_line_end();
         return true;
     }
     bool at_end() const { return at_ >= text_.size(); }
@@ -48,10 +58,10 @@ class TextCursor {
             fail("'{}' is not a finite number", shown(word));
         return value;
     }
-    float coordinate(std::string_view word) const {
+    double coordinate(std::string_view word) const {
         const double value = number(word);
         if (std::abs(value) > 1e30) fail("coordinate {} is too large", value);
-        return static_cast<float>(value);
+        return value;
     }
     std::int64_t integer(std::string_view word) const {
         std::int64_t value = 0;
@@ -74,29 +84,31 @@ class TextCursor {
     }
 
   private:
-    static bool blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
+    static bool blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
+    static bool ends_line(char c) { return c == '\n' || c == '\r'; }
 
+    void skip_line_end() {
+        if (text_[at_] == '\r' && at_ + 1 < text_.size() && text_[at_ + 1] == '\n') ++at_;
+        ++at_, ++line_;
+    }
     void skip_blanks(bool over_lines) {
-        for (; at_ < text_.size(); ++at_) {
+        while (at_ < text_.size()) {
             const char c = text_[at_];
-            if (blank(c)) continue;
-            if (c == '\n' && over_lines) {
-                ++line_;
-            } else if (c == '\\' && !over_lines && line_ends_at(at_ + 1)) {
-                while (text_[at_] != '\n') ++at_;
-                ++line_;
+            if (blank(c)) {
+                ++at_;
+            } else if (ends_line(c) && over_lines) {
+                skip_line_end();
+            } else if (c == '\\' && !over_lines && at_ + 1 < text_.size() && ends_line(text_[at_ + 1])) {
+                ++at_;
+                skip_line_end();
             } else {
                 return;
             }
         }
     }
-    bool line_ends_at(std::size_t at) const {
-        if (at < text_.size() && text_[at] == '\r') ++at;
-        return at < text_.size() && text_[at] == '\n';
-    }
     std::string_view take() {
         const std::size_t begin = at_;
-        while (at_ < text_.size() && !blank(text_[at_]) && text_[at_] != '\n') ++at_;
+        while (at_ < text_.size() && !blank(text_[at_]) && !ends_line(text_[at_])) ++at_;
         return text_.substr(begin, at_ - begin);
     }
     /// from_chars reports numbers that are too small (1e-400) in the same way as those that are too large.

@@ -143,6 +143,16 @@ void solve_pressure(Simulation& s, double dt) {
                 s.stats.density);
 }
 
+/// What emitters drive moves as they say, whatever presses against it.
+void drive_openings(Simulation& s) {
+    const auto driven = drive_openings(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls,
+                                       s.problem.periodic, s.clock.time, s.emitters, s.particles);
+    for (const Index i : driven) {
+        s.particles.acceleration[i].setZero();
+        if (incompressible(s)) s.solve_scratch.shift[i].setZero();
+    }
+}
+
 void emit(Simulation& s) {
     emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls,
                    s.problem.outside.gravity, s.problem.periodic, s.problem.scene.solver.seed, s.clock.time,
@@ -283,7 +293,7 @@ void evaluate(Simulation& s) {
 
 Real shown_pressure(const Simulation& s, std::size_t i) {
     const auto& pressure = s.particles.pressure;
-    return incompressible(s)
+    return incompressible(s) && !is_elastic(s.particles.phase[i])
                ? virial_pressure(i, pressure, s.neighbours, s.sweep.walls, s.problem.smoothing, s.pressure_system)
                : pressure[i];
 }
@@ -299,6 +309,7 @@ void step(Simulation& s) {
     const double dt = choose_step(plan, s, wall_speed);  // time_step, health
     if (plan.viscosity_solve) find_viscosity(s, dt);     // viscosity_solver  4.3.1
     if (plan.pressure_solve) solve_pressure(s, dt);
+    drive_openings(s);                 // sources
     conduct(s, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, s);  // leapfrog   7.2, solids  5.3, 6.3, walls
     update_surface_when_due(plan, s);  // surface    6.6

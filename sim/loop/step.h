@@ -11,7 +11,8 @@ namespace thixo {
 /// and pressure with the walls' share at the present time. Frames show this state.
 void evaluate(Simulation& s);
 
-/// Pressure of particle i as frames and probes show it [Pa]. Requires evaluate.
+/// Pressure of particle i as frames and probes show it [Pa]; 0 in a solid that `dfsph` has no part in. Requires
+/// evaluate.
 Real shown_pressure(const Simulation& s, std::size_t i);
 
 /// One step of the animation loop towards clock.next_frame. The last one ends on it exactly. Throws DivergedError.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
@@ -13,6 +14,8 @@ namespace {
 
 constexpr Real kFreeRoom = Real(0.7);  // spacings to the next particle; two sites of the packing are 1.12 apart
 constexpr Real kWallRoom = Real(0.3);  // spacings to a wall
+constexpr double kPatience = 4;        // layers that may be due before one is given up
+constexpr int kShorter = 8;            // flights tried for a layer that meets others, down to none
 constexpr int kTries = 12;             // positions of the packing along each axis of its cell
 enum RandomUse : std::uint64_t { kJitterRadius = 0x656d6974, kJitterAngle };
 
@@ -28,26 +31,141 @@ void for_each_site_in_disc(double radius, Real spacing, int k, Real dx, Real dy,
         }
 }
 
-// What an emitter's sites are checked against: the particles that were there, and those made before them in this call.
+// What an emitter's sites are checked against: the particles that were there, and those made before them in this layer.
 class FreeRoom {
   public:
+    explicit FreeRoom(Real least) : least2_(square(least)) {}
     FreeRoom(const Particles& particles, const Periodic& periodic, const Vec3& centre, Real reach, Real least)
         : least2_(square(least)) {
         for (const Vec3& x : particles.position)
             if (const Vec3 image = periodic.nearest_image(x, centre); (image - centre).squaredNorm() < square(reach))
                 near_.push_back(image);
     }
-    bool take(const Vec3& x) {
-        for (const Vec3& y : near_)
-            if ((x - y).squaredNorm() < least2_) return false;
-        near_.push_back(x);
-        return true;
+    bool free(const Vec3& x) const {
+        return std::ranges::none_of(near_, [&](const Vec3& y) { return (x - y).squaredNorm() < least2_; });
     }
+    void take(const Vec3& x) { near_.push_back(x); }
 
   private:
     std::vector<Vec3> near_;
     Real least2_;
 };
+
+// What one emitter does at one time.
+struct Emission {
+    const scene::Emitter& emitter;
+    const EmitterLayout& layout;
+    const Smoothing& smoothing;
+    const Walls& walls;
+    const Vec3d gravity;
+    const Periodic& periodic;
+
+    // The disc at a time: its pose, its own motion, the velocity of what leaves it.
+    struct Disc {
+        RigidPose pose;
+        RigidVelocity moving;
+        Vec3d jet, axis, centre;
+        Vec3d own_velocity(const Vec3d& x) const { return moving.linear + moving.angular.cross(x - pose.translation); }
+        Vec3d flow(const Vec3d& x) const { return jet + moving.linear + moving.angular.cross(x - pose.translation); }
+    };
+    Disc disc(double time) const {
+        Disc d{layout.motion.pose(time), layout.motion.velocity(time), {}, {}, {}};
+        d.jet = d.pose.rotation * Vec3d(layout.turn.col(2) * emitter.speed);
+        d.axis = d.jet.normalized();
+        d.centre = d.pose.apply(layout.centre);
+        return d;
+    }
+
+    // How far ahead of the disc a layer starts [m]: the least distance at which all of it is clear of walls.
+    std::optional<double> start_beyond_wall(const Disc& d, const std::vector<Vec3>& layer) const {
+        constexpr int kSteps = 10;  // up to one spacing
+        for (int k = 0; k <= kSteps; ++k) {
+            const double ahead = static_cast<double>(smoothing.spacing) * k / kSteps;
+            const Vec3d from = d.centre + ahead * d.axis;
+            if (std::ranges::all_of(layer, [&](const Vec3& site) {
+                    const Vec3d x = from + d.pose.rotation * (layout.turn * site.cast<double>());
+                    return wall_distance(walls, periodic.wrapped(x.cast<Real>())) >= kWallRoom * smoothing.spacing;
+                }))
+                return ahead;
+        }
+        return std::nullopt;
+    }
+
+    struct Placed {
+        Vec3 in;         // within the domain [m]
+        Vec3d velocity;  // [m/s]
+    };
+    // The particles of a layer that left the disc `age` [s] ago, as far as walls and the layer's own particles let
+    // them; nothing where another particle stands in the way of any of them.
+    std::optional<std::vector<Placed>> place(const std::vector<Vec3>& layer, const Disc& d, double age, double last_dt,
+                                             std::uint64_t seed, const Particles& particles,
+                                             std::int64_t next_id) const {
+        const double spacing = smoothing.spacing;
+        const std::optional<double> clear = start_beyond_wall(d, layer);
+        const double ahead = clear.value_or(0);
+        const Real wall_room = clear ? kWallRoom * smoothing.spacing : Real(0);
+        const Vec3d now = d.centre + age * d.flow(d.centre) + 0.5 * square(age) * gravity;
+        FreeRoom others(particles, periodic, now.cast<Real>(), static_cast<Real>(emitter.radius + 3 * spacing),
+                        kFreeRoom * smoothing.spacing);
+        FreeRoom own(kFreeRoom * smoothing.spacing);
+        std::vector<Placed> placed;
+        for (const Vec3& site : layer) {
+            const auto id = static_cast<std::uint64_t>(next_id) + placed.size();
+            const double radius = emitter.jitter * spacing * std::sqrt(random_unit(seed, id, 0, kJitterRadius));
+            const double angle = 2 * kPi * random_unit(seed, id, 0, kJitterAngle);
+            const Vec3d shaken = site.cast<double>() + radius * Vec3d(std::cos(angle), std::sin(angle), 0);
+            const Vec3d at = d.centre + d.pose.rotation * (layout.turn * shaken);
+            const Vec3d flow = d.flow(at);
+            Vec3d x = at + age * flow + 0.5 * square(age) * gravity;
+            if (ahead > 0) x += ahead * d.axis;
+            const Vec3 in = periodic.wrapped(x.cast<Real>());
+            if (wall_distance(walls, in) < wall_room || !own.free(x.cast<Real>())) continue;
+            if (!others.free(x.cast<Real>())) return std::nullopt;
+            own.take(x.cast<Real>());
+            placed.push_back({in, flow + (age - 0.5 * last_dt) * gravity});
+        }
+        return placed;
+    }
+
+    // Notes the liquid at the opening, and gives it the speed of the flow; keeps what is behind the disc behind it.
+    void drive(const Disc& d, Particles& particles, std::vector<Index>& driven) const {
+        const double spacing = smoothing.spacing, wide2 = square(emitter.radius + 0.5 * spacing);
+        for (std::size_t i = 0; i < particles.size(); ++i) {
+            if (particles.phase[i] != Phase::liquid) continue;
+            const Vec3d x = periodic.nearest_image(particles.position[i], d.centre.cast<Real>()).cast<double>();
+            const double ahead = d.axis.dot(x - d.centre);
+            if (ahead < -1.5 * spacing || ahead > 2 * spacing) continue;
+            if ((x - d.centre).squaredNorm() - square(ahead) > wide2) continue;
+            driven.push_back(static_cast<Index>(i));
+            if (ahead > 0) {
+                particles.velocity[i] = d.flow(x).cast<Real>();
+                continue;
+            }
+            // What is too near for the next layer makes way backwards.
+            const double most = ahead > -0.8 * spacing ? -emitter.speed : 0;
+            const double through = d.axis.dot(particles.velocity[i].cast<double>() - d.own_velocity(x));
+            if (through > most) particles.velocity[i] -= ((through - most) * d.axis).cast<Real>();
+        }
+    }
+};
+
+void add_emitted(const Emission::Placed& placed, const Emission& emission, std::int64_t id, Particles& particles) {
+    const EmitterLayout& layout = emission.layout;
+    const Index i = append_row(particles);
+    particles.id[i] = id;
+    particles.position[i] = placed.in;
+    if (particles.has.surface) particles.surface_position[i] = placed.in;
+    particles.velocity[i] = placed.velocity.cast<Real>();
+    particles.acceleration[i] = emission.gravity.cast<Real>();
+    particles.mass[i] = static_cast<Real>(layout.mass);
+    particles.rest_volume[i] = cube(emission.smoothing.spacing);
+    particles.density[i] = static_cast<Real>(layout.mass / cube(static_cast<double>(emission.smoothing.spacing)));
+    particles.temperature[i] = emission.emitter.temperature;
+    particles.material[i] = layout.material;
+    particles.body[i] = layout.body;
+    particles.melt[i] = 1;
+    particles.phase[i] = Phase::liquid;
+}
 
 }  // namespace
 
@@ -102,57 +220,46 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
     return layout;
 }
 
+std::vector<Index> drive_openings(const std::vector<scene::Emitter>& emitters,
+                                  const std::vector<EmitterLayout>& layouts, const Smoothing& smoothing,
+                                  const Walls& walls, const Periodic& periodic, double time,
+                                  const std::vector<EmitterState>& states, Particles& particles) {
+    std::vector<Index> driven;
+    for (std::size_t e = 0; e < emitters.size(); ++e) {
+        if (!states[e].pushing || time >= emitters[e].stop) continue;
+        const Emission emission{emitters[e], layouts[e], smoothing, walls, Vec3d::Zero(), periodic};
+        emission.drive(emission.disc(time), particles, driven);
+    }
+    return driven;
+}
+
 void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts,
                     const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, const Periodic& periodic,
                     std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states,
                     Particles& particles, std::int64_t& next_id) {
-    const double d = smoothing.spacing;
     for (std::size_t e = 0; e < emitters.size(); ++e) {
         const scene::Emitter& emitter = emitters[e];
         const EmitterLayout& layout = layouts[e];
         EmitterState& state = states[e];
+        const Emission emission{emitter, layout, smoothing, walls, gravity.cast<double>(), periodic};
         while (state.next <= time && state.next < emitter.stop) {
             const std::vector<Vec3>& layer = layout.layers[state.layer & 1];
-            const RigidPose pose = layout.motion.pose(state.next);
-            const RigidVelocity moving = layout.motion.velocity(state.next);
-            const double age = time - state.next;
-            const Vec3d fall = gravity.cast<double>();
-            const Vec3d jet = pose.rotation * Vec3d(layout.turn.col(2) * emitter.speed);
-            const Vec3d centre = pose.apply(layout.centre);
-            const Vec3d drift = jet + moving.linear + moving.angular.cross(centre - pose.translation);
-            const Vec3d now = centre + age * drift + 0.5 * square(age) * fall;
-            FreeRoom room(particles, periodic, now.cast<Real>(), static_cast<Real>(emitter.radius + 2 * d),
-                          kFreeRoom * smoothing.spacing);
-            for (const Vec3& site : layer) {
-                const std::int64_t id = next_id;
-                const double radius =
-                    emitter.jitter * d * std::sqrt(random_unit(seed, static_cast<std::uint64_t>(id), 0, kJitterRadius));
-                const double angle = 2 * kPi * random_unit(seed, static_cast<std::uint64_t>(id), 0, kJitterAngle);
-                const Vec3d shaken = site.cast<double>() + radius * Vec3d(std::cos(angle), std::sin(angle), 0);
-                const Vec3d at = centre + pose.rotation * (layout.turn * shaken);
-                const Vec3d flow = jet + moving.linear + moving.angular.cross(at - pose.translation);
-                const Vec3d x = at + age * flow + 0.5 * square(age) * fall;
-                const Vec3 in = periodic.wrapped(x.cast<Real>());
-                if (wall_distance(walls, in) < kWallRoom * smoothing.spacing || !room.take(x.cast<Real>())) {
-                    ++state.blocked;
-                    continue;
-                }
-                const Index i = append_row(particles);
-                particles.id[i] = next_id++;
-                particles.position[i] = in;
-                if (particles.has.surface) particles.surface_position[i] = in;
-                particles.velocity[i] = (flow + (age - 0.5 * last_dt) * fall).cast<Real>();
-                particles.acceleration[i] = gravity;
-                particles.mass[i] = static_cast<Real>(layout.mass);
-                particles.rest_volume[i] = cube(smoothing.spacing);
-                particles.density[i] = static_cast<Real>(layout.mass / cube(d));
-                particles.temperature[i] = emitter.temperature;
-                particles.material[i] = layout.material;
-                particles.body[i] = layout.body;
-                particles.melt[i] = 1;
-                particles.phase[i] = Phase::liquid;
+            const double interval = static_cast<double>(layer.size()) * layout.mass / layout.flow;
+            std::optional<std::vector<Emission::Placed>> placed;
+            for (int k = 0; k <= kShorter && !placed; ++k) {
+                const double left_at = state.next + (time - state.next) * k / kShorter;
+                placed =
+                    emission.place(layer, emission.disc(left_at), time - left_at, last_dt, seed, particles, next_id);
             }
-            state.next += static_cast<double>(layer.size()) * layout.mass / layout.flow;
+            if (!placed) {
+                state.pushing = true;
+                if (state.next + kPatience * interval > time) break;  // it waits; else it is given up
+            }
+            const std::size_t count = placed ? placed->size() : 0;
+            for (std::size_t k = 0; k < count; ++k) add_emitted((*placed)[k], emission, next_id++, particles);
+            state.due += static_cast<std::int64_t>(layer.size());
+            state.blocked += static_cast<std::int64_t>(layer.size() - count);
+            state.next += interval;
             ++state.layer;
         }
     }

@@ -29,8 +29,10 @@ struct EmitterLayout {
 /// Where it stands; part of a checkpoint.
 struct EmitterState {
     std::int64_t layer = 0;    // number of the next layer
-    double next = 0;           // when it is released [s]
-    std::int64_t blocked = 0;  // particles not made because their place was taken
+    double next = 0;           // when it is due [s]
+    std::int64_t due = 0;      // sites of all layers so far
+    std::int64_t blocked = 0;  // particles of these not made because their place was taken
+    bool pushing = false;      // a layer has met fluid once: from then on the fluid at the opening is driven on
 };
 
 /// Sites of a layer in the mean: area of the disc over the area of a site.
@@ -42,12 +44,24 @@ double sites_of_emitter(const scene::Emitter& emitter, double spacing);
 EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParams& material, Real spacing);
 
 /// Releases every layer that is due by `time` [s]. A particle that left the disc at t_k starts where free flight has
-/// brought it by now. A site is left out where another particle is nearer than 0.7 spacings or a wall nearer than 0.3:
-/// nothing overlaps what is there, across periodic faces too. Ids count up from next_id in order of emitter, layer and
-/// site. `last_dt` is the step that led to `time`: velocities are stored half of it back.
+/// brought it by now. Nothing overlaps what is there, across periodic faces too:
+/// - A layer stands back from walls by 0.3 spacings. One flush with a wall starts up to a spacing farther on; where
+/// that
+///   does not help (a pipe about it), sites on the free side of the wall are taken. Sites within walls are left out.
+/// - A layer whose sites come within 0.7 spacings of other particles has flown less far, or waits. It is given up when
+///   four more are due. Once a layer has waited, the emitter pushes (drive_openings).
+/// Ids count up from next_id in order of emitter, layer and site. `last_dt` is the step that led to `time`: velocities
+/// are stored half of it back.
 void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts,
                     const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, const Periodic& periodic,
                     std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states,
                     Particles& particles, std::int64_t& next_id);
+
+/// Where an emitter pushes, the liquid up to two spacings ahead of its disc gets the velocity of the flow, and none
+/// passes the disc from behind. Returns these particles, whose velocities other forces may not change in this step.
+std::vector<Index> drive_openings(const std::vector<scene::Emitter>& emitters,
+                                  const std::vector<EmitterLayout>& layouts, const Smoothing& smoothing,
+                                  const Walls& walls, const Periodic& periodic, double time,
+                                  const std::vector<EmitterState>& states, Particles& particles);
 
 }  // namespace thixo

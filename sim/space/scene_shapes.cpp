@@ -6,7 +6,9 @@
 #include "pipeline/base/log.h"
 #include "pipeline/contract/scene_walk.h"
 #include "pipeline/geometry/mesh_io.h"
+#include "pipeline/geometry/mesh_orientation.h"
 #include "pipeline/geometry/mesh_repair.h"
+#include "pipeline/geometry/point_surfels.h"
 #include "pipeline/geometry/shapes.h"
 
 namespace thixo {
@@ -48,7 +50,8 @@ class ShapeBuilder {
     static Shape make(const scene::Plane& k, const scene::Shape&, int) { return plane(k.normal, k.offset); }
     static Shape make(const scene::Revolve& k, const scene::Shape&, int) { return revolve(k.profile); }
     static Shape make(const scene::MeshFile& k, const scene::Shape& s, int) {
-        TriangleMesh mesh = read_mesh(k.file);
+        Vec3d origin;
+        TriangleMesh mesh = read_mesh(k.file, &origin);
         const MeshReport report = inspect_mesh(mesh);
         if (report.triangles == 0 && mesh.normals.empty())
             throw InputError("{}: mesh {} has neither triangles nor points with normals", s.where, k.file);
@@ -56,12 +59,15 @@ class ShapeBuilder {
         if (k.scale <= 0 && !(extent > 0))
             throw InputError("{}: mesh {} is flat along z; give scale instead of height", s.where, k.file);
         const double scale = k.scale > 0 ? k.scale : k.height / extent;
-        transform_mesh(mesh, scale, Quatd::Identity(), -scale * origin_of(report.bounds, k.place));
-        return report.triangles == 0 ? point_shape(std::move(mesh)) : mesh_shape(std::move(mesh));
+        const Vec3d to_origin = k.place == scene::Place::file ? Vec3d(-origin) : middle_or_base(report.bounds, k.place);
+        transform_mesh(mesh, scale, Quatd::Identity(), -scale * to_origin);
+        try {
+            return report.triangles == 0 ? point_shape(std::move(mesh)) : mesh_shape(std::move(mesh));
+        } catch (const InputError& error) {
+            throw InputError("{}: mesh {}: {}", s.where, k.file, error.what());
+        }
     }
-    /// What comes to the origin.
-    static Vec3d origin_of(const Box3& box, scene::Place place) {
-        if (place == scene::Place::file) return Vec3d::Zero();
+    static Vec3d middle_or_base(const Box3& box, scene::Place place) {
         Vec3d at = (0.5 * (box.lower + box.upper)).cast<double>();
         if (place == scene::Place::base) at.z() = static_cast<double>(box.lower.z());
         return at;
@@ -111,6 +117,37 @@ class ShapeBuilder {
     const scene::Scene& scene_;
 };
 
+void warn_of_triangles(TriangleMesh& mesh, const std::string& name) {
+    const std::size_t turned = orient_outward(mesh);
+    const MeshReport report = inspect_mesh(mesh);
+    if (turned == report.triangles)
+        log_warning("{} is inside out (its signed volume is negative); its triangles are turned round", name);
+    else if (turned > 0)
+        log_warning(
+            "{}: {} of {} triangles are wound against those beside them, or belong to a shell that is inside out; "
+            "they are turned round",
+            name, turned, report.triangles);
+    if (!report.closed)
+        log_warning(
+            "{} is not closed ({} open edges, {} where more than two triangles meet or two contradict each other); "
+            "its inside is taken by winding number: close it where the body comes out wrong",
+            name, report.open_edges, report.bad_edges);
+    if (report.void_normals > 0)
+        log_warning("{} has {} normals without a length; none of its normals are used", name, report.void_normals);
+}
+
+void warn_of_points(const TriangleMesh& points, const std::string& name) {
+    if (points.normals.empty()) return;  // refused where the shape is made
+    try {
+        PointSurfels surfels = surfels_of_points(points);
+        if (orient_outward(surfels))
+            log_warning("{} has normals that point inward (its signed volume is negative); they are turned round",
+                        name);
+    } catch (const InputError& error) {
+        throw InputError("{}: {}", name, error.what());
+    }
+}
+
 }  // namespace
 
 void warn_of_meshes(const scene::Scene& scene) {
@@ -118,20 +155,10 @@ void warn_of_meshes(const scene::Scene& scene) {
     scene::walk_shapes(scene, [&](const scene::Shape& shape, const std::string&) {
         const auto* k = std::get_if<scene::MeshFile>(&shape.kind);
         if (!k || !seen.insert(k->file).second) return;
-        const MeshReport report = inspect_mesh(read_mesh(k->file));
-        if (report.triangles == 0) return;
-        if (!report.closed)
-            log_warning(
-                "{}: mesh {} is not closed ({} open edges, {} where more than two triangles meet or two contradict "
-                "each "
-                "other); its inside is taken by winding number: close it where the body comes out wrong",
-                shape.where, k->file, report.open_edges, report.bad_edges);
-        if (report.void_normals > 0)
-            log_warning("{}: mesh {} has {} normals without a length; none of its normals are used", shape.where,
-                        k->file, report.void_normals);
-        if (report.inside_out)
-            log_warning("{}: mesh {} is inside out (its signed volume is negative); its triangles are turned round",
-                        shape.where, k->file);
+        Vec3d origin;
+        TriangleMesh mesh = read_mesh(k->file, &origin);
+        const std::string name = fmt::format("{}: mesh {}", shape.where, k->file);
+        mesh.triangles.empty() ? warn_of_points(mesh, name) : warn_of_triangles(mesh, name);
     });
 }
 

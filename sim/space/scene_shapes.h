@@ -12,7 +12,7 @@ namespace thixo {
 /// or a name leads back to itself.
 Shape make_shape(const scene::Scene& scene, const scene::Shape& shape);
 
-/// One warning for every mesh file of the scene that is open or inside out, however many shapes are made of it.
+/// One warning for every mesh file of the scene that is open, inside out, or wound both ways, however many shapes are made of it.
 void warn_of_meshes(const scene::Scene& scene);
 
 /// The solid of a boundary in its own frame: its shape, or what lies outside of it where the boundary is a room.

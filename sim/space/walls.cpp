@@ -20,7 +20,7 @@ Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing, const St
     Walls walls;
     const auto map_of = [&](Shape solid) {
         return strategy.incompressible ? WallMap(std::move(solid), smoothing.wall)
-                                                               : WallMap(std::move(solid), smoothing.support);
+                                       : WallMap(std::move(solid), smoothing.support);
     };
     struct Surface {  // slippery ones first, then by contact angle, then by temperature
         bool no_slip;

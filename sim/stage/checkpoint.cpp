@@ -217,7 +217,9 @@ void visit_state(Stream& stream, S& s) {
     for (auto& e : s.emitters) {
         stream.value("layer", e.layer);
         stream.value("next", e.next);
+        stream.value("due", e.due);
         stream.value("blocked", e.blocked);
+        stream.value("pushing", e.pushing);
     }
     for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
     stream.value("altered", s.solids.altered);

@@ -1,20 +1,15 @@
 #include "sim/stage/frame_output.h"
 
-#include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/mesh_io.h"
-#include "pipeline/geometry/mesh_repair.h"
-#include "pipeline/geometry/shapes.h"
-#include "pipeline/geometry/tessellate.h"
 #include "sim/fracture/fragments.h"
 #include "sim/loop/step.h"
 #include "sim/space/scene_shapes.h"
+#include "sim/stage/boundary_mesh.h"
 #include "sim/surface/volume.h"
 
 namespace thixo {
 namespace {
-
-constexpr double kPlaneExtent = 200;  // m, edge of the square that is drawn for a plane
 
 template <class T, class F>
 std::vector<T> collect(std::size_t n, F&& f) {
@@ -28,25 +23,6 @@ std::vector<Vec3f> floats(const std::vector<Vec3>& a) {
 template <std::floating_point T>
 std::vector<float> floats(const std::vector<T>& a) {
     return collect<float>(a.size(), [&](std::size_t i) { return static_cast<float>(a[i]); });
-}
-
-std::optional<TriangleMesh> drawn_mesh(const scene::Scene& scene, const scene::Boundary& b) {
-    if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind)) {
-        const Vec3d n = p->normal.normalized();
-        const Quatd turn = rotation_from_degrees(b.shape.rotate);
-        const Vec3d on = turn * Vec3d(b.shape.scale * p->offset * n) + b.shape.translate + b.shape.offset * (turn * n);
-        return tessellate_plane(on, b.inside ? Vec3d(-(turn * n)) : Vec3d(turn * n), kPlaneExtent);
-    }
-    const Shape shape = make_shape(scene, b.shape);
-    if (!shape.bounds()) {
-        log_warning(
-            "boundary '{}' has no bounds and is not drawn; intersect its shape with a box, or set visible: false",
-            b.name);
-        return std::nullopt;
-    }
-    TriangleMesh mesh = tessellate(shape, scene.solver.spacing / 2);
-    if (b.inside) flip_mesh(mesh);
-    return mesh;
 }
 
 PointSet particle_points(const Simulation& s) {
@@ -198,7 +174,7 @@ std::vector<DrawnBoundary> store_boundaries(const scene::Scene& scene, CacheWrit
     std::vector<DrawnBoundary> drawn;
     for (const scene::Boundary& b : scene.world.boundaries) {
         if (!b.visible) continue;
-        const auto mesh = drawn_mesh(scene, b);
+        const auto mesh = boundary_mesh(scene, b);
         if (mesh)
             drawn.push_back(
                 {b.name, b.look.empty() ? b.name : b.look, cache.add_asset(write_ply(*mesh)), motion_of(b.motion)});

@@ -15,6 +15,7 @@
 #include "sim/solid/laws.h"
 #include "sim/space/sampling.h"
 #include "sim/space/scene_shapes.h"
+#include "sim/stage/boundary_mesh.h"
 #include "sim/stage/probes.h"
 #include "sim/stage/solid_setup.h"
 #include "sim/stage/strategy.h"
@@ -330,12 +331,14 @@ Simulation make_simulation(const scene::Scene& scene) {
         layout.material = material;
         layout.body = static_cast<int>(scene.bodies.size() + e);
         s.problem.emitters.push_back(std::move(layout));
-        s.emitters.push_back({.layer = 0, .next = scene.emitters[e].start, .blocked = 0});
+        s.emitters.push_back({.next = scene.emitters[e].start});
     }
     return s;
 }
 
 Size estimate_size(const scene::Scene& scene) {
+    for (const scene::Boundary& b : scene.world.boundaries)
+        if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
     // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.
     constexpr double kManySites = 1e5;
     scene::Scene sampled = scene;

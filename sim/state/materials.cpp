@@ -18,8 +18,8 @@ std::vector<MaterialParams> resolve_materials(const std::vector<scene::Material>
         p.viscosity = static_cast<Real>(m.viscosity);
         p.gamma = static_cast<Real>(m.gamma);
         p.stiffness = strategy.incompressible ? Real(0)
-                      : m.stiffness > 0 ? static_cast<Real>(m.stiffness)
-                                        : stiffness_for(expected_speed, p.density, p.gamma);
+                      : m.stiffness > 0       ? static_cast<Real>(m.stiffness)
+                                              : stiffness_for(expected_speed, p.density, p.gamma);
         p.sound_speed = std::sqrt(p.stiffness * p.gamma / p.density);
         resolved.push_back(p);
     }

@@ -91,6 +91,7 @@ A ratio is the cost here over the cost of the reference: smaller is better. Most
 "Of another run" marks those that are not. Read ratios; bare figures depend on the machine and on its load, which is given.
 
 Aims are ratios too, unless they have a unit. Where a line names a program, its figure was measured on a machine of this kind.
+Benchmarks that were never recorded have no line.
 
 | what | aim, limit or peer | met | figure | ratio | to | ratio, since the record before | machine | date |
 |---|---|---|---|---|---|---|---|---|""", *rows, ""])

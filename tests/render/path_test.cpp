@@ -66,13 +66,15 @@ TEST(Path, ARectangleGivesTheFormFactorOfItsPlace) {
     EXPECT_NEAR(mean_colour(image).y(), 0.5 * 5 * 4 * quarter, 4 * standard_error(image) + 1e-3);
 }
 
-TEST(Path, WaysToSampleLightAgree) {
-    // A plastic floor with a lamp so near that neither way alone is good: the three means within five of their joint
-    // standard errors.
+class WaysToSampleLight : public testing::TestWithParam<double> {};
+TEST_P(WaysToSampleLight, Agree) {
+    // A plastic floor, bright or dark, with a lamp so near that neither way alone is good: the three means within five
+    // of their joint standard errors.
     World world;
     scene::Appearance plastic;
     plastic.type = AppearanceType::plastic;
     plastic.roughness = 0.3;
+    plastic.colour = Vec3d::Constant(GetParam());
     const Index object = add_object(world, plastic);
     std::vector<MeshObject> meshes;
     meshes.push_back(ground(object));
@@ -96,6 +98,8 @@ TEST(Path, WaysToSampleLightAgree) {
     EXPECT_LT(standard_error(both), 2 * standard_error(surfaces))
         << "joining them must not add noise: a quarter of the samples, twice the error";
 }
+
+INSTANTIATE_TEST_SUITE_P(Path, WaysToSampleLight, testing::Values(0.8, 0.1));
 
 World furnace(const scene::Appearance& appearance, bool straight, bool environment = false) {
     World world;
@@ -130,6 +134,26 @@ TEST(Path, EveryWhiteThingVanishesInAWhiteFurnace) {
                 EXPECT_NEAR(mean_colour(image).y(), 1, 0.01) << int(type) << " " << roughness << " " << environment;
             }
         }
+}
+
+TEST(Path, AWhiteMattThingInAWhiteFurnaceHasNoNoise) {
+    // Whatever a direction meets, the sky or the thing itself, it brings a radiance of one: no path may differ by more
+    // than rounding, 1e-4.
+    scene::Appearance a;
+    a.colour = {1, 1, 1};
+    World world;
+    const Index object = add_object(world, a);
+    SurfelSet set = shapes::one_object(shapes::torus(2000, 0.5f, 0.2f));
+    set.object = {object};
+    std::vector<MeshObject> meshes;
+    meshes.push_back(ground(add_object(world, a)));
+    for (Vec3f& v : meshes[0].mesh.vertices) v.z() = -0.3f;
+    world.rays = std::make_unique<RayScene>(std::move(set), std::move(meshes));
+    add_sky(world);
+    look(world, {0, 0, 3}, {0, 0, 0}, 30, 24, 24);
+    world.settings = {10000, true, 0, false};
+    const Image image = picture(world, 4);
+    for (const float g : image.get("G")) EXPECT_NEAR(g, 1, 1e-4f);
 }
 
 /// A wide slab of a dielectric, its faces at z = 0 and z = -depth.

@@ -65,6 +65,34 @@ TEST(Error, AnUnexpectedExceptionIsReportedNotLost) {
     EXPECT_NE(std::string::npos, outcome.message.find("internal error: vector"));
 }
 
+TEST(Error, WhatTheSystemRefusesIsAResourceError) {
+    for (const auto body : {+[](int, char**) -> int { throw std::system_error(EAGAIN, std::generic_category()); },
+                            +[](int, char**) -> int {
+                                throw std::runtime_error("pthread_create has failed: Resource temporarily unavailable");
+                            }}) {
+        const Outcome outcome = run(body);
+        EXPECT_EQ(kNoResource, outcome.code);
+        EXPECT_NE(std::string::npos, outcome.message.find("Resource temporarily unavailable")) << outcome.message;
+        EXPECT_EQ(1, std::count(outcome.message.begin(), outcome.message.end(), '\n')) << outcome.message;
+    }
+}
+
+TEST(Error, AnAnswerThatCannotBeWrittenIsAResourceError) {
+    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    EXPECT_EXIT(
+        {
+            if (!std::freopen("/dev/full", "w", stdout)) std::exit(1);
+            std::exit(run_guarded(
+                "program",
+                [](int, char**) {
+                    std::fputs("{}\n", stdout);
+                    return 0;
+                },
+                0, nullptr));
+        },
+        testing::ExitedWithCode(kNoResource), "program: the answer cannot be written: No space left");
+}
+
 TEST(Error, NamesDoNotSteerTheTerminal) {
     EXPECT_EQ("a\\x1b[2Jb\\x07\\x9b \n\tü€", printable("a\x1b[2Jb\x07\xc2\x9b \n\tü€"));
     const Outcome outcome = run([](int, char**) -> int { throw CacheError("no \x1b]0;title\x07"); });

@@ -5,6 +5,7 @@
 #include <ImfHeader.h>
 #include <ImfOutputFile.h>
 #include <gtest/gtest.h>
+#include <png.h>
 
 #include <cmath>
 #include <limits>
@@ -104,6 +105,41 @@ TEST(Exr, PicturesOfOtherProgramsAreReadUnlessTruncated) {
             << length;
 }
 
+TEST(Exr, CropsAreReadInTheirPlaceInTheWholePicture) {
+    const TemporaryFolder folder;
+    const auto read = [&](const Imath::Box2i& display, const Imath::Box2i& data) {
+        const int width = data.max.x - data.min.x + 1, height = data.max.y - data.min.y + 1;
+        std::vector<float> values;
+        for (int y = data.min.y; y <= data.max.y; ++y)
+            for (int x = data.min.x; x <= data.max.x; ++x) values.push_back(static_cast<float>(100 * y + x));
+        Imf::Header header(display, data);
+        header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+        Imf::FrameBuffer buffer;
+        char* base = reinterpret_cast<char*>(values.data() - data.min.x - std::ptrdiff_t(data.min.y) * width);
+        buffer.insert("Y", Imf::Slice(Imf::FLOAT, base, 4, 4 * static_cast<std::size_t>(width)));
+        {
+            Imf::OutputFile file((folder / "crop.exr").c_str(), header);
+            file.setFrameBuffer(buffer);
+            file.writePixels(height);
+        }
+        return read_exr(folder / "crop.exr");
+    };
+    const auto window = [](int x0, int y0, int x1, int y1) {
+        return Imath::Box2i(Imath::V2i(x0, y0), Imath::V2i(x1, y1));
+    };
+    const Imath::Box2i display = window(3, 5, 12, 10);
+    // A crop, one that reaches beyond on all sides, one that lies aside.
+    for (const Imath::Box2i& data : {window(4, 6, 7, 9), window(0, 0, 20, 20), window(30, 5, 40, 10)}) {
+        const Image image = read(display, data);
+        ASSERT_EQ(image.width, 10);
+        ASSERT_EQ(image.height, 6);
+        for (int y = 5; y <= 10; ++y)
+            for (int x = 3; x <= 12; ++x)
+                EXPECT_EQ(image.get("Y")[static_cast<std::size_t>((y - 5) * 10 + x - 3)],
+                          data.intersects(Imath::V2i(x, y)) ? static_cast<float>(100 * y + x) : 0.0f);
+    }
+}
+
 TEST(Exr, HostileHeadersAreRefusedSoon) {
     Image image(64, 64);
     image.add("R");
@@ -159,6 +195,45 @@ TEST(Png, ComesBackAsItWas) {
         EXPECT_EQ(encode_png(image), encode_png(image));
         EXPECT_EQ(encode_png(image).find("tIME"), std::string::npos);
     }
+}
+
+/// One pixel of 8 or 16 bits a channel as a PNG without sRGB or gAMA, or with a gAMA of its own.
+std::string foreign_png(int type, int bits, const std::vector<std::uint8_t>& pixel, double gamma = 0) {
+    std::string bytes;
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    png_set_write_fn(
+        png, &bytes,
+        [](png_structp p, png_bytep data, png_size_t size) {
+            static_cast<std::string*>(png_get_io_ptr(p))->append(reinterpret_cast<char*>(data), size);
+        },
+        nullptr);
+    png_set_IHDR(png, info, 1, 1, bits, type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
+    if (gamma > 0) png_set_gAMA(png, info, gamma);
+    png_write_info(png, info);
+    png_write_row(png, pixel.data());
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    return bytes;
+}
+
+TEST(Png, OfSixteenBitsHasTheColoursOfItsTwinOfEight) {
+    const std::vector<std::uint8_t> shades{229, 50, 26, 128};
+    for (const auto& [type, channels] : {std::pair{PNG_COLOR_TYPE_GRAY, 1},
+                                         {PNG_COLOR_TYPE_GRAY_ALPHA, 2},
+                                         {PNG_COLOR_TYPE_RGB, 3},
+                                         {PNG_COLOR_TYPE_RGB_ALPHA, 4}}) {
+        std::vector<std::uint8_t> eight(shades.begin(), shades.begin() + channels), sixteen;
+        for (const std::uint8_t v : eight) sixteen.insert(sixteen.end(), {v, v});  // v/255 = 257 v/65535
+        const Image8 a = decode_png(foreign_png(type, 8, eight), "8.png"),
+                     b = decode_png(foreign_png(type, 16, sixteen), "16.png");
+        EXPECT_EQ(a.values, b.values) << channels;
+        EXPECT_EQ(a.values[0], shades[0]);
+    }
+    // What says that it is linear is decoded so; libpng takes sRGB for the power 1/2.2 there.
+    EXPECT_NEAR(decode_png(foreign_png(PNG_COLOR_TYPE_RGB, 16, {128, 0, 128, 0, 128, 0}, 1.0), "l.png").values[0],
+                255 * std::pow(32768 / 65535.0, 1 / 2.2), 1);
 }
 
 TEST(Png, DamageIsNamed) {

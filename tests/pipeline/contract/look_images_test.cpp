@@ -118,6 +118,28 @@ TEST_F(LookImages, OfSurfacesHaveColours) {
     EXPECT_NE(refusal().find("there is no image file"), std::string::npos);
 }
 
+TEST_F(LookImages, MappedByUvAreForMeshesAlone) {
+    const std::string uv = "look.appearances.water.image.mapping=uv";
+    const std::string told = refusal({uv});
+    EXPECT_NE(told.find("the body \"drop\", made of surfels, has no texture coordinates"), std::string::npos) << told;
+    EXPECT_NE(told.find("1 error"), std::string::npos) << told;
+    const auto with = [&](const std::string& blocks) {
+        write("scene.yaml", blocks + "look: {appearances: {tiles: {image: {file: images/wood.png, mapping: uv}}}}\n");
+        return refusal();
+    };
+    const std::string vessel = "materials: {water: {}}\nworld: {boundaries: {floor: {look: tiles, shape: ";
+    EXPECT_NE(with(vessel + "{plane: {}}}}}\n").find("scene.yaml:3:"), std::string::npos);
+    EXPECT_NE(with(vessel + "{plane: {}}}}}\n").find("the boundary \"floor\", no mesh, has no"), std::string::npos);
+    EXPECT_EQ(with(vessel + "{plane: {}}, visible: false}}}\n"), "accepted");
+    const std::string poured = "materials: {water: {look: tiles}}\nemitters: {tap: {material: water}}\n";
+    EXPECT_NE(with(poured).find("what the emitter \"tap\" releases has no"), std::string::npos);
+    // Whether a mesh has any, its file tells; a named shape or one of a list may be a mesh.
+    write("m.obj", std::string("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
+    const std::string shapes = "shapes: {rock: {mesh: {file: m.obj, scale: 1}}}\n";
+    EXPECT_EQ(with(shapes + vessel + "{named: rock}}}}\n"), "accepted");
+    EXPECT_EQ(with(shapes + vessel + "{union: {shapes: [{named: rock}, {sphere: {radius: 1}}]}}}}}\n"), "accepted");
+}
+
 TEST_F(LookImages, KeysThatDoNotFitTogetherAreTold) {
     EXPECT_NE(refusal({"look.appearances.water.checker=0.1"}).find("takes the place of"), std::string::npos);
     EXPECT_NE(refusal({"look.appearances.water.type=dielectric"}).find("absorption"), std::string::npos);

@@ -46,7 +46,7 @@ TEST(SceneReference, TheSchemaKnowsEveryBlockOfAPrintedScene) {
     expect_known(schema, print_scene(Scene{}));
     expect_known(schema.at("properties").at("look"), print_look(Look{}));
     EXPECT_EQ(schema.at("properties").at("solver").at("properties").at("spacing").at("default"), 0.01);
-    EXPECT_EQ(schema.at("properties").at("solver").at("properties").at("spacing").at("exclusiveMinimum"), 0);
+    EXPECT_EQ(schema.at("properties").at("solver").at("properties").at("spacing").at("minimum"), 1e-6);
     EXPECT_EQ(schema.at("$defs").at("shape").at("oneOf").size(), 21u);  // 20 kinds, or none
 }
 

@@ -31,6 +31,14 @@ TEST(VdbPoints, TheVoxelEdgeIsAPowerOfTwoUpToTwiceTheSpacing) {
     }
 }
 
+TEST(VdbPoints, AMicrometreApartKeepEveryBit) {
+    for (const double spacing : {1e-5, 5e-6, 1e-6}) {
+        PointSet points = sample_points(2000, 3);
+        for (Vec3f& p : std::get<std::vector<Vec3f>>(points.attributes[1].data)) p *= static_cast<float>(20 * spacing);
+        expect_same_points(points, decode_points(encode_points(points, "particles", voxel_size_for(spacing)), "file"));
+    }
+}
+
 TEST(VdbPoints, OtherVoxelEdgesRoundPositionsByMuchLessThanAVoxel) {
     const double voxel = 0.03;
     const PointSet points = sample_points(5000, 2);

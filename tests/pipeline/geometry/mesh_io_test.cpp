@@ -96,6 +96,78 @@ TEST(MeshFiles, OfEveryKindGiveTheSameMesh) {
     }
 }
 
+TEST(MeshFiles, WithAByteOrderMarkAreReadAsThoseWithout) {
+    const TriangleMesh mesh = small_mesh();
+    const std::string mark = "\xef\xbb\xbf";
+    expect_same(parse_obj(mark + obj(mesh), "a.obj"), parse_obj(obj(mesh), "a.obj"));
+    expect_same(parse_ply(mark + write_ply(mesh), "a.ply"), mesh);
+    expect_same(parse_ply(mark + big_endian_ply(mesh), "a.ply"), mesh);
+    expect_same(parse_stl(mark + text_stl(mesh), "a.stl"), parse_stl(text_stl(mesh), "a.stl"));
+}
+
+TEST(MeshFiles, OfUtf16AreRefusedByThatName) {
+    const std::string mark("\xff\xfe", 2);
+    for (const auto parse : {parse_obj, parse_ply, parse_stl}) try {
+            parse(mark + std::string(200, 'v'), "f", nullptr);
+            FAIL();
+        } catch (const InputError& e) {
+            EXPECT_NE(std::string(e.what()).find("UTF-16"), std::string::npos) << e.what();
+        }
+}
+
+/// A text with other line ends.
+std::string with_line_ends(const std::string& text, const std::string& end) {
+    std::string out;
+    for (const char c : text) c == '\n' ? out += end : out += c;
+    return out;
+}
+
+TEST(MeshFiles, MayEndTheirLinesWithCr) {
+    const TriangleMesh mesh = small_mesh();
+    for (const std::string end : {"\r", "\r\n"}) {
+        std::string text = obj(mesh);
+        text.erase(text.find('\r'), 1);
+        expect_same(parse_obj(with_line_ends(text, end), "a.obj"), mesh);
+        expect_same(parse_stl(with_line_ends(text_stl(mesh), end), "a.stl"), parse_stl(text_stl(mesh), "a.stl"));
+        const std::string ply = write_ply(mesh);
+        const std::size_t data = ply.find("end_header\n") + 11;
+        expect_same(parse_ply(with_line_ends(ply.substr(0, data), end) + ply.substr(data), "a.ply"), mesh);
+    }
+    // Behind a header whose lines end with CR, a byte of the data that looks like LF is data.
+    std::string tiny =
+        "ply\rformat binary_little_endian 1.0\relement vertex 1\rproperty char x\rproperty char y\r"
+        "property char z\rend_header\r";
+    EXPECT_EQ(parse_ply(tiny + "\n\r\x01", "t.ply").vertices.at(0), Vec3f(10, 13, 1));
+    // The message counts lines of every kind.
+    try {
+        parse_obj("v 0 0 0\rv 1 0 0\r\nv 0 1 0\nf 1 2 4\r", "f");
+        FAIL();
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("f: line 4:"), std::string::npos) << e.what();
+    }
+}
+
+TEST(MeshFiles, KeepTheShapeOfWhatIsFarFromTheOrigin) {
+    const auto at = [](double place) {
+        std::string text;
+        for (int k = 0; k < 8; ++k)
+            text += fmt::format("v {:.7f} {:.7f} {:.7f}\n", place + (k & 1 ? 0.1 : -0.1), (k & 2 ? 0.1 : -0.1) - place,
+                                k & 4 ? 0.1 : -0.1);
+        return text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    };
+    Vec3d origin(1, 1, 1);
+    const TriangleMesh near = parse_obj(at(0), "near.obj", &origin);
+    EXPECT_EQ(origin, Vec3d::Zero());  // what is near keeps its coordinates
+    EXPECT_NEAR(inspect_mesh(near).volume, 8e-3, 1e-9);
+    for (const double place : {1e3, 1e6, 1e8}) {
+        const TriangleMesh far = parse_obj(at(place), "far.obj", &origin);
+        EXPECT_LT((origin - Vec3d(place, -place, 0)).norm(), 1e-7);
+        // The text has seven decimals, doubles at 1e8 have steps of 1.5e-8.
+        EXPECT_NEAR(inspect_mesh(far).volume, 8e-3, 8e-3 * 6e-7);
+        EXPECT_EQ(far.triangles, near.triangles);
+    }
+}
+
 TEST(MeshFiles, KeepTextureCoordinatesOfCorners) {
     // Two faces with a seam between them: the shared vertices have other coordinates in each.
     const std::string text =
@@ -152,6 +224,47 @@ TEST(Ply, StripsAreUnrolledAlternatelyAndRestartAtMinusOne) {
     EXPECT_EQ(swap.triangles, kept);
 }
 
+TEST(Ply, FacesMayStandBeforeTheVertices) {
+    const std::string head = "ply\nformat ascii 1.0\n", end = "end_header\n",
+                      vertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n",
+                      faces = "element face 1\nproperty list uchar int vertex_indices\n",
+                      places = "0 0 0\n2 0 0\n2 2 0\n0 2 0\n", quad = "4 0 1 2 3\n";
+    const TriangleMesh usual = parse_ply(head + vertices + faces + end + places + quad, "a.ply"),
+                       other = parse_ply(head + faces + vertices + end + quad + places, "b.ply");
+    expect_same(usual, other);
+    ASSERT_EQ(other.triangles.size(), 2u);
+    EXPECT_THROW(parse_ply(head + faces + vertices + end + "4 0 1 2 4\n" + places, "c.ply"), InputError);
+}
+
+TEST(Stl, OfTextMayBeWrittenInCapitalsAndBehindBlanks) {
+    const TriangleMesh mesh = small_mesh();
+    const std::string text = text_stl(mesh);
+    std::string capitals = text;
+    for (char& c : capitals)
+        if (c != 'e') c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));  // 1e-05 as it was
+    expect_same(parse_stl(capitals, "a.stl"), parse_stl(text, "a.stl"));
+    expect_same(parse_stl("\n  " + text, "a.stl"), parse_stl(text, "a.stl"));
+    // A part may be called as the keywords are.
+    std::string named = text;
+    named.replace(0, 11, "solid facet vertex 1");
+    expect_same(parse_stl(named, "a.stl"), parse_stl(text, "a.stl"));
+}
+
+TEST(Stl, OfBytesIsToldByItsCountWhateverItsHeaderSays) {
+    const TriangleMesh mesh = small_mesh();
+    const std::string bytes = binary_stl(mesh);  // its header begins with "solid"
+    const TriangleMesh whole = parse_stl(bytes, "a.stl");
+    for (const std::string trail :
+         {std::string(1, '\0'), std::string(49, 'x'), std::string("\r\n"), std::string(400, ' ')})
+        expect_same(parse_stl(bytes + trail, "a.stl"), whole);
+    try {
+        parse_stl(bytes.substr(0, bytes.size() - 1), "a.stl");
+        FAIL();
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("cut short"), std::string::npos) << e.what();
+    }
+}
+
 TEST(Ply, PointSetsKeepNormalsAndColours) {
     const TriangleMesh mesh = parse_ply(
         "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nproperty float "
@@ -194,7 +307,7 @@ TEST(MeshReport, FindsHolesSliversAndTheInsideOut) {
     EXPECT_NEAR(inspect_mesh(tessellate(box({1, 2, 3}), 1)).volume, 6, 1e-6);
     EXPECT_TRUE(inspect_mesh(tessellate(box({1, 2, 3}), 1)).closed);  // sharp edges have doubled vertices
     flip_mesh(mesh);
-    EXPECT_TRUE(inspect_mesh(mesh).inside_out);
+    EXPECT_LT(inspect_mesh(mesh).volume, 0);
     mesh.triangles.pop_back();
     EXPECT_EQ(inspect_mesh(mesh).open_edges, 3u);
     mesh.triangles.push_back(mesh.triangles[0]);
@@ -203,9 +316,11 @@ TEST(MeshReport, FindsHolesSliversAndTheInsideOut) {
     EXPECT_EQ(inspect_mesh(mesh).degenerate_triangles, 1u);
 }
 
-std::string message(TriangleMesh (*parse)(std::string_view, const std::string&), const std::string& bytes) {
+using Parser = TriangleMesh (*)(std::string_view, const std::string&, Vec3d*);
+
+std::string message(Parser parse, const std::string& bytes) {
     try {
-        parse(bytes, "f");
+        parse(bytes, "f", nullptr);
     } catch (const InputError& e) {
         return e.what();
     }
@@ -263,7 +378,7 @@ std::string damaged(const std::string& good, std::uint64_t seed) {
 TEST(DamagedMeshes, NeverCrashTheReaders) {
     const TriangleMesh mesh = small_mesh();
     struct Kind {
-        TriangleMesh (*parse)(std::string_view, const std::string&);
+        Parser parse;
         std::string bytes;
     };
     const std::vector<Kind> kinds = {{parse_obj, obj(mesh)},
@@ -275,7 +390,7 @@ TEST(DamagedMeshes, NeverCrashTheReaders) {
     const double start = wall_seconds();
     for (const Kind& kind : kinds)
         for (std::uint64_t seed = 0; seed < 2000; ++seed) try {
-                const TriangleMesh m = kind.parse(damaged(kind.bytes, seed), "fuzz");
+                const TriangleMesh m = kind.parse(damaged(kind.bytes, seed), "fuzz", nullptr);
                 for (const auto& t : m.triangles)
                     for (const Index v : t) ASSERT_LT(v, m.vertices.size());
                 for (const Vec3f& v : m.vertices) ASSERT_TRUE(v.allFinite());

@@ -48,6 +48,31 @@ TEST(PointShape, IsTheBallItsPointsLieOn) {
     EXPECT_NEAR(sample_volume(ball, {.spacing = 0.05}).total / (kPi / 6), 1, 0.01);
 }
 
+TEST(PointShape, OfInwardNormalsIsTurnedRound) {
+    TriangleMesh inward = ball_of_points(2000);
+    const Shape good = point_shape(inward);
+    for (Vec3f& n : inward.normals) n = -n;
+    for (Vec3f& v : inward.vertices) v += Vec3f(40, 0, 0);  // away from the origin it is the same
+    PointSurfels surfels = surfels_of_points(inward);
+    EXPECT_TRUE(orient_outward(surfels));
+    EXPECT_FALSE(orient_outward(surfels));
+    const Shape turned = point_shape(inward);
+    for (const double r : {0.0, 0.2, 0.45, 0.55, 1.0})
+        EXPECT_NEAR(turned.distance(Vec3(Real(40 + r), 0, 0)), good.distance(Vec3(Real(r), 0, 0)), 2e-3);
+}
+
+TEST(PointShape, ThatIsOpenKeepsTheSideItsNormalsSay) {
+    // A bowl, seen from above: half a ball whose normals point to its middle.
+    TriangleMesh bowl, all = ball_of_points(4000);
+    for (std::size_t i = 0; i < all.vertices.size(); ++i)
+        if (all.vertices[i].z() < 0) {
+            bowl.vertices.push_back(all.vertices[i]);
+            bowl.normals.push_back(-all.normals[i]);
+        }
+    PointSurfels surfels = surfels_of_points(bowl);
+    EXPECT_FALSE(orient_outward(surfels));
+}
+
 TEST(PointShape, GivesASurfelForEveryPoint) {
     const TriangleMesh points = ball_of_points(2000);
     const Shape placed = transformed(point_shape(points), 2, rotation_from_degrees({0, 90, 0}), {1, 0, 0});

@@ -463,7 +463,7 @@ TEST(Flowing, AViscoelasticJetHangsTogetherAndKeepsMomentum) {
     const Vec3d before = fixture::momentum(s.particles);
     for (int k = 0; k < 6; ++k) advance_frame(s);
     EXPECT_LT((fixture::momentum(s.particles) - before).norm(), 1e-5 * fixture::motion(s.particles));
-    for (const Phase phase : s.particles.phase) EXPECT_EQ(phase, Phase::solid);
+    for (const Phase phase : s.particles.phase) EXPECT_EQ(phase, Phase::viscoelastic);
 }
 
 }  // namespace

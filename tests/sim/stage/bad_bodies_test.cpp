@@ -18,8 +18,11 @@ namespace {
 
 using Place = std::array<double, 3>;
 
-/// A cube's quads as an OBJ, each corner moved by `place`; `faces` of the six; `turned`: normals inwards.
-std::string cube(const std::function<Place(Place)>& place, int faces = 6, bool turned = false, int first = 1) {
+constexpr unsigned kAllFaces = 0b111111;
+
+/// A cube's quads as an OBJ, each corner moved by `place`; `faces` of the six; `turned`: bits of those whose normals
+/// point inwards.
+std::string cube(const std::function<Place(Place)>& place, int faces = 6, unsigned turned = 0, int first = 1) {
     constexpr int kQuads[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
     std::string text;
     for (int corner = 0; corner < 8; ++corner) {
@@ -28,7 +31,7 @@ std::string cube(const std::function<Place(Place)>& place, int faces = 6, bool t
     }
     for (int f = 0; f < faces; ++f) {
         text += "f";
-        for (int k = 0; k < 4; ++k) text += " " + std::to_string(first + kQuads[f][turned ? 3 - k : k]);
+        for (int k = 0; k < 4; ++k) text += " " + std::to_string(first + kQuads[f][turned >> f & 1 ? 3 - k : k]);
         text += "\n";
     }
     return text;
@@ -48,10 +51,15 @@ struct Case {
 std::vector<Case> cases() {
     const auto flat = [](Place p) -> Place { return {0.05 * p[0], 0.05 * p[1], 0}; };
     const auto beside = [](Place p) -> Place { return {0.05 * p[0] + 0.04, 0.05 * p[1] + 0.04, 0.05 * p[2] + 0.04}; };
+    const auto aside = [](Place p) -> Place { return {0.05 * p[0] + 0.2, 0.05 * p[1], 0.05 * p[2]}; };
     return {{"good", cube(scaled(0.05)), "", 1e-3},
             {"open", cube(scaled(0.05), 5), "", 1e-3},
-            {"inside out", cube(scaled(0.05), 6, true), "", 1e-3},
-            {"through itself", cube(scaled(0.05)) + cube(beside, 6, false, 9), "", 2e-3 - 0.06 * 0.06 * 0.06},
+            {"inside out", cube(scaled(0.05), 6, kAllFaces), "", 1e-3},
+            {"wound both ways", cube(scaled(0.05), 6, 0b010010), "", 1e-3},
+            {"of two shells, one inside out", cube(scaled(0.05)) + cube(aside, 6, kAllFaces, 9), "", 2e-3},
+            {"of two shells, one of its faces turned", cube(scaled(0.05)) + cube(aside, 6, 0b100, 9), "", 2e-3},
+            {"with a byte order mark", "\xef\xbb\xbf" + cube(scaled(0.05)), "", 1e-3},
+            {"through itself", cube(scaled(0.05)) + cube(beside, 6, 0, 9), "", 2e-3 - 0.06 * 0.06 * 0.06},
             {"without volume", cube(flat), "holds no particle", 0},
             {"tiny", cube(scaled(1e-5)), "holds no particle", 0},
             {"giant", cube(scaled(1e7)), "too many", 0},
@@ -119,12 +127,15 @@ TEST(ABodysMesh, ThatIsOpenOrInsideOutIsToldOfOnce) {
     };
     const auto lines = [](const std::string& s) { return std::count(s.begin(), s.end(), '\n'); };
     EXPECT_EQ(said(cube(scaled(0.05))), "");
-    const std::string open = said(cube(scaled(0.05), 5)), turned = said(cube(scaled(0.05), 6, true));
+    const std::string open = said(cube(scaled(0.05), 5)), turned = said(cube(scaled(0.05), 6, kAllFaces)),
+                      mixed = said(cube(scaled(0.05), 6, 0b010010));
     EXPECT_NE(open.find("bad.yaml:"), std::string::npos) << open;
     EXPECT_NE(open.find("is not closed (4 open edges, 0 where"), std::string::npos) << open;
     EXPECT_EQ(lines(open), 1) << open;
     EXPECT_NE(turned.find("is inside out"), std::string::npos) << turned;
     EXPECT_EQ(lines(turned), 1) << turned;
+    EXPECT_NE(mixed.find("4 of 12 triangles are wound against"), std::string::npos) << mixed;
+    EXPECT_EQ(lines(mixed), 1) << mixed;
 }
 
 TEST(AMaterial, OfNoMassOrThatCannotChangeItsVolumeIsRefused) {

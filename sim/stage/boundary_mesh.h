@@ -1,0 +1,16 @@
+// Boundaries as they are drawn.
+#pragma once
+
+#include <optional>
+
+#include "pipeline/contract/scene.h"
+#include "pipeline/geometry/mesh.h"
+
+namespace thixo {
+
+/// The surface of a boundary in its own frame; a room shows its inner side, a plane is a square about its foot. Empty,
+/// with a warning, where the boundary is unbounded and no plane. Throws InputError, led by the place in the scene,
+/// where it cannot be tessellated, or has no texture coordinates and its appearance maps an image by them.
+std::optional<TriangleMesh> boundary_mesh(const scene::Scene& scene, const scene::Boundary& boundary);
+
+}  // namespace thixo

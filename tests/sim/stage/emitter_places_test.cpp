@@ -1,0 +1,88 @@
+// Emitters where people put them: flush with walls, on floors, below the surface, in pipes and in obstacles.
+#include <gtest/gtest.h>
+
+#include "pipeline/contract/scene_io.h"
+#include "pipeline/geometry/packing.h"
+#include "sim/loop/step.h"
+#include "sim/stage/setup.h"
+
+namespace thixo {
+namespace {
+
+constexpr double kRadius = 0.03, kSpeed = 1, kSpacing = 0.015, kSeconds = 0.25;
+
+/// Runs a scene of an emitter `tap` (radius 0.03 m, 1 m/s, spacing 0.015 m) for 0.25 s.
+Simulation run(const std::string& place, const std::string& blocks) {
+    Simulation s = make_simulation(scene::parse_scene(
+        "frames: {first: 0, last: 8, fps: 32}\nmaterials: {water: {viscosity: 0.01}}\nsurface: {enabled: false}\n"
+        "solver: {spacing: 0.015}\nemitters: {tap: {material: water, radius: 0.03, speed: 1, " +
+            place + "}}\n" + blocks,
+        "emitter.yaml"));
+    for (int frame = 0; frame < 8; ++frame) advance_frame(s);
+    return s;
+}
+
+std::size_t emitted(const Simulation& s) {
+    const int tap = static_cast<int>(s.problem.scene.bodies.size());
+    return static_cast<std::size_t>(std::ranges::count(s.particles.body, tap));
+}
+
+/// The rate is density area speed. A layer is whole. Room is made within 0.8 spacings of way, which is one more layer,
+/// and a step may be as long as half a layer takes: three layers.
+void expect_full_rate(const Simulation& s) {
+    const double expected = kPi * square(kRadius) * kSpeed * kSeconds / cube(kSpacing);
+    const double layer = kPi * square(kRadius) * static_cast<double>(packing_layer(Real(kSpacing))) / cube(kSpacing);
+    EXPECT_NEAR(static_cast<double>(emitted(s)), expected, 3 * layer);
+    EXPECT_EQ(s.emitters[0].blocked, 0);
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        ASSERT_TRUE(s.particles.position[i].allFinite());
+        ASSERT_LT(s.particles.velocity[i].norm(), 10 * kSpeed);  // nothing is shot off
+    }
+}
+
+const std::string kTank = "world: {boundaries: {tank: {inside: true, shape: {box: {size: [0.3, 0.3, 0.3]}}}}}\n";
+const std::string kPool = kTank +
+                          "bodies: {pool: {material: water, shape: {box: {size: [0.3, 0.3, 0.15]}, "
+                          "translate: [0, 0, -0.075]}}}\n";
+
+TEST(AnEmitter, FlushWithAWallEmitsItsFullRate) {
+    expect_full_rate(run("position: [-0.15, 0, 0], direction: [1, 0, 0]", kTank));
+}
+
+TEST(AnEmitter, OnAFloorIsAFountain) {
+    expect_full_rate(run("position: [0, 0, 0], direction: [0, 0, 1]",
+                         "world: {boundaries: {floor: {shape: {plane: {offset: 0}}}}}\n"));
+}
+
+TEST(AnEmitter, BelowTheSurfaceEmitsItsFullRate) {
+    expect_full_rate(run("position: [-0.05, 0, -0.08], direction: [1, 0, 0]", kPool));
+}
+
+TEST(AnEmitter, AtTheBottomOfAPoolEmitsItsFullRate) {
+    expect_full_rate(run("position: [0, 0, -0.15], direction: [0, 0, 1]", kPool));
+}
+
+TEST(AnEmitter, AsWideAsAPipeEmitsItsFullRate) {
+    expect_full_rate(
+        run("position: [0, 0, 0.05]",
+            "world: {gravity: [0, 0, 0], boundaries: {pipe: {shape: {difference: {shapes: [{cylinder: {radius: 0.05, "
+            "height: 0.4}}, {cylinder: {radius: 0.03, height: 0.5}}]}}}}}\n"));
+}
+
+TEST(AnEmitter, InsideAnObstacleIsBlockedAndSaysSo) {
+    const Simulation s =
+        run("position: [0, 0, 0]", "world: {boundaries: {block: {shape: {box: {size: [0.2, 0.2, 0.2]}}}}}\n");
+    EXPECT_EQ(emitted(s), 0u);
+    EXPECT_GT(s.emitters[0].due, 100);
+    EXPECT_EQ(s.emitters[0].blocked, s.emitters[0].due);
+}
+
+TEST(AnEmitter, HalfInAnObstacleEmitsTheOtherHalf) {
+    const Simulation s = run("position: [0.1, 0, 0]",
+                             "world: {gravity: [0, 0, 0], boundaries: {block: {shape: {box: {size: [0.2, 1, 1]}}}}}\n");
+    EXPECT_NEAR(static_cast<double>(s.emitters[0].blocked) / static_cast<double>(s.emitters[0].due), 0.5, 0.2);
+    EXPECT_EQ(static_cast<std::int64_t>(emitted(s)), s.emitters[0].due - s.emitters[0].blocked);
+}
+
+}  // namespace
+}  // namespace thixo

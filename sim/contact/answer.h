@@ -69,8 +69,8 @@ struct NodeAnswer {
     Vec3 slip;  // tangential, in the partner's frame
 };
 
-/// The law of add_contact_forces for one node. The tangential stiffness while sliding is a secant: the force over the way
-/// that led to it. A `part` of 0 or more replaces the part that friction's limit permits.
+/// The law of add_contact_forces for one node. The tangential stiffness while sliding is a secant: the force over the
+/// way that led to it. A `part` of 0 or more replaces the part that friction's limit permits.
 inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMotion& m, const Mat3& turn,
                             const NodeConditions& p, Real part = -1) {
     NodeAnswer a{Vec3::Zero(), 0, 0, 0, n.excess[k], 0, n.normal_force[k], n.duration[k], Vec3::Zero()};

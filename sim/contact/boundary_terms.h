@@ -20,8 +20,8 @@ struct BoundaryTerms {
     bool frozen = false;  // friction's parts and drags stay as they are
 };
 
-/// Adds the forces of contact nodes and walls on every element to `force` [N]. Displacement and velocity are dt [s] after
-/// the state that the nodes remember. Their stiffness, per displacement over the step, goes into `terms`. Walls
+/// Adds the forces of contact nodes and walls on every element to `force` [N]. Displacement and velocity are dt [s]
+/// after the state that the nodes remember. Their stiffness, per displacement over the step, goes into `terms`. Walls
 /// act as in push_off_walls, but for static friction. It is a drag of
 ///     kHold m/dt      [kg/s]
 /// A sticking element therefore creeps by 1/kHold of the way that it would fall in a step.

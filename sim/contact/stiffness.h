@@ -8,7 +8,7 @@
 namespace thixo {
 
 /// Pressure per depth of a body's surface [Pa/m]: that of the material, or that of a layer as thick as an element,
-///     (lambda + 2 mu)/V^(1/3)
+///     (lambda + 2 mu)/V^(1/3)      [Pa/m]
 inline Real contact_pressure(const StressLaw& law, Real volume) {
     return law.contact_stiffness > 0 ? law.contact_stiffness : law.wave_modulus() / std::cbrt(volume);
 }

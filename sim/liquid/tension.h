@@ -48,7 +48,8 @@ struct TensionScratch {
 /// between them. Walls have no colour: without adhesion a liquid wets none. A wall attracts the liquid with the energy
 /// per area 2 gamma beta. By Young and Dupre the contact angle is then theta:
 ///     beta = (1 + cos theta)/2
-///     E = - sum_i V0_i 2 gamma_i e sum_walls beta integral over the wall of w_spiky,   e = TensionScale::adhesion      [J]
+///     E = - sum_i V0_i 2 gamma_i e sum_walls beta integral over the wall of w_spiky      [J]
+///     e = TensionScale::adhesion
 /// Melting matter takes part with its liquid share of volume, solids not at all.
 /// In: sweep.place. Adds to particles.acceleration [m/s^2]. Does nothing where no material has tension.
 void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale,

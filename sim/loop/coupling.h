@@ -14,9 +14,9 @@ bool any_liquid(const Particles& particles);
 /// Packs the weights of pairs in the sums over neighbours, where not all is liquid (Sweep::mixed):
 ///     c_ij = max(b_i, b_j)
 ///     s_i  = sum_j V0_j [q W(x_ij)] + sum over rest neighbours V0_j (1 - c_ij) W(rest_ij),   q_ij = max(q_i, q_j)
-/// Pressure and viscosity of a pair are weighed by c: none between two solid particles. The factor q is 1 for particles that are not
-/// bound to a rest shape, and b for those that are. A solid in its rest shape therefore has the density of that shape,
-/// whatever its deformation: it has no SPH pressure of its own.
+/// Pressure and viscosity of a pair are weighed by c: none between two solid particles. The factor q is 1 for particles
+/// that are not bound to a rest shape, and b for those that are. A solid in its rest shape therefore has the density of
+/// that shape, whatever its deformation: it has no SPH pressure of its own.
 void pack_phases(const Particles& particles, const Solids& solids, const Smoothing& smoothing, Sweep& sweep);
 
 /// Density and pressure that a solid particle shows: those of its elasticity, as far as it is solid. They are saved

@@ -328,9 +328,9 @@ class Step {
     ImplicitScratch& s_;
 };
 
-/// Gives each body the momenta that the step left out, as a rigid motion. The linear part is the residual's. The
-/// angular part comes from the velocities `before` at the present places, less what turns with the body, in place of
-/// the old angular momentum. The difference is how the deformation of the step changes the inertia.
+/// Gives each body the momenta that the step left out, as a rigid motion: those of the residual, and a difference of
+/// angular momenta. The velocities `before` at the present places, less the body's turning, have another angular
+/// momentum than the body had. The difference is due to the change of inertia by the step's deformation.
 void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, ImplicitScratch& s) {
     Elements& e = solids.elements;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {

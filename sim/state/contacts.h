@@ -52,7 +52,7 @@ struct ContactNodes {
     std::vector<Real> friction;       // [1]
     std::vector<Real> memory;         // of friction [s]
     std::vector<Real> area;           // [m^2]
-    std::vector<Real> brake;          // mass whose speed the node alone can take away at once [kg]
+    std::vector<Real> brake;          // mass whose speed the node may take away at once [kg]
     ElementWeights weights;
     std::vector<std::size_t> middle;  // where the partner's weights begin
     std::vector<Vec3> force;          // on the owner, in the world [N]

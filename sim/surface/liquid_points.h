@@ -66,12 +66,12 @@ LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real 
 ///     phi_j = max(1, s_flat/s_j),   s_j = sum_k V0_k w_poly6(x_j - x_k, h) over the component
 /// s_flat is the value of s in the outermost layer of a flat surface. A lone particle, a thread and a sheet then have a
 /// surface that encloses about their volume. With phi_j = 1, liquid thinner than a support would have none. This is the
-/// normalisation of CSPM (2.24), applied to the colour. Fills particle_fill and particle_slope.
-/// Fills `dispersion` as well. Matter disperses in sheets and jets that stretch, because SPH has no tension. Its iso-surface
-/// then encloses more than its volume. `dispersion` is 1 - s'_j over a quarter:
+/// normalisation of CSPM (2.24), applied to the colour. Fills particle_fill and particle_slope. Fills `dispersion` as
+/// well. Matter disperses in sheets and jets that stretch, because SPH has no tension. Its iso-surface then encloses
+/// more than its volume. `dispersion` is 1 - s'_j over a quarter:
 ///     s'_j = s_j + 0.34 h |grad s_j|
-/// s'_j is 1 inside a liquid and in its outermost layer. Threads and single drops have their volume: `dispersion` falls to 0
-/// from s_j = 0.5 to 0.3.
+/// s'_j is 1 inside a liquid and in its outermost layer. Threads and single drops have their volume: `dispersion` falls
+/// to 0 from s_j = 0.5 to 0.3.
 void set_colours(LiquidPoints& points, Real support);
 
 }  // namespace thixo

@@ -16,8 +16,8 @@ constexpr Real kCrowded = Real(0.55), kSparse = Real(0.8), kApart = Real(0.7);
 // the corner.
 constexpr Real kApartAtCrease[] = {kApart, Real(0.55), Real(0.15), Real(0.15)};
 constexpr Real kSameSide = Real(0.7);  // cosine between normals of surfels that cover for each other
-// So many directions find every empty circle of a radius: a point at distance r is within 2 sin(5.6 degrees) r of one of
-// them. That is the difference of 1 and kSparse.
+// So many directions find every empty circle of a radius: a point at distance r is within 2 sin(5.6 degrees) r of one.
+// That is the difference of 1 and kSparse.
 constexpr int kDirections = 16;
 struct Circle {
     Real x[kDirections], y[kDirections];

@@ -30,12 +30,12 @@ double matter_volume(const Particles& particles, std::size_t j);
 ///     lift <- lift + 0.7 (V_particles - V)/sum A_i g_i      [m]
 /// A step is at most 0.08 spacings, and lift lies between -0.6 and 0.3 spacings. Where less than a third of the surface
 /// of a body has melted, these bounds are multiplied by three times the molten share. A_i is the area of a surfel, and
-/// g_i the share of the lift that it has (SurfelNotes::lift_share). The share is one where matter has dispersed, in splashes
-/// and thin sheets, whose iso-surface encloses up to a third too much. Elsewhere it is a fifth: there the iso-surface
-/// encloses a few per cent too little when it bends. Steps are small, so that nobody sees the surface swell and shrink.
-/// V_particles is the sum of matter_volume. With `steady`, the surface has hardly changed: after a very small step the
-/// next three updates are skipped. A volume that is wrong by more than 15 % belongs to an open surface, and changes
-/// nothing.
+/// g_i the share of the lift that it has (SurfelNotes::lift_share). The share is one where matter has dispersed, in
+/// splashes and thin sheets, whose iso-surface encloses up to a third too much. Elsewhere it is a fifth: there the
+/// iso-surface encloses a few per cent too little when it bends. Steps are small, so that nobody sees the surface swell
+/// and shrink. V_particles is the sum of matter_volume. With `steady`, the surface has hardly changed: after a very
+/// small step the next three updates are skipped. A volume that is wrong by more than 15 % belongs to an open surface,
+/// and changes nothing.
 void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
                  bool steady);
 

@@ -65,8 +65,8 @@ double dot_of(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
     return sum;
 }
 
-/// From (M/dt^2 + K) u the grid finds u = f(m), if its nodes represent f. Its matrix is shifted by 1e-9 on the diagonal,
-/// of which its condition makes no more than 1e-4.
+/// From (M/dt^2 + K) u the grid finds u = f(m), if its nodes represent f. Its matrix is shifted by 1e-9 on the
+/// diagonal, of which its condition makes no more than 1e-4.
 template <class F>
 void expect_solved_at_once(F&& f) {
     Gridded g(9, 8, 7);
@@ -93,7 +93,7 @@ TEST(CoarseGrid, SolvesATrilinearDisplacementAtOnce) {
 }
 
 TEST(CoarseGrid, CorrectionIsSymmetricAndPositive) {
-    // Conjugate gradients need both. Cholesky's method keeps symmetry to rounding times the matrix's condition, some 1e4.
+    // Conjugate gradients need both. Cholesky's method keeps symmetry to rounding times the matrix's condition, 1e4.
     const std::vector<std::size_t> held{0, 1, 2};
     std::vector<Symmetric> bounds(6 * 6 * 5);
     for (std::size_t i = 0; i < bounds.size(); i += 3) bounds[i] = {Real(500), Real(300), Real(200), Real(50), 0, 0};

@@ -14,7 +14,7 @@ struct FirstHit {
     Vec3f albedo{0, 0, 0};               // of a dielectric: one
     Eigen::Vector4f motion{0, 0, 0, 0};  // pixels to the right and up, to the next frame and to the one before
     const ObjectLabel* label = nullptr;  // where the world has labels
-    Hit hit;                             // all that is known of it; of what is in the world alone, not of a lamp
+    Hit hit;                             // as the ray met it; untouched where a lamp is seen
 };
 
 /// Which ways to sample light take part. `both` is for pictures; the single ones give the same mean, and test it.

@@ -20,9 +20,9 @@ struct PointSurfels {
 /// than 16 points.
 PointSurfels surfels_of_points(const TriangleMesh& points);
 
-/// Turns all surfels round where they face inward: where their signed volume about their middle is negative, and they
-/// close but for an opening of at most a quarter of their area. (Of open sheets either side may be the outer one.)
-/// Returns whether they were turned.
+/// Turns all surfels round where they face inward. They do where their signed volume about their middle is negative, if
+/// they leave open at most a quarter of their area. (Of open sheets either side may be the outer one.) Returns whether
+/// they were turned.
 bool orient_outward(PointSurfels& points);
 
 /// Maps the surfels by x -> rotation (factor x) + translation.

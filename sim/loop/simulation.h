@@ -50,6 +50,12 @@ struct Simulation {
     StepStats stats{};
 };
 
+/// The emitters of a simulation, and what they release into.
+inline Sources sources_of(const Simulation& s) {
+    const Problem& p = s.problem;
+    return {p.scene.emitters, p.emitters, p.smoothing, s.walls, p.outside.gravity, p.periodic, p.scene.solver.seed};
+}
+
 /// The tables of a simulation's solid matter, for what changes them in mid-run (sim/fracture).
 inline Matter matter_of(Simulation& s) {
     const scene::Scene& scene = s.problem.scene;

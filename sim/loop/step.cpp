@@ -145,8 +145,7 @@ void solve_pressure(Simulation& s, double dt) {
 
 /// What emitters drive moves as they say, whatever presses against it.
 void drive_openings(Simulation& s) {
-    const auto driven = drive_openings(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls,
-                                       s.problem.periodic, s.clock.time, s.emitters, s.particles);
+    const auto driven = drive_openings(sources_of(s), s.clock.time, s.emitters, s.particles);
     for (const Index i : driven) {
         s.particles.acceleration[i].setZero();
         if (incompressible(s)) s.solve_scratch.shift[i].setZero();
@@ -154,9 +153,7 @@ void drive_openings(Simulation& s) {
 }
 
 void emit(Simulation& s) {
-    emit_particles(s.problem.scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls,
-                   s.problem.outside.gravity, s.problem.periodic, s.problem.scene.solver.seed, s.clock.time,
-                   s.clock.last_dt, s.emitters, s.particles, s.next_id);
+    emit_particles(sources_of(s), s.clock.time, s.clock.last_dt, s.emitters, s.particles, s.next_id);
     adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
 }
 

@@ -95,8 +95,8 @@ struct Emission {
         Vec3 in;         // within the domain [m]
         Vec3d velocity;  // [m/s]
     };
-    // The particles of a layer that left the disc `age` [s] ago, as far as walls and the layer's own particles let
-    // them; nothing where another particle stands in the way of any of them.
+    // The particles of a layer that left the disc `age` [s] ago. Those that walls or the layer's own particles hinder are
+    // left out. Nothing where another particle stands in the way of any of them.
     std::optional<std::vector<Placed>> place(const std::vector<Vec3>& layer, const Disc& d, double age, double last_dt,
                                              std::uint64_t seed, const Particles& particles,
                                              std::int64_t next_id) const {
@@ -220,36 +220,34 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
     return layout;
 }
 
-std::vector<Index> drive_openings(const std::vector<scene::Emitter>& emitters,
-                                  const std::vector<EmitterLayout>& layouts, const Smoothing& smoothing,
-                                  const Walls& walls, const Periodic& periodic, double time,
-                                  const std::vector<EmitterState>& states, Particles& particles) {
+std::vector<Index> drive_openings(const Sources& sources, double time, const std::vector<EmitterState>& states,
+                                  Particles& particles) {
     std::vector<Index> driven;
-    for (std::size_t e = 0; e < emitters.size(); ++e) {
-        if (!states[e].pushing || time >= emitters[e].stop) continue;
-        const Emission emission{emitters[e], layouts[e], smoothing, walls, Vec3d::Zero(), periodic};
+    for (std::size_t e = 0; e < sources.emitters.size(); ++e) {
+        if (!states[e].pushing || time >= sources.emitters[e].stop) continue;
+        const Emission emission{sources.emitters[e], sources.layouts[e], sources.smoothing,
+                                sources.walls,       Vec3d::Zero(),      sources.periodic};
         emission.drive(emission.disc(time), particles, driven);
     }
     return driven;
 }
 
-void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts,
-                    const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, const Periodic& periodic,
-                    std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states,
+void emit_particles(const Sources& sources, double time, double last_dt, std::vector<EmitterState>& states,
                     Particles& particles, std::int64_t& next_id) {
-    for (std::size_t e = 0; e < emitters.size(); ++e) {
-        const scene::Emitter& emitter = emitters[e];
-        const EmitterLayout& layout = layouts[e];
+    for (std::size_t e = 0; e < sources.emitters.size(); ++e) {
+        const scene::Emitter& emitter = sources.emitters[e];
+        const EmitterLayout& layout = sources.layouts[e];
         EmitterState& state = states[e];
-        const Emission emission{emitter, layout, smoothing, walls, gravity.cast<double>(), periodic};
+        const Emission emission{
+            emitter, layout, sources.smoothing, sources.walls, sources.gravity.cast<double>(), sources.periodic};
         while (state.next <= time && state.next < emitter.stop) {
             const std::vector<Vec3>& layer = layout.layers[state.layer & 1];
             const double interval = static_cast<double>(layer.size()) * layout.mass / layout.flow;
             std::optional<std::vector<Emission::Placed>> placed;
             for (int k = 0; k <= kShorter && !placed; ++k) {
                 const double left_at = state.next + (time - state.next) * k / kShorter;
-                placed =
-                    emission.place(layer, emission.disc(left_at), time - left_at, last_dt, seed, particles, next_id);
+                placed = emission.place(layer, emission.disc(left_at), time - left_at, last_dt, sources.seed, particles,
+                                        next_id);
             }
             if (!placed) {
                 state.pushing = true;

@@ -14,8 +14,8 @@
 
 namespace thixo {
 
-/// What an emitter releases, worked out once: the sites of two alternating layers of the packing that lie in the disc,
-/// in its own frame (z the direction of flow, origin the centre).
+/// What an emitter releases, worked out once: the sites of two alternating layers of the packing that lie in the disc.
+/// They stand in the emitter's own frame: z is the direction of flow, the origin the centre.
 struct EmitterLayout {
     std::vector<Vec3> layers[2];     // [m], z = 0
     Mat3d turn = Mat3d::Identity();  // own frame -> scene, before the motion
@@ -35,33 +35,41 @@ struct EmitterState {
     bool pushing = false;      // a layer has met fluid once: from then on the fluid at the opening is driven on
 };
 
+/// All emitters of a scene, and what they release into.
+struct Sources {
+    const std::vector<scene::Emitter>& emitters;
+    const std::vector<EmitterLayout>& layouts;  // one an emitter
+    const Smoothing& smoothing;
+    const Walls& walls;
+    Vec3 gravity;  // [m/s^2]
+    const Periodic& periodic;
+    std::uint64_t seed;  // of jitter
+};
+
 /// Sites of a layer in the mean: area of the disc over the area of a site.
 double sites_of_emitter(const scene::Emitter& emitter, double spacing);
 
-/// Lays out an emitter's layers. Of all positions of the packing over the disc one is taken whose two layers hold
-/// closest to the mean number of sites, area / (area of a site); what is left is balanced in time: layer n follows
-/// n_particles m / (rho0 area speed) after the one before, so that the mass rate is exact.
+/// Lays out an emitter's layers. The packing is shifted over the disc until its two layers hold closest to the mean
+/// number of sites, area / (area of a site). Time balances the remainder: layer n follows the one before after
+///     n_particles m / (rho0 area speed)      [s]
+/// So the mass rate is exact.
 EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParams& material, Real spacing);
 
 /// Releases every layer that is due by `time` [s]. A particle that left the disc at t_k starts where free flight has
 /// brought it by now. Nothing overlaps what is there, across periodic faces too:
-/// - A layer stands back from walls by 0.3 spacings. One flush with a wall starts up to a spacing farther on; where
-/// that
+/// - A layer stands back from walls by 0.3 spacings. One flush with a wall starts up to a spacing farther on. Where that
 ///   does not help (a pipe about it), sites on the free side of the wall are taken. Sites within walls are left out.
 /// - A layer whose sites come within 0.7 spacings of other particles has flown less far, or waits. It is given up when
 ///   four more are due. Once a layer has waited, the emitter pushes (drive_openings).
 /// Ids count up from next_id in order of emitter, layer and site. `last_dt` is the step that led to `time`: velocities
 /// are stored half of it back.
-void emit_particles(const std::vector<scene::Emitter>& emitters, const std::vector<EmitterLayout>& layouts,
-                    const Smoothing& smoothing, const Walls& walls, const Vec3& gravity, const Periodic& periodic,
-                    std::uint64_t seed, double time, double last_dt, std::vector<EmitterState>& states,
+void emit_particles(const Sources& sources, double time, double last_dt, std::vector<EmitterState>& states,
                     Particles& particles, std::int64_t& next_id);
 
-/// Where an emitter pushes, the liquid up to two spacings ahead of its disc gets the velocity of the flow, and none
-/// passes the disc from behind. Returns these particles, whose velocities other forces may not change in this step.
-std::vector<Index> drive_openings(const std::vector<scene::Emitter>& emitters,
-                                  const std::vector<EmitterLayout>& layouts, const Smoothing& smoothing,
-                                  const Walls& walls, const Periodic& periodic, double time,
-                                  const std::vector<EmitterState>& states, Particles& particles);
+/// Drives the liquid before emitters that push. Up to two spacings ahead of the disc it gets the velocity of the flow,
+/// and none passes the disc from behind. Returns these particles: other forces may not change their velocities in this
+/// step.
+std::vector<Index> drive_openings(const Sources& sources, double time, const std::vector<EmitterState>& states,
+                                  Particles& particles);
 
 }  // namespace thixo

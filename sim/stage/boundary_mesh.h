@@ -9,8 +9,9 @@
 namespace thixo {
 
 /// The surface of a boundary in its own frame; a room shows its inner side, a plane is a square about its foot. Empty,
-/// with a warning, where the boundary is unbounded and no plane. Throws InputError, led by the place in the scene,
-/// where it cannot be tessellated, or has no texture coordinates and its appearance maps an image by them.
+/// with a warning, where the boundary is unbounded and no plane. Throws InputError that begins with the
+/// place in the scene where it cannot be tessellated. So too where an appearance maps an image by texture coordinates
+/// that it lacks.
 std::optional<TriangleMesh> boundary_mesh(const scene::Scene& scene, const scene::Boundary& boundary);
 
 }  // namespace thixo

@@ -1,5 +1,5 @@
-// Whether what a checkpoint holds can be a state of this scene. Its checksum tells damage; that a file with the right
-// checksum is one of ours is checked here: lengths against each other, indices against what they count.
+// Whether what a checkpoint holds can be a state of this scene. Its checksum tells damage. A file with the right checksum
+// may still be made by others: lengths are checked against each other here, indices against what they count.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace thixo {
 
-/// Each throws CacheError that names the file and the array. They are called in this order while a checkpoint is read,
-/// as what follows from a table is made as soon as the table is known. `at_start`: the solids as the scene makes them.
+/// Each throws CacheError that names the file and the array. They are called in this order while a checkpoint is read.
+/// What follows from a table is made as soon as the table is known. `at_start`: the solids as the scene makes them.
 
 /// Clock and sources.
 void check_clock(const Simulation& s, const std::string& file);
@@ -17,8 +17,8 @@ void check_clock(const Simulation& s, const std::string& file);
 /// Lengths, ids, materials and values of particles. Which bodies there are is not known yet.
 void check_particles(const Simulation& s, const std::string& file);
 
-/// Bodies, handles, elements, bonds and surfels of a scene whose bodies have split or whose elements have come or gone:
-/// all that `rebind` and the adoption of particles use.
+/// Bodies, handles, elements, bonds and surfels: all that `rebind` and the adoption of particles use. For scenes whose
+/// bodies have split, or whose elements have come or gone.
 void check_altered(const Simulation& s, const Solids& at_start, const std::string& file);
 
 /// Particles against bodies and elements, and the state of these.

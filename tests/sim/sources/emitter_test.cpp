@@ -24,8 +24,7 @@ Particles free_jet(const scene::Scene& scene, double seconds, double dt) {
     Simulation s = make_simulation(scene);
     std::int64_t id = 0;
     for (double t = 0; t < seconds; t += dt) {
-        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.outside.gravity, {},
-                       1, t, dt, s.emitters, s.particles, id);
+        emit_particles(sources_of(s), t, dt, s.emitters, s.particles, id);
         for (std::size_t i = 0; i < s.particles.size(); ++i)
             s.particles.position[i] += static_cast<Real>(dt) * s.particles.velocity[i];
     }
@@ -51,8 +50,7 @@ TEST(Emitter, NeverPutsParticlesNearerThanPointSevenSpacings) {
     Simulation s = make_simulation(scene);
     std::int64_t id = 0;
     for (double t = 0; t < 0.2; t += 0.0005) {
-        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.outside.gravity, {},
-                       1, t, 0.0005, s.emitters, s.particles, id);
+        emit_particles(sources_of(s), t, 0.0005, s.emitters, s.particles, id);
         for (Vec3& x : s.particles.position) x.z() -= Real(0.0005 * 0.8);
     }
     const auto& x = s.particles.position;
@@ -66,9 +64,7 @@ TEST(Emitter, FullPlaceMakesNoParticles) {
     Simulation s = make_simulation(scene);
     std::int64_t id = 0;
     // No particle moves on, so that every site is taken after the first two layers.
-    for (double t = 0; t < 0.5; t += 0.01)
-        emit_particles(scene.emitters, s.problem.emitters, s.problem.smoothing, s.walls, s.problem.outside.gravity, {},
-                       1, t, 0.01, s.emitters, s.particles, id);
+    for (double t = 0; t < 0.5; t += 0.01) emit_particles(sources_of(s), t, 0.01, s.emitters, s.particles, id);
     EXPECT_GT(s.emitters[0].blocked, static_cast<std::int64_t>(s.particles.size()));
     EXPECT_EQ(static_cast<std::size_t>(id), s.particles.size());
 }

@@ -106,8 +106,8 @@ class Damage {
     std::vector<StoredArray> arrays_;
 };
 
-/// Arrays that may have another length in a state of the same scene: a list that is empty where nothing is known, or
-/// needed, and lists of whatever length.
+/// Arrays that may have another length in a state of the same scene. Some are empty where nothing is known or needed;
+/// others may have any length.
 const std::set<std::string> kAnyLength = {"lift",         "mixed.lift",     "surface.lift", "body.cuts",
                                           "solid.anchor", "solid.laws",     "solid.rates",  "bonds.visibility",
                                           "bonds.base",   "bonds.base_back"};

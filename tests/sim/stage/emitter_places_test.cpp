@@ -27,8 +27,8 @@ std::size_t emitted(const Simulation& s) {
     return static_cast<std::size_t>(std::ranges::count(s.particles.body, tap));
 }
 
-/// The rate is density area speed. A layer is whole. Room is made within 0.8 spacings of way, which is one more layer,
-/// and a step may be as long as half a layer takes: three layers.
+/// The rate is density area speed. A layer is whole. Room is made within 0.8 spacings of way: one more layer. A step may be
+/// as long as half a layer takes: three layers in all.
 void expect_full_rate(const Simulation& s) {
     const double expected = kPi * square(kRadius) * kSpeed * kSeconds / cube(kSpacing);
     const double layer = kPi * square(kRadius) * static_cast<double>(packing_layer(Real(kSpacing))) / cube(kSpacing);

@@ -219,8 +219,8 @@ TEST_P(CraftedCheckpoints, AnArrayOfAnotherLengthIsRefused) {
     expect_other_lengths_to_be_refused(damage);
 }
 
-TEST_P(CraftedCheckpoints, OtherValuesAreRefusedOrDoNoHarm) {
-    Simulation s = GetParam()();
+TEST(CraftedCheckpoint, OtherValuesInASceneOfLiquidsAreRefusedOrDoNoHarm) {
+    Simulation s = splash();
     Damage damage(s);
     expect_other_values_to_do_no_harm(damage);
 }

@@ -73,7 +73,7 @@ TEST(Film, IsMadeInAFolderOfAnyName) {
     for (const char* name : {"100%d off", "50%%", "%06d", "c:foo", "file:x", "-o", "a'b \"c\"", "pipe:1", "ü*?[1]"}) {
         const fs::path out = folder.path / name;
         for (int n = 1; n <= 2; ++n) write_picture(out / "frames", n, 64, 36, 40 * n);
-        make_film(out / "frames", out / (std::string(name) + ".mp4"), 24);
+        make_film({out / "frames", {1, 2}, 24}, out / (std::string(name) + ".mp4"));
         fs::copy_file(out / (std::string(name) + ".mp4"), folder.path / "plain.mp4",
                       fs::copy_options::overwrite_existing);
         EXPECT_EQ("2", probed(folder.path / "plain.mp4", "nb_read_frames")) << name;

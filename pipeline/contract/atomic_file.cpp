@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <optional>
 #include <utility>
 
@@ -126,6 +127,16 @@ fs::file_time_type last_change(const fs::directory_entry& entry) {
     return newest;
 }
 
+/// Whether a process runs. One that has ended counts no more, even while nobody has asked for its exit code (a zombie).
+bool is_running(pid_t pid) {
+    if (::kill(pid, 0) != 0 && errno == ESRCH) return false;
+    std::ifstream file(fmt::format("/proc/{}/stat", pid));
+    std::string line;
+    if (!std::getline(file, line)) return true;  // no such file system: the number is all that is known
+    const std::size_t name = line.rfind(')');
+    return name == line.npos || name + 2 >= line.size() || line[name + 2] != 'Z';
+}
+
 /// Whether the process that made this temporary is gone: its number is free (or was given to us), or the file has not
 /// changed for long.
 bool abandoned(const fs::directory_entry& entry) {
@@ -137,7 +148,7 @@ bool abandoned(const fs::directory_entry& entry) {
     const std::string host = fmt::format("-{}-", host_name());
     const bool here =
         std::string_view(end, static_cast<std::size_t>(name.data() + name.size() - end)).starts_with(host);
-    if (here && (pid == ::getpid() || (::kill(pid, 0) != 0 && errno == ESRCH))) return true;
+    if (here && (pid == ::getpid() || !is_running(pid))) return true;
     return fs::file_time_type::clock::now() - last_change(entry) > kAbandoned;
 }
 

@@ -38,6 +38,9 @@ def png(width, height):
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
 
 
+LOADING = 0.1  # seconds that the system may take to load a program on a busy machine
+
+
 class Copies(Case):
     """Each test works on a copy of a finished output folder."""
     @classmethod
@@ -297,9 +300,12 @@ class Signals(Copies):
         out, hits = self.folder / "run", 0
         for k in range(12):
             number, code = ((signal.SIGINT, 130), (signal.SIGTERM, 143))[k % 2]
-            outcome = self.interrupted(["thixo", "run", SCENE, "--out", out], number, chance.uniform(0, 1) * whole)
+            after = chance.uniform(0, 1) * whole
+            outcome = self.interrupted(["thixo", "run", SCENE, "--out", out], number, after)
             if outcome is None:  # it went on from before, and was quicker
                 shutil.rmtree(out)
+                continue
+            if outcome[0] == -number and after < LOADING:  # the program's own code did not run yet
                 continue
             hits += 1
             self.assertEqual(code, outcome[0], outcome[1])
@@ -340,6 +346,8 @@ class Usage(Copies):
         for program in ("thixo", "thixo-sim", "thixo-render"):
             words = ["sim", SCENE] if program == "thixo" else [SCENE] if program == "thixo-sim" else []
             done = subprocess.run([tools.bin_folder / program, *words, f"--out={self.reference}"], preexec_fn=limit, capture_output=True, check=False)
+            if done.returncode == 127 and b"error while loading shared libraries" in done.stderr:
+                continue  # the system could not load the program at all: none of its code ran
             self.assertEqual(5, done.returncode, done.stderr)
 
 

@@ -48,6 +48,7 @@ double holes(const Simulation& s, std::size_t rays) {
 /// The surface of the solids of a scene as if none had begun to melt, up to their edges.
 SurfelCloud solid_surface(const Simulation& s) {
     Solids solids = s.solids;
+    for (SolidBody& body : solids.bodies) body.skin = Skin::embedded;  // even if it has begun to melt
     SurfaceState shown;
     std::vector<Index> source;
     displace_embedded(s.embedded, solids, shown, source);

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <memory>
 #include <thread>
 
@@ -94,6 +97,21 @@ TEST(AtomicFile, AKilledWriterLeavesTheOldFileAndItsTemporaryIsRemovedLater) {
     EXPECT_EQ(files_in(folder.path()), 2u);
     EXPECT_EQ(remove_stale_temporaries(folder.path()), 1);
     EXPECT_EQ(files_in(folder.path()), 1u);
+}
+
+TEST(AtomicFile, ATemporaryOfAnEndedProcessIsRemovedEvenWhileNobodyAsksForItsExitCode) {
+    const TemporaryFolder folder;
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(0);
+    siginfo_t ended{};
+    ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOWAIT), 0);  // it stays a zombie
+    std::string name = temporary_path(folder.path(), "file").filename().string();
+    const std::string own = std::to_string(::getpid());
+    name.replace(name.find(own), own.size(), std::to_string(child));
+    std::ofstream(folder / name) << "half";
+    EXPECT_EQ(remove_stale_temporaries(folder.path()), 1);
+    EXPECT_EQ(files_in(folder.path()), 0u);
+    ASSERT_EQ(::waitpid(child, nullptr, 0), child);
 }
 
 TEST(AtomicFile, TemporariesOfLivingProcessesAndOtherFilesStay) {

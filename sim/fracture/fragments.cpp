@@ -93,7 +93,9 @@ void append_face(const SurfelCloud& face, std::size_t b, std::int32_t sheet, con
     constexpr std::int64_t kFirst = std::int64_t(1) << 50, kFamily = std::int64_t(1) << 36;
     EmbeddedSurface& s = matter.embedded;
     const std::size_t first = s.size();
-    const Real temperature = s.temperature.empty() ? Real(0) : s.temperature[0];
+    const auto own = std::ranges::find(s.owner, static_cast<std::int32_t>(b));
+    const Real temperature =
+        own == s.owner.end() ? Real(0) : s.temperature[static_cast<std::size_t>(own - s.owner.begin())];
     append_surfels(face, matter.solids.bodies[b].origin, static_cast<std::int32_t>(b), s);
     for (std::size_t i = first; i < s.size(); ++i) {
         s.sheet[i] = sheet;

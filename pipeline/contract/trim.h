@@ -13,6 +13,9 @@ struct TrimNode {
     Op op = Op::sheet;
     int sheet = 0;                // of Op::sheet; the surfels' attribute `sheet`
     std::vector<TrimNode> parts;  // of the others, at least one
+    // Above 0: the node holds wherever none of its sheets has a surfel nearer than this. A crack so trims what is beside
+    // it, and nothing else [m].
+    float reach = 0;
 };
 
 /// The same tree from another type of that form, whose leaves have a `number` (SheetTree of pipeline/geometry).

@@ -6,6 +6,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
 #include "sim/bonds/members.h"
+#include "sim/fracture/sheets.h"
 #include "sim/liquid/density.h"
 #include "sim/liquid/forces.h"
 #include "sim/liquid/leapfrog.h"
@@ -172,12 +173,14 @@ double choose_step(const Plan& plan, Simulation& s, double wall_speed) {
     const scene::TimeStep& params = s.problem.scene.solver.time_step;
     // Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
     if (!plan.liquid)
-        return divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : params.maximum);
+        return divide_evenly(s.clock.next_frame - s.clock.time,
+                             params.fixed > 0 ? params.fixed : std::min(params.maximum, s.solids.cracks.step));
     StepLimits limits = step_limits(s.particles, s.sweep, s.problem.materials, s.problem.smoothing, params, wall_speed);
     if (incompressible(s)) limits.signal = std::min(limits.signal, pressure_limit(s));
     check_health(s, limits);
     const double dt =
-        divide_evenly(s.clock.next_frame - s.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
+        divide_evenly(s.clock.next_frame - s.clock.time,
+                      params.fixed > 0 ? params.fixed : std::min(limits.smallest(), s.solids.cracks.step));
     s.stats.fastest = std::max(s.stats.fastest, limits.fastest);
     if (dt < s.stats.smallest_dt) s.stats.limit = params.fixed > 0 ? "fixed" : limits.cause();
     s.stats.smallest_dt = std::min(s.stats.smallest_dt, dt);
@@ -215,6 +218,15 @@ void move_solids(const Plan& plan, double dt, Simulation& s) {
     s.stats.limit = "elastic";
     s.stats.smallest_dt = std::min(s.stats.smallest_dt, report.smallest_dt);
     s.stats.largest_dt = std::max(s.stats.largest_dt, dt);
+}
+
+/// Cracks go as far as the stress of the step's end drives them.
+void break_solids(const Plan& plan, double dt, Simulation& s) {
+    if (!plan.solids || s.solids.breaking.empty()) return;
+    ScopedTimer timer(s.stats.cracks_seconds);
+    const CrackReport report = advance_cracks(dt, static_cast<std::uint64_t>(s.clock.step), matter_of(s), s.crack_scratch);
+    s.stats.cracks_begun += static_cast<int>(report.begun);
+    s.stats.fragments += static_cast<int>(report.fragments);
 }
 
 void move_on(const Plan& plan, double dt, double wall_speed, Simulation& s) {
@@ -309,6 +321,7 @@ void step(Simulation& s) {
     drive_openings(s);                 // sources
     conduct(s, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, s);  // leapfrog   7.2, solids  5.3, 6.3, walls
+    break_solids(plan, dt, s);         // fracture   5.6
     update_surface_when_due(plan, s);  // surface    6.6
     count_step(s);
 }
@@ -319,6 +332,7 @@ void refresh_surface(Simulation& s) {
     const Smoothing& smoothing = s.problem.smoothing;
     const scene::Surface& params = s.problem.scene.surface;
     const SurfaceSetting setting{s.walls, params, smoothing.spacing, smoothing.support, s.problem.moulds};
+    if (s.solids.cracks.any()) lay_sheets(CrackSight(s.solids), matter_of(s));
     const SurfaceReport report = s.solids.empty() ? update_surface(s.surface, s.particles, setting)
                                                   : update_mixed_surface(s.embedded, s.solids, s.particles, setting,
                                                                          s.mixed_surface, s.surface, s.embedded_source);

@@ -157,6 +157,21 @@ void visit_fields(Stream& stream, const char* name, Records& records, Field... f
 }
 
 template <class Stream, class S>
+void visit_cracks(Stream& stream, S& cracks) {
+    visit_fields(stream, "cracks", cracks.cracks, &Crack::source, &Crack::sheet);
+    stream.records("fronts", cracks.fronts, sizeof(std::int32_t));
+    for (auto& front : cracks.fronts) {
+        stream.value("front.crack", front.crack);
+        stream.value("front.closed", front.closed);
+        visit_fields(stream, "front.nodes", front.nodes, &CrackNode::place, &CrackNode::advance, &CrackNode::heading,
+                     &CrackNode::vertex, &CrackNode::state);
+    }
+    stream.array("cracks.vertex", cracks.vertex);
+    for_each_array(cracks.triangles, [&](const char* name, auto& array) { stream.array(name, array); });
+    for_each_array(cracks.crossings, [&](const char* name, auto& array) { stream.array(name, array); });
+}
+
+template <class Stream, class S>
 void visit_bonds(Stream& stream, S& bonds) {
     stream.array("bonds.begin", bonds.begin);
     stream.array("bonds.neighbour", bonds.neighbour);
@@ -185,6 +200,7 @@ void visit_altered(Stream& stream, S& s) {
     }
     for_each_array_of(Life::made, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     visit_bonds(stream, solids.elements.bonds);
+    visit_cracks(stream, solids.cracks);
     for_each_array(s.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
     visit_fields(stream, "embedded.families", s.embedded.families, &SurfelFamily::first, &SurfelFamily::base,
                  &SurfelFamily::shift);
@@ -196,6 +212,7 @@ void visit_solids(Stream& stream, S& s) {
     for (auto& handle : s.handles) stream.array("solid.anchor", handle.anchor);
     stream.value("solid.last_dt", s.last_dt);
     stream.value("solid.stretch2", s.stretch2);
+    if (s.elements.breaks) stream.value("cracks.step", s.cracks.step);
     for_each_array_of(Life::state, s.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     for_each_array(s.contacts.nodes, [&](const char* name, auto& array) { stream.array(name, array); });
     if (!s.softening.any) return;

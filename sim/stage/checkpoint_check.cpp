@@ -330,6 +330,7 @@ void check_altered(const Simulation& s, const Solids& at_start, const std::strin
     check_bodies(check, s, at_start);
     check_bonds(check, s.solids.elements.bonds, s.solids.elements.size());
     check_embedded(check, s);
+    check_cracks(s, file);
 }
 
 void check_solids(const Simulation& s, const std::string& file) {

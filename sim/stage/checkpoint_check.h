@@ -19,6 +19,8 @@ void check_particles(const Simulation& s, const std::string& file);
 
 /// Bodies, handles, elements, bonds and surfels: all that `rebind` and the adoption of particles use. For scenes whose
 /// bodies have split, or whose elements have come or gone.
+/// The fronts and sheets of cracks, and the bonds that cross them.
+void check_cracks(const Simulation& s, const std::string& file);
 void check_altered(const Simulation& s, const Solids& at_start, const std::string& file);
 
 /// Particles against bodies and elements, and the state of these.

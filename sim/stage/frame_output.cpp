@@ -74,6 +74,12 @@ PointSet surfel_points(const Simulation& simulation) {
     return points;
 }
 
+/// Discs reach past the lips of a crack by about their radius: beyond three of these it trims nothing [m].
+float reach_of_cracks(const Solids& solids, const SolidBody& body) {
+    const auto own = std::ranges::find(solids.breaking, body.source, &Breaking::source);
+    return own == solids.breaking.end() ? 0 : static_cast<float>(3 * own->surfel);
+}
+
 std::vector<FrameBody> frame_bodies(const Simulation& s) {
     const scene::Scene& scene = s.problem.scene;
     std::vector<FrameBody> bodies;
@@ -83,6 +89,7 @@ std::vector<FrameBody> frame_bodies(const Simulation& s) {
     for (const scene::Body& b : scene.bodies) add(b.name, b.material, -1);
     for (const scene::Emitter& e : scene.emitters) add(e.name, e.material, -1);
     std::vector<std::optional<TrimNode>> of_source(scene.bodies.size());
+    const std::vector<std::vector<std::int32_t>> crack_sheets = crack_sheets_of(s.embedded, s.solids.bodies.size());
     for (std::size_t b = 0; b < s.solids.bodies.size(); ++b) {
         const SolidBody& body = s.solids.bodies[b];
         if (!body.shaped()) continue;
@@ -92,7 +99,7 @@ std::vector<FrameBody> frame_bodies(const Simulation& s) {
         else
             add(scene.bodies[source].name, scene.bodies[source].material, body.parent);
         if (body.skin == Skin::embedded)
-            bodies[static_cast<std::size_t>(body.id)].trim = trim_of_fragment(of_source[source], body);
+            bodies[static_cast<std::size_t>(body.id)].trim = trim_of_fragment(of_source[source], body, crack_sheets[b], reach_of_cracks(s.solids, body));
     }
     return bodies;
 }

@@ -324,6 +324,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     make_phases(scene, smoothing, s.particles, s.solids);
     locate_particles(s.particles, s.solids);
     if (scene.surface.enabled) s.embedded = make_embedded_surface(scene, s.solids);
+    make_breaking(scene, s.embedded, s.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(

@@ -85,6 +85,13 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
         line["seconds"]["solids"] = t.solids_seconds;
         line["seconds"]["contact"] = t.contact_seconds;
     }
+    if (!s.solids.breaking.empty()) {
+        line["cracks"] = {{"begun", t.cracks_begun},
+                          {"fragments", t.fragments},
+                          {"fronts", s.solids.cracks.fronts.size()},
+                          {"bodies", s.solids.bodies.size()}};
+        line["seconds"]["cracks"] = t.cracks_seconds;
+    }
     if (!append_line(out / kFile, line.dump()))
         log_warning("{}: cannot be written; the run goes on without statistics", (out / kFile).string());
 }

@@ -1,6 +1,7 @@
 // Surfels on all solids of a scene, and the weights of the elements that displace them.
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
@@ -73,13 +74,40 @@ EdgeCut edge_cut_past(const FaceDisc& disc) {
     return {0, 0, 0};
 }
 
-/// Appends the weights of a disc's three places, of all elements within `support` of any of them.
-void append_weights(const PointGrid& grid, const SolidBody& body, const Vec3& m, const Vec3& axis1, const Vec3& axis2,
-                    Real support, std::vector<SurfelWeight>& out) {
+/// Weakens the weights from row `begin` on by what stands between their elements and surfel i. Returns whether any is
+/// weakened. Where no element would be left, all stay.
+bool screen_weights(const SurfelCloud& rest, Index i, const ElementSight& sight, std::size_t begin,
+                    std::vector<SurfelWeight>& weights) {
+    std::vector<Real> left;
+    Real least = 1, sum[3] = {0, 0, 0};
+    for (std::size_t k = begin; k < weights.size(); ++k) {
+        const SurfelWeight& w = weights[k];
+        const Real a = left.emplace_back(sight(rest.position[i], rest.normal[i], w.element));
+        least = std::min(least, a);
+        sum[0] += a * w.at, sum[1] += a * w.along1, sum[2] += a * w.along2;
+    }
+    if (!(least < 1) || !(std::min({sum[0], sum[1], sum[2]}) > 0)) return false;
+    for (std::size_t k = begin; k < weights.size(); ++k) {
+        const Real a = left[k - begin];
+        weights[k].at *= a, weights[k].along1 *= a, weights[k].along2 *= a;
+    }
+    const auto own = weights.begin() + static_cast<std::ptrdiff_t>(begin);
+    weights.erase(std::remove_if(own, weights.end(),
+                                 [](const SurfelWeight& w) { return w.at == 0 && w.along1 == 0 && w.along2 == 0; }),
+                  weights.end());
+    return true;
+}
+
+/// Appends the weights of surfel i, of all elements within its support of its middle or of an end of its axes. Returns
+/// whether a crack weakens any.
+bool append_weights(const PointGrid& grid, const SolidBody& body, const EmbeddedSurface& s, Index i,
+                    const ElementSight& sight, std::vector<SurfelWeight>& out) {
     const std::size_t begin = out.size();
+    const Real support = s.support[i];
     const Poly6 w(support);
     Real sum[3] = {0, 0, 0};
-    const Vec3 place[3] = {m, m + axis1, m + axis2};
+    const Vec3& m = s.rest.position[i];
+    const Vec3 place[3] = {m, m + s.rest.axis1[i], m + s.rest.axis2[i]};
     for (int k = 0; k < 3; ++k)
         grid.for_each_neighbour(place[k], support, [&](Index near, Real r2) {
             const Index element = body.elements[near];
@@ -90,29 +118,38 @@ void append_weights(const PointGrid& grid, const SolidBody& body, const Vec3& m,
             weight = w.value(r2);
             sum[k] += weight;
         });
-    for (std::size_t i = begin; i < out.size(); ++i) {
-        out[i].at /= sum[0];
-        out[i].along1 /= sum[1];
-        out[i].along2 /= sum[2];
+    const bool screened = sight && screen_weights(s.rest, i, sight, begin, out);
+    if (screened) {
+        std::ranges::fill(sum, Real(0));
+        for (std::size_t k = begin; k < out.size(); ++k)
+            sum[0] += out[k].at, sum[1] += out[k].along1, sum[2] += out[k].along2;
     }
+    for (std::size_t k = begin; k < out.size(); ++k) {
+        out[k].at /= sum[0];
+        out[k].along1 /= sum[1];
+        out[k].along2 /= sum[2];
+    }
+    return screened;
 }
 
 /// The weights of the surfels `which`, one after the other, and where those of each end.
 struct FoundWeights {
     std::vector<SurfelWeight> weight;
     std::vector<std::size_t> end;
+    std::vector<std::uint8_t> screened;
 };
-FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which, const EmbeddedSurface& s) {
+FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which, const ElementSight& sight,
+                          const EmbeddedSurface& s) {
     const std::size_t count = which.size();
     std::vector<std::vector<SurfelWeight>> found((count + kChunk - 1) / kChunk);
     FoundWeights out;
     out.end.resize(count);
+    out.screened.resize(count);
     parallel_chunks(count, [&](std::size_t begin, std::size_t stop, std::size_t c) {
         for (std::size_t k = begin; k < stop; ++k) {
             const Index i = which[k];
             const auto owner = static_cast<std::size_t>(s.owner[i]);
-            append_weights(s.grid[owner], solids.bodies[owner], s.rest.position[i], s.rest.axis1[i], s.rest.axis2[i],
-                           s.support[i], found[c]);
+            out.screened[k] = append_weights(s.grid[owner], solids.bodies[owner], s, i, sight, found[c]);
             out.end[k] = found[c].size();
         }
     });
@@ -141,9 +178,28 @@ void replace_weights(const std::vector<Index>& which, const FoundWeights& found,
     }
     s.begin.swap(begin);
     s.weight.swap(weight);
+    s.screened.resize(s.size(), 0);
+    for (std::size_t k = 0; k < which.size(); ++k) s.screened[which[k]] = found.screened[k];
 }
 
 Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
+
+/// The surfels of cracks whose other side belongs to the same body, ascending. Both sides are laid at one place.
+std::vector<Index> closed_faces(const EmbeddedSurface& s, std::int32_t owner) {
+    std::vector<Index> faces;
+    for (Index i = 0; i < s.size(); ++i)
+        if (s.owner[i] == owner && s.sheet[i] >= kFirstCrackSheet) faces.push_back(i);
+    const auto key = [&](Index i) {
+        const Vec3& m = s.rest.position[i];
+        return std::tuple(s.sheet[i] / 2, m.x(), m.y(), m.z());
+    };
+    std::ranges::sort(faces, [&](Index a, Index b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+    std::vector<Index> both;
+    for (std::size_t k = 1; k < faces.size(); ++k)
+        if (key(faces[k]) == key(faces[k - 1])) both.insert(both.end(), {faces[k - 1], faces[k]});
+    std::ranges::sort(both);
+    return both;
+}
 
 /// Finds how a body's new surfels, from row `first` on, lie about its edges.
 void find_edges(const Shape& shape, double spacing, std::size_t first, EmbeddedSurface& s) {
@@ -205,20 +261,29 @@ void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t o
     }
 }
 
-void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& s) {
-    s.grid.resize(solids.bodies.size());
-    s.trim.resize(solids.bodies.size());
-    std::vector<Real> widest(solids.bodies.size(), 0);
-    std::vector<PointGrid> near(solids.bodies.size());
-    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
-        const SolidBody& body = solids.bodies[b];
-        if (!bodies[b] || !body.shaped() || body.empty()) continue;
-        widest[b] = solids.elements.support[body.typical];
-        near[b].build(rest_places(body, solids.elements), widest[b]);
-    }
+void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& s,
+                  const ElementSight& sight) {
     std::vector<Index> which;
     for (Index i = 0; i < s.size(); ++i)
         if (bodies[static_cast<std::size_t>(s.owner[i])]) which.push_back(i);
+    s.grid.resize(solids.bodies.size());
+    s.trim.resize(solids.bodies.size());
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b)
+        if (bodies[b]) s.grid[b] = {};
+    bind_some_surfels(solids, which, s, sight);
+}
+
+void bind_some_surfels(const Solids& solids, const std::vector<Index>& which, EmbeddedSurface& s,
+                       const ElementSight& sight) {
+    std::vector<Real> widest(solids.bodies.size(), 0);
+    for (const Index i : which) widest[static_cast<std::size_t>(s.owner[i])] = 1;
+    std::vector<PointGrid> near(solids.bodies.size());
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        if (!(widest[b] > 0) || !body.shaped() || body.empty()) continue;
+        widest[b] = solids.elements.support[body.typical];
+        near[b].build(rest_places(body, solids.elements), widest[b]);
+    }
     parallel_for(which.size(), [&](std::size_t k) {
         const Index i = which[k];
         const auto b = static_cast<std::size_t>(s.owner[i]);
@@ -230,15 +295,17 @@ void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies,
         reach = std::max(reach, reach_of_pieces(s, i));
     }
     for (std::size_t b = 0; b < solids.bodies.size(); ++b)
-        if (widest[b] > 0) s.grid[b].build(rest_places(solids.bodies[b], solids.elements), widest[b]);
-    replace_weights(which, find_weights(solids, which, s), s);
+        if (widest[b] > 0 && !(s.grid[b].cell() >= widest[b]))
+            s.grid[b].build(rest_places(solids.bodies[b], solids.elements), widest[b]);
+    replace_weights(which, find_weights(solids, which, sight, s), s);
 }
 
 std::optional<Shape> shape_of_surfels(const EmbeddedSurface& s, const SolidBody& body, std::int32_t index) {
     constexpr std::size_t kFewest = 16;  // surfels_of_points needs as many
     TriangleMesh points;
+    const std::vector<Index> closed = closed_faces(s, index);
     for (std::size_t i = 0; i < s.size(); ++i) {
-        if (s.owner[i] != index || s.beyond[i]) continue;
+        if (s.owner[i] != index || s.beyond[i] || std::ranges::binary_search(closed, static_cast<Index>(i))) continue;
         points.vertices.push_back((s.rest.position[i] + body.origin).cast<float>());
         points.normals.push_back(s.rest.normal[i].cast<float>());
     }

@@ -90,13 +90,18 @@ struct PieceElements {
         const auto owner = static_cast<std::size_t>(s.owner[field.root]);
         const SolidBody& body = field.solids.bodies[owner];
         x.clear(), y.clear(), z.clear(), element.clear();
-        s.grid[owner].for_each_neighbour(s.rest.position[field.root], reach_of_pieces(s, field.root),
-                                         [&](Index near, Real) {
-                                             const Index i = body.elements[near];
-                                             const Quad& m = field.solids.elements.rest[i];
-                                             x.push_back(m.x), y.push_back(m.y), z.push_back(m.z);
-                                             element.push_back(i);
-                                         });
+        const auto add = [&](Index i) {
+            const Quad& m = field.solids.elements.rest[i];
+            x.push_back(m.x), y.push_back(m.y), z.push_back(m.z);
+            element.push_back(i);
+        };
+        if (s.screened[field.root]) {
+            // Beside a crack: those that the surfel itself sees.
+            for (std::size_t k = s.begin[field.root]; k < s.begin[field.root + 1]; ++k) add(s.weight[k].element);
+        } else {
+            s.grid[owner].for_each_neighbour(s.rest.position[field.root], reach_of_pieces(s, field.root),
+                                             [&](Index near, Real) { add(body.elements[near]); });
+        }
         // Padded with elements out of all reach.
         constexpr Real kFar = Real(1e18);
         for (const std::size_t n = (element.size() + kLanes - 1) / kLanes * kLanes; x.size() < n;)

@@ -1,0 +1,26 @@
+// What happens to fronts where they meet the surface, other cracks, or each other. Dissertation 5.6.5.
+#pragma once
+
+#include "sim/fracture/tension.h"
+
+namespace thixo {
+
+/// Marks nodes that a row takes out of the body, onto another sheet, or onto an oncoming part of a front. `to` are the
+/// new places of all nodes of the fronts `which`, by front; nodes that meet are moved together.
+/// - Left the body: the node ends on the surface, a third of a row outside.
+/// - Crossed another sheet, or came within a third of a row of it: it ends there, a little beyond.
+/// - Two nodes that are no neighbours and run against each other, nearer than three quarters of a row: both end, at the
+///   mean of their places.
+void meet(const CrackedMatter& matter, const std::vector<std::size_t>& which, std::vector<std::vector<Vec3>>& to,
+          Cracks& cracks);
+
+/// Splits fronts where nodes have ended: each run of nodes inside becomes a front of its own, with the ended nodes
+/// beside it as its ends. Fronts without a node inside terminate; so do closed ones that have shrunk to a row's length.
+/// All parts go on with the same two sheets.
+void split_fronts(const Breaking& breaking, Cracks& cracks);
+
+/// Spaces the nodes of the matter's fronts evenly: a node is put in where two are farther apart than one and a half
+/// rows, on a cubic spline through its neighbours, and taken out where they are nearer than two fifths of a row.
+void space_nodes(const Breaking& breaking, Cracks& cracks);
+
+}  // namespace thixo

@@ -49,7 +49,7 @@ bool weaken_bonds(const std::vector<WeakBond>& weak, Elements& e) {
         lower(bond.second, bond.first, bond.visibility);
     }
     if (!any) return false;
-    bonds.changed();
+    bonds.changed_by_cracks();
     weigh_bonds(e, kFlat);
     return parted;
 }

@@ -7,7 +7,8 @@
 namespace thixo {
 namespace {
 
-constexpr Real kOut = Real(0.3);  // rows: how far outside of the body an end stands
+constexpr Real kOut = Real(0.3);   // rows: how far outside of the body an end stands
+constexpr Real kSnap = Real(1.5);  // rows: between two sheets nearer than this there is hardly an element
 
 bool belongs(const CrackFront& front, const Breaking& breaking, const Cracks& cracks) {
     return cracks.cracks[static_cast<std::size_t>(front.crack)].source == breaking.source;
@@ -39,7 +40,7 @@ void meet_sheets(const CrackedMatter& matter, const CrackFront& front, CrackNode
     if (nearest < 2 * length) {
         to = node.place + (nearest + kOut * breaking.row) / length * way;
         node.state = NodeState::met;
-    } else if (const auto near = matter.sheets().nearest(to, breaking.row / 3, other)) {
+    } else if (const auto near = matter.sheets().nearest(to, kSnap * breaking.row, other)) {
         to = near->place;
         node.state = NodeState::met;
     }

@@ -8,7 +8,7 @@ namespace thixo {
 /// Marks nodes that a row takes out of the body, onto another sheet, or onto an oncoming part of a front. `to` are the
 /// new places of all nodes of the fronts `which`, by front; nodes that meet are moved together.
 /// - Left the body: the node ends on the surface, a third of a row outside.
-/// - Crossed another sheet, or came within a third of a row of it: it ends there, a little beyond.
+/// - Crossed another sheet: it ends a little beyond. Came within one and a half rows of one: it ends on that sheet.
 /// - Two nodes that are no neighbours and run against each other, nearer than three quarters of a row: both end, at the
 ///   mean of their places.
 void meet(const CrackedMatter& matter, const std::vector<std::size_t>& which, std::vector<std::vector<Vec3>>& to,

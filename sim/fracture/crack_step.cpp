@@ -73,7 +73,9 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
     const auto first = static_cast<Index>(cracks.triangles.size());
     const std::size_t before = cracks.cracks.size();
     for (const CrackedMatter& own : scratch.matter) {
-        const FrontStep now{own, scratch.stress, dt};
+        PointGrid gaps;
+        gaps.build(gaping_places(solids, own.breaking().source), 2 * own.breaking().row);
+        const FrontStep now{own, scratch.stress, gaps, dt};
         const Real load = begin_cracks(now, matter.seed, step, solids.elements, cracks);
         const Real fastest = move_fronts(now, cracks);
         if (row_is_due(own.breaking(), cracks)) {

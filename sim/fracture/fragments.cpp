@@ -335,13 +335,13 @@ void remove_element(Index element, const Matter& matter) {
 std::optional<TrimNode> trim_of_fragment(const std::optional<TrimNode>& source, const SolidBody& body,
                                          const std::vector<std::int32_t>& crack_sheets, float reach) {
     if (body.cuts.empty() && crack_sheets.empty()) return source;
-    TrimNode tree{.op = TrimNode::Op::all, .parts = {source ? *source : TrimNode{}}};
-    for (const std::int32_t sheet : body.cuts) tree.parts.push_back({.sheet = sheet});
+    TrimNode tree{TrimNode::Op::all, 0, {source ? *source : TrimNode{}}, 0};
+    for (const std::int32_t sheet : body.cuts) tree.parts.push_back(sheet_node(sheet));
     for (std::size_t k = 0; k < crack_sheets.size(); ++k) {
         const std::int32_t sheet = crack_sheets[k];
         const bool both = k + 1 < crack_sheets.size() && crack_sheets[k + 1] / 2 == sheet / 2;
-        TrimNode crack{.sheet = sheet};
-        if (both) crack = {.op = TrimNode::Op::any, .parts = {{.sheet = sheet}, {.sheet = sheet + 1}}};
+        TrimNode crack = sheet_node(sheet);
+        if (both) crack = {TrimNode::Op::any, 0, {sheet_node(sheet), sheet_node(sheet + 1)}, 0};
         crack.reach = reach;
         tree.parts.push_back(std::move(crack));
         k += both ? 1 : 0;

@@ -42,9 +42,13 @@ Motion motion_of(const FrontStep& step, const CrackFront& front, std::size_t i) 
     }
     probe += breaking.row / 2 * node.heading;
     const CrackedMatter::Local local = step.matter.at(probe, step.stress);
-    if (!(local.strength > 0)) return motion;
     const Tension tension = largest_tension(local.stress);
-    if (!(tension.value > 0) || tension.value < breaking.arrest * local.strength) return motion;
+    if (!(local.strength > 0) || !(tension.value > 0) || tension.value < breaking.arrest * local.strength) {
+        bool gapes = false;
+        step.gaping.for_each_neighbour(node.place, 2 * breaking.row, [&](Index, Real) { gapes = true; });
+        if (gapes) motion.speed = breaking.speed;
+        return motion;
+    }
     Vec3 d = tension.axis.cross(along);
     const Real size = d.norm();
     if (size < Real(0.2)) return motion;  // it is pulled along its front, not open

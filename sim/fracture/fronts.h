@@ -9,6 +9,7 @@ namespace thixo {
 struct FrontStep {
     const CrackedMatter& matter;
     const std::vector<Symmetric>& stress;  // of elements [Pa]
+    const PointGrid& gaping;               // places where the crack gapes (gaping_places)
     double dt;                             // [s]
 };
 
@@ -29,7 +30,8 @@ Real begin_cracks(const FrontStep& step, std::uint64_t seed, std::uint64_t numbe
 ///     c <- c + dt d
 /// The sign is that of the last motion. The direction is blended with the last one by `history`, over the distance
 /// gone. Ends on the surface have the inward normal for t. No node goes farther than a row of the sheet.
-/// Returns the largest speed [m/s].
+/// Where the crack gapes just behind a node, matter has parted that no element lies in: the stress does not know. There
+/// the node runs on as it did, at v. Returns the largest speed [m/s].
 Real move_fronts(const FrontStep& step, Cracks& cracks);
 
 /// Whether a node has moved so far that a new row of the sheets is due.

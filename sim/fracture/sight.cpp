@@ -97,6 +97,20 @@ void find_crossings(const CrackedMatter& matter, const Elements& e, Index first,
                       [](auto& array, const auto& from) { array.insert(array.end(), from.begin(), from.end()); });
 }
 
+std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source) {
+    const Elements& e = solids.elements;
+    const BondCrossings& crossings = solids.cracks.crossings;
+    std::vector<Vec3> places;
+    for (std::size_t k = 0; k < crossings.size(); ++k) {
+        const Index i = crossings.first[k], j = crossings.second[k];
+        if (e.owner[i] != e.owner[j] || solids.owner(i).source != source) continue;
+        const Vec3 r = xyz(e.rest[j]) - xyz(e.rest[i]), u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
+        const Vec3 strained = (solids.gradients[i] + solids.gradients[j]) * r / 2;
+        if ((u - strained).norm() > r.norm() / 2) places.push_back((xyz(e.rest[i]) + xyz(e.rest[j])) / 2);
+    }
+    return places;
+}
+
 std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& e, Cracks& cracks) {
     BondCrossings& crossings = cracks.crossings;
     std::vector<WeakBond> weak(crossings.size());

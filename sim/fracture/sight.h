@@ -19,6 +19,11 @@ void follow_fronts(const std::vector<Breaking>& breaking, Cracks& cracks);
 /// Notes the bonds that cross triangles from row `first` on.
 void find_crossings(const CrackedMatter& matter, const Elements& elements, Index first, Cracks& cracks);
 
+/// Places of a scene body's sheets where they gape: a bond that still reaches across is longer than the strain at its ends explains,
+///     |u_j - u_i - (H_i + H_j)/2 r_ij| > |r_ij|/2
+/// Requires Solids::gradients of the present time.
+std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source);
+
 /// The visibility of all bonds that cross sheets. Bonds that have parted are forgotten.
 std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& elements, Cracks& cracks);
 

@@ -206,13 +206,26 @@ void visit_altered(Stream& stream, S& s) {
                  &SurfelFamily::shift);
 }
 
+/// What of breaking solids is state. Rates may be those of bonds of a few steps before.
+template <class Stream, class S>
+void visit_breaking(Stream& stream, S& s) {
+    auto& bonds = s.elements.bonds;
+    stream.value("cracks.step", s.cracks.step);
+    stream.array("cracks.laws", s.laws);
+    stream.array("cracks.rates", s.rates);
+    stream.value("cracks.weakened", bonds.weakened);
+    bool follow = s.rates_version + bonds.weakened == bonds.version;
+    stream.value("cracks.rates_follow", follow);
+    if constexpr (!std::is_const_v<S>) s.rates_version = follow ? bonds.version - bonds.weakened : 0;
+}
+
 template <class Stream, class S>
 void visit_solids(Stream& stream, S& s) {
     for (auto& body : s.bodies) visit_body(stream, body);
     for (auto& handle : s.handles) stream.array("solid.anchor", handle.anchor);
     stream.value("solid.last_dt", s.last_dt);
     stream.value("solid.stretch2", s.stretch2);
-    if (s.elements.breaks) stream.value("cracks.step", s.cracks.step);
+    if (s.elements.breaks) visit_breaking(stream, s);
     for_each_array_of(Life::state, s.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     for_each_array(s.contacts.nodes, [&](const char* name, auto& array) { stream.array(name, array); });
     if (!s.softening.any) return;

@@ -61,9 +61,12 @@ struct Bonds {
     std::uint64_t version = 1;
     // The same, raised by changes of solidity as well.
     std::uint64_t weights_version = 1;
+    // How many of the last versions, up to this one, are of bonds that cracks have weakened and of nothing else.
+    std::uint64_t weakened = 0;
 
     std::size_t size() const { return begin.empty() ? 0 : begin.size() - 1; }
-    void changed() { ++version, ++weights_version; }
+    void changed() { ++version, ++weights_version, weakened = 0; }
+    void changed_by_cracks() { ++version, ++weights_version, ++weakened; }
 };
 
 /// Structure of arrays; row e of every array is element e. Places and vectors are in their body's material frame.

@@ -119,8 +119,17 @@ struct PieceElements {
                 if (a[l] > 0) sum.add(a[l], field.solids.motions[element[k + l]]);
         }
         const Real total = sum_of(weight);
-        for (Lanes& p : sum.part) p /= total;
+        if (!(total > 0)) sum.add(1, field.solids.motions[nearest(m)]);
+        for (Lanes& p : sum.part) p /= total > 0 ? total : Real(1);
         return sum;
+    }
+    /// Beside a crack a piece may see no element within the support.
+    Index nearest(const Vec3& m) const {
+        std::size_t best = 0;
+        const auto away = [&](std::size_t k) { return (Vec3(x[k], y[k], z[k]) - m).squaredNorm(); };
+        for (std::size_t k = 1; k < element.size(); ++k)
+            if (away(k) < away(best)) best = k;
+        return element[best];
     }
 };
 

@@ -69,8 +69,8 @@ std::string ProgressBoard::interrupt() {
     return clear ? "\n" : "";
 }
 
-// The stages run side by side and share the cores, so the time left is that of the slowest at its own pace. -1: nobody
-// has a pace yet.
+// The stages run side by side and share the cores. So the time left is that of the slowest stage, at its own pace [s].
+// It is -1 while no stage has a pace.
 double ProgressBoard::seconds_left(double now) const {
     double left = -1;
     for (const Stage& s : stages_) {

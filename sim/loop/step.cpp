@@ -21,9 +21,9 @@ namespace {
 
 bool incompressible(const Simulation& s) { return s.problem.strategy.incompressible; }
 
-// Nearest place of a particle to a wall, in spacings. Pressure holds the first layer half a spacing off; this catches
-// what no pressure holds: single drops, and what an impact presses on. The implicit solver's walls hold by themselves:
-// moved back from nearer than they would, particles would be thrust among their neighbours, and it is the last resort.
+// The least distance of a particle from a wall [m]. Pressure holds the first layer half a spacing off. This catches
+// what no pressure holds: single drops, and what an impact presses on. The implicit solver's walls hold particles by
+// themselves, some nearer than that. To move these back would thrust them among their neighbours.
 Real least_wall_distance(const Simulation& s) {
     return (incompressible(s) ? Real(0.2) : Real(0.45)) * s.problem.smoothing.spacing;
 }
@@ -49,7 +49,8 @@ void find_neighbours(Simulation& s) {
     s.neighbours.build(s.grid, support, s.particles.size());
 }
 
-/// Order, grid and v(t) for what reads them, where nothing asks for neighbours but those at rest.
+/// Sorts the particles, builds the grid and finds v(t). For steps in which nothing asks for neighbours, but for those
+/// at rest.
 void place_solids(Simulation& s) {
     sort_particles(s);
     find_ghosts(s.problem.periodic, s.particles.position, s.problem.smoothing.support, s.sweep.ghosts);
@@ -57,7 +58,7 @@ void place_solids(Simulation& s) {
     pack_motion(s.particles, 0, false, s.sweep);
 }
 
-/// What heat conduction reads, where there is no liquid whose density is asked for.
+/// Packs what heat conduction reads, in steps without a liquid whose density is asked for.
 void pack_still(Simulation& s) {
     pack_motion(s.particles, 0, false, s.sweep);
     find_wall_effects(s.walls, s.particles.position, s.sweep.walls);
@@ -143,7 +144,7 @@ void solve_pressure(Simulation& s, double dt) {
                 s.stats.density);
 }
 
-/// What emitters drive moves as they say, whatever presses against it.
+/// Matter that an emitter drives moves as the emitter says, whatever presses against it.
 void drive_openings(Simulation& s) {
     const auto driven = drive_openings(sources_of(s), s.clock.time, s.emitters, s.particles);
     for (const Index i : driven) {
@@ -157,9 +158,14 @@ void emit(Simulation& s) {
     adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
 }
 
-/// Walls are stiff springs to what a pressure p presses on them, of frequency sqrt(5 p/rho)/spacing (the curvature of
-/// their share, wall_kernel.h), and a step of explicit places must follow that:
-///     dt <= cfl spacing / sqrt(2 mean(p/rho))      in a tank at rest the mean is half the largest. [s]
+/// The largest step that can follow the walls [s]. Walls are stiff springs to what a pressure p presses on them. Their
+/// frequency follows from the curvature of their share (wall_kernel.h):
+///
+///     omega = sqrt(5 p/rho)/spacing   [1/s]
+///
+/// A step with explicit places must resolve it. In a tank at rest the mean of p/rho is half the largest:
+///
+///     dt <= cfl spacing/sqrt(2 mean(p/rho))   [s]
 double pressure_limit(const Simulation& s) {
     const Particles& p = s.particles;
     const double sum = parallel_sum(
@@ -243,10 +249,12 @@ double largest(const Simulation& s, Term&& term) {
         [](double a, double b) { return std::max(a, b); }));
 }
 
-/// Surfels are carried by the displacement of the particles about them, which is exact where that is affine: a jet in
-/// free flight needs no update. So what counts as having moved (a quarter of the surfel support, dissertation 6.6) is
-/// the displacement against the neighbours' mean, and of one particle in twenty: in a splash some drop always has, and
-/// its few surfels are made anew at the next update in any case. What moves all together may go two supports.
+/// Whether the surface has to be updated. Surfels are carried by the displacement of the particles about them. That is
+/// exact where the displacement is affine, so that a jet in free flight needs no update. What counts is therefore the
+/// displacement of a particle against the mean of its neighbours. The update is due when it is more than a quarter of
+/// the surfel support (dissertation 6.6) for one particle in twenty. A single one is not enough: in a splash some drop
+/// always moves that far. Its few surfels are made anew at the next update in any case. Matter that moves as a whole
+/// may move two supports.
 bool surface_due(const Plan& plan, const Simulation& s) {
     constexpr double kShare = 0.05;
     const scene::Surface& params = s.problem.scene.surface;

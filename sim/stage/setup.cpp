@@ -42,8 +42,8 @@ std::vector<Mould> make_moulds(const scene::Scene& scene) {
     return moulds;
 }
 
-/// Twice the largest mean speed between two keys of a motion, of what is at most `reach` [m] from the axes it turns
-/// about: smooth motions are at most that much faster in the middle [m/s].
+/// A bound on the speed of a motion at `reach` [m] from the axes that it turns about [m/s]. It is twice the largest
+/// mean speed between two keys: smooth motions are at most that much faster in the middle.
 double fastest_of(const std::vector<scene::Key>& keys, double reach) {
     double fastest = 0;
     for (std::size_t k = 1; k < keys.size(); ++k) {
@@ -110,7 +110,7 @@ double drop_height(const scene::Scene& scene) {
     return std::isfinite(top) && std::isfinite(bottom) ? std::max(0.0, top - bottom) : 0;
 }
 
-/// Matter is placed within the domain; a body that reaches beyond a periodic face would lose that part.
+/// Throws InputError where a body reaches beyond a periodic face: it would lose that part.
 void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Periodic& periodic, Real spacing) {
     const auto box = shape.bounds();
     for (int a = 0; a < 3; ++a) {
@@ -132,8 +132,8 @@ void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, con
                 body.shape.where, body.name, x.x(), x.y(), x.z());
 }
 
-/// Particles of a hexagonal lattice: of a liquid each is what a site of the packing stands for, the mass of a solid is
-/// that of its shape.
+/// Particles of a hexagonal lattice. In a liquid each has the volume that a site of the packing stands for. In a solid
+/// they share the volume of the shape.
 SampledVolume pack_body(const Shape& shape, bool solid, const std::function<bool(const Vec3&)>& free,
                         const Simulation& s) {
     const Real d = s.problem.smoothing.spacing;
@@ -171,7 +171,7 @@ Vec3d centre_of_mass(const SampledVolume& sites) {
     return sum / volume;
 }
 
-/// The bodies whose particles are there, by their boxes: with thousands of bodies only a few are near a new one.
+/// The bodies whose particles are placed, with their boxes. Of thousands of bodies only a few are near a new one.
 class PlacedBodies {
   public:
     /// Positions of all particles that may be within `reach` [m] of the shape.

@@ -61,7 +61,8 @@ struct RayScene::Impl {
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
 
-    Impl(SurfelSet s, std::vector<MeshObject> m) : surfels(std::move(s)), meshes(std::move(m)) {
+    Impl(SurfelSet surfel_set, std::vector<MeshObject> objects)
+        : surfels(std::move(surfel_set)), meshes(std::move(objects)) {
         trims = Trims(surfels.trim, surfels.object, surfels.layer, surfels.cloud);
         find_bounds();
         device = make_device();

@@ -167,13 +167,13 @@ float SheetField::far_distance(const Vec3f& x) const {
 float SheetField::distance(const Vec3f& x) const {
     if (discs_.empty()) return std::numeric_limits<float>::max();
     if (flat_) return discs_.front().normal.dot(x - discs_.front().place);
-    Sums s;
-    gather(0, discs_.size(), x, s);
-    if (!(s.weight > 1e-9f)) return far_distance(x);
-    const Vec3f place = s.place / s.weight, normal = s.normal / s.weight;
-    const float size = s.size / s.weight, spread = s.squares / s.weight - place.squaredNorm();
-    const float bend = std::clamp((s.along / s.weight - place.dot(normal)) / std::max(spread, 1e-3f * square(size)),
-                                  -1 / size, 1 / size);
+    Sums sums;
+    gather(0, discs_.size(), x, sums);
+    if (!(sums.weight > 1e-9f)) return far_distance(x);
+    const Vec3f place = sums.place / sums.weight, normal = sums.normal / sums.weight;
+    const float size = sums.size / sums.weight, spread = sums.squares / sums.weight - place.squaredNorm();
+    const float bend = std::clamp(
+        (sums.along / sums.weight - place.dot(normal)) / std::max(spread, 1e-3f * square(size)), -1 / size, 1 / size);
     const Vec3f gradient = normal - bend * place;
     return -(gradient.dot(place) + 0.5f * bend * (spread + place.squaredNorm()));
 }

@@ -65,17 +65,17 @@ RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
     return r;
 }
 
-/// A body that nothing acts on turns so that its angular momentum stays. It turns by the spin of half the way, and ends
-/// with the spin of the end. Both are in the frame that turns with the body.
+/// A body that nothing acts on turns so that its angular momentum stays. It turns by the spin at half the step, and
+/// ends with the spin of the end. Both are in the frame that turns with the body.
 struct Turning {
     Mat3d turn;          // Q, from the old frame to the new one
     Vec3d spin, change;  // omega [1/s], its rate [1/s^2]
 };
 Turning turn_on(const RigidRates& r, double dt) {
     const Vec3d angular = r.inertia * r.spin;
-    const auto about = [](const Vec3d& way) {
-        const double angle = way.norm();
-        return angle > 0 ? Eigen::AngleAxisd(angle, way / angle).toRotationMatrix() : Mat3d(Mat3d::Identity());
+    const auto about = [](const Vec3d& rotation) {
+        const double angle = rotation.norm();
+        return angle > 0 ? Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix() : Mat3d(Mat3d::Identity());
     };
     const Vec3d half = r.spin_of(about(dt / 2 * r.spin).transpose() * angular);
     const Mat3d turn = about(dt * half);
@@ -382,14 +382,14 @@ void stay_out_of_walls(const Walls& walls, Solids& solids) {
 }
 
 /// Nodes' displacements are counted from where the elements are, in the present frames.
-void count_ways_from(const std::vector<Quad>& start, Solids& solids) {
+void count_displacements_from(const std::vector<Quad>& start, Solids& solids) {
     ContactNodes& n = solids.contacts.nodes;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
     parallel_for(
         n.size(),
         [&](std::size_t k) {
-            n.start[k] = n.last[k] =
-                sum_of_node(n, poses, k, [&](Index i, Real w, NodeMotion& m) { m.way += w * xyz(start[i]); }).way;
+            const auto add = [&](Index i, Real w, NodeMotion& m) { m.displacement += w * xyz(start[i]); };
+            n.start[k] = n.last[k] = sum_of_node(n, poses, k, add).displacement;
         },
         64);
 }
@@ -401,7 +401,7 @@ ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& 
     Elements& e = solids.elements;
     move_walls(walls, time + dt);
     go_ahead(dt, solids, s);
-    count_ways_from(s.start, solids);
+    count_displacements_from(s.start, solids);
     const std::vector<Quad> before = e.velocity;
     move_held(time + dt, dt);
     const ImplicitReport report = Step(dt, tolerance, walls, before, solids, s).solve();

@@ -114,8 +114,10 @@ void visit(V& v, LiquidEnd& e) {
     v.key("creep", e.creep, "1/s", between(0, 1e9), "rate at which strain above `yield_strain` is forgotten");
 }
 
-/// The two ends of a material that melts (dissertation 6.5): the material's own keys hold up to `from`, `liquid` from
-/// `to` on, in between every parameter a = a_from + b (a_to - a_from), b = (T - from)/(to - from)  (6.16).
+/// The two ends of a material that melts (dissertation 6.5). The material's own keys hold up to `from`, and those of
+/// `liquid` hold from `to` on. In between every parameter a goes over linearly (6.16):
+///
+///     a = a_from + b (a_to - a_from),   b = (T - from)/(to - from)   [1]
 struct Melting {
     double from = 0, to = 0;  // degC; to = from: it does not melt
     LiquidEnd liquid;

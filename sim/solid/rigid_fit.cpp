@@ -12,8 +12,8 @@ struct Sums {
     Sums operator+(const Sums& o) const { return {mass + o.mass, rest + o.rest, shift + o.shift, spread + o.spread}; }
 };
 
-Mat3d fitting_rotation(const Mat3d& s) {
-    const Eigen::JacobiSVD<Mat3d> svd(s, Eigen::ComputeFullU | Eigen::ComputeFullV);
+Mat3d fitting_rotation(const Mat3d& spread) {
+    const Eigen::JacobiSVD<Mat3d> svd(spread, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Vec3d sign(1, 1, 1);
     sign.z() = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1 : 1;
     return svd.matrixV() * sign.asDiagonal() * svd.matrixU().transpose();

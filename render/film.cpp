@@ -93,20 +93,21 @@ void store(const Channels& channels, std::size_t i, const Pixel& pixel) {
 }  // namespace
 
 Image render(const World& world, const FilmSettings& settings, const std::function<bool(int, int)>& progress) {
-    FilmSettings s = settings;
-    if (s.x1 == 0) {
-        s.x1 = world.camera.width;
-        s.y1 = world.camera.height;
+    FilmSettings film = settings;
+    if (film.x1 == 0) {
+        film.x1 = world.camera.width;
+        film.y1 = world.camera.height;
     }
-    const int width = s.x1 - s.x0, height = s.y1 - s.y0;
-    THIXO_ASSERT(width > 0 && height > 0 && s.samples > 0, "{} x {} pixels, {} samples", width, height, s.samples);
+    const int width = film.x1 - film.x0, height = film.y1 - film.y0;
+    THIXO_ASSERT(width > 0 && height > 0 && film.samples > 0, "{} x {} pixels, {} samples", width, height,
+                 film.samples);
     Image image(width, height);
     image.attributes = pass_attributes(world);
     const Channels channels = add_channels(image, world.passes);
     const PixelFilter filter;
     // Tiles of the whole picture, whatever is cut out of it: a tile's pixels decide together how long to go on.
-    const int first_column = s.x0 / kTile, first_row = s.y0 / kTile;
-    const int columns = (s.x1 - 1) / kTile - first_column + 1, rows = (s.y1 - 1) / kTile - first_row + 1;
+    const int first_column = film.x0 / kTile, first_row = film.y0 / kTile;
+    const int columns = (film.x1 - 1) / kTile - first_column + 1, rows = (film.y1 - 1) / kTile - first_row + 1;
     std::atomic<int> done{0};
     std::atomic<bool> stopped{false};
     parallel_chunks(
@@ -120,10 +121,10 @@ Image render(const World& world, const FilmSettings& settings, const std::functi
                       bottom = std::min(top + kTile, world.camera.height);
             std::array<Pixel, kTile * kTile> store_room;
             const std::span<Pixel> pixels(store_room.data(), std::size_t(right - left) * std::size_t(bottom - top));
-            sample_tile(pixels, world, filter, s, left, top, right - left);
-            for (int y = std::max(top, s.y0); y < std::min(bottom, s.y1); ++y)
-                for (int x = std::max(left, s.x0); x < std::min(right, s.x1); ++x, ++done)
-                    store(channels, std::size_t(y - s.y0) * std::size_t(width) + std::size_t(x - s.x0),
+            sample_tile(pixels, world, filter, film, left, top, right - left);
+            for (int y = std::max(top, film.y0); y < std::min(bottom, film.y1); ++y)
+                for (int x = std::max(left, film.x0); x < std::min(right, film.x1); ++x, ++done)
+                    store(channels, std::size_t(y - film.y0) * std::size_t(width) + std::size_t(x - film.x0),
                           pixels[std::size_t(y - top) * std::size_t(right - left) + std::size_t(x - left)]);
             if (interrupted() || (progress && !progress(done, width * height))) stopped = true;
         },

@@ -11,7 +11,9 @@ using scene::LightType;
 namespace {
 
 /// Into the environment's own frame; back with the sine turned round.
-Vec3f turned(const Vec3f& d, float c, float s) { return {c * d.x() + s * d.y(), c * d.y() - s * d.x(), d.z()}; }
+Vec3f turned(const Vec3f& d, float cosine, float sine) {
+    return {cosine * d.x() + sine * d.y(), cosine * d.y() - sine * d.x(), d.z()};
+}
 Vec3f own_direction(const Light& light, const Vec3f& d) { return turned(d, light.turn.x(), light.turn.y()); }
 
 }  // namespace
@@ -56,40 +58,40 @@ Vec3f infinite_radiance(const Light& light, const Vec3f& d) {
 }
 
 LightSample sample_light(const Light& light, const Vec3f& position, const Vec3f& n, const Vec2f& u) {
-    LightSample s;
-    s.distance = std::numeric_limits<float>::infinity();
+    LightSample sample;
+    sample.distance = std::numeric_limits<float>::infinity();
     switch (light.type) {
         case LightType::sun:
-            s.direction = to_world(sample_cone(u, light.cone), light.normal);
-            s.radiance = light.radiance;
-            s.pdf = 1 / (2 * kPif * light.cone);
+            sample.direction = to_world(sample_cone(u, light.cone), light.normal);
+            sample.radiance = light.radiance;
+            sample.pdf = 1 / (2 * kPif * light.cone);
             break;
         case LightType::sky: {
             const Vec3f local = sample_cosine(u);
-            s.direction = to_world(local, n);
-            s.radiance = infinite_radiance(light, s.direction);
-            s.pdf = local.z() / kPif;
+            sample.direction = to_world(local, n);
+            sample.radiance = infinite_radiance(light, sample.direction);
+            sample.pdf = local.z() / kPif;
             break;
         }
         case LightType::environment: {
             const Environment::Sample found = light.environment->sample(u);
-            s.direction = turned(found.direction, light.turn.x(), -light.turn.y());
-            s.radiance = light.radiance.cwiseProduct(light.environment->radiance(found.direction));
-            s.pdf = found.pdf;
+            sample.direction = turned(found.direction, light.turn.x(), -light.turn.y());
+            sample.radiance = light.radiance.cwiseProduct(light.environment->radiance(found.direction));
+            sample.pdf = found.pdf;
             break;
         }
         case LightType::area: {
             const Vec3f to = light.centre + (2 * u.x() - 1) * light.edge1 + (2 * u.y() - 1) * light.edge2 - position;
-            s.distance = to.norm();
-            s.direction = to / std::max(s.distance, 1e-20f);
-            const float cosine = -light.normal.dot(s.direction);
-            if (cosine <= 0) return s;
-            s.radiance = light.radiance;
-            s.pdf = s.distance * s.distance / (cosine * light.area);
+            sample.distance = to.norm();
+            sample.direction = to / std::max(sample.distance, 1e-20f);
+            const float cosine = -light.normal.dot(sample.direction);
+            if (cosine <= 0) return sample;
+            sample.radiance = light.radiance;
+            sample.pdf = sample.distance * sample.distance / (cosine * light.area);
             break;
         }
     }
-    return s;
+    return sample;
 }
 
 float light_pdf(const Light& light, const Vec3f& n, const Vec3f& d, float distance) {

@@ -12,9 +12,15 @@ struct Bump {
     int octaves = 4;
 };
 
-/// The shading normal on a surface raised by amplitude noise(m0 / scale) along its normal:
-///   n' = unit(n - dh/da a - dh/db b),   dh/da = amplitude/scale grad noise . dm0/da
-/// where a, b are the tangents the hit's dm0 belong to. Kept on the side of the surface's own normal.
+/// The shading normal on a surface that is raised along its normal by
+///
+///     h = amplitude noise(m0/scale)   [m]
+///
+/// With the tangents a, b that the derivatives of m0 at the hit belong to it is
+///
+///     n' = unit(n - dh/da a - dh/db b),   dh/da = amplitude/scale grad noise . dm0/da   [1]
+///
+/// Where n' would lean to the other side of the surface, the hit's own normal is returned.
 Vec3f bumped_normal(const Bump& bump, const Hit& hit);
 
 }  // namespace thixo::render

@@ -5,8 +5,12 @@
 namespace thixo::render {
 namespace {
 
-/// How the ray came here since the last surface that is not a mirror or a clear interface.
-/// clear: by smooth dielectrics; mirrored: at last one metal or coat did it.
+/// How the ray came here since the last shaded surface: one that is no mirror and no clear interface.
+///
+/// - direct: straight
+/// - clear: through smooth dielectrics alone
+/// - clear_reflected: by smooth dielectrics, of which at least one reflected it
+/// - mirrored: at least one smooth metal or coat reflected it
 enum class Chain { direct, clear, clear_reflected, mirrored };
 
 struct State {
@@ -105,16 +109,16 @@ class Path {
     }
 
     /// Whether the last shaded surface looks for light i by samples of its own, beside meeting it by chance. A sky
-    /// fills half of all directions: what stands before it sends back about the albedo's part of its light. So a
-    /// direction that the surface chooses brings much the same whatever it meets, and samples of the sky beside it cost
-    /// more than they gain. They pay on dark surfaces alone, and there where no other light has to share with them.
+    /// fills half of all directions. What stands before it sends back about the albedo's part of its light. So a
+    /// direction that the surface chooses brings much the same light whatever it meets. Samples of the sky beside it
+    /// then cost more than they gain. They pay on dark surfaces alone, where no other light has to share with them.
     bool looks_for(std::size_t i) const {
         if (strategy_ != Strategy::both) return strategy_ == Strategy::lights;
         return world_.lights[i].type != scene::LightType::sky || (s_.shaded == 1 && s_.albedo < kBright);
     }
 
-    /// Share of samples light i gets at the last shaded surface: at least a little, for what light_strength does not
-    /// know.
+    /// The share of samples that light i gets at the last shaded surface. It is never zero, because light_strength does
+    /// not know everything.
     float share(std::size_t i) const {
         if (s_.total_strength <= 0) return 1;
         return 0.9f * light_strength(world_.lights[i], s_.position) / s_.total_strength + 0.1f / float(s_.looked_for);
@@ -147,7 +151,7 @@ class Path {
         return surface + light > 0 ? surface / (surface + light) : 0;
     }
 
-    /// Met light is indirect unless seen directly or by the first shaded surface.
+    /// Light met by chance is indirect unless it is seen directly or by the first shaded surface.
     bool indirect_chance() const { return s_.bounces > 0 && !(s_.shaded == 1 && s_.chain == Chain::direct); }
 
     bool area_light_before(float limit) {
@@ -289,8 +293,8 @@ class Path {
         return true;
     }
 
-    /// The frame scattering is told in: n on the side the ray comes from, smooth unless that leans away from the ray;
-    /// `side` is the surface's own normal on that side.
+    /// The frame in which directions of scattering are given. `n` is the smooth normal on the side that the ray comes
+    /// from. Where it leans away from the ray, n is `side`, the surface's own normal on that side.
     struct Frame3 {
         Vec3f a, b, n, side;
         Vec3f local(const Vec3f& w) const { return {w.dot(a), w.dot(b), w.dot(n)}; }
@@ -320,8 +324,9 @@ class Path {
         }
     }
 
-    /// Next-event estimation on one side of the surface: every light that is looked for at the first shaded surface,
-    /// one of them by its share at later ones. f(wi, pdf) is what is scattered of light from the local direction wi.
+    /// Next-event estimation on one side of the surface. The first shaded surface samples every light that it looks
+    /// for. Later ones sample one of them, chosen by its share. f(wi, pdf) is what is scattered of light from the local
+    /// direction wi.
     template <class F>
     void light_up(const Hit& hit, const Frame3& frame, const Vec3f& side, const Interior& interior, F&& f) {
         if (s_.looked_for == 0) return;

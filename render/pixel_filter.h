@@ -7,8 +7,8 @@
 
 namespace thixo::render {
 
-/// Blackman-Harris window, radius 1.5 pixels, sampled by its inverse (filter importance sampling, Ernst et al. 2006):
-/// every sample then counts the same, and a pixel depends on its own samples alone.
+/// Blackman-Harris window of radius 1.5 pixels. Samples are placed by the inverse of its integral (filter importance
+/// sampling, Ernst et al. 2006). Every sample then counts the same, and a pixel depends on its own samples alone.
 class PixelFilter {
   public:
     PixelFilter();

@@ -14,7 +14,7 @@ namespace {
 constexpr unsigned kSurfelGeometry = 0;
 const Box3 kNothing{Vec3f::Constant(3e38f), Vec3f::Constant(-3e38f)};
 
-/// Rounding of a position of this size, with room: what a ray that leaves there must step over.
+/// A bound on the rounding of a position of this size [m]. A ray that leaves there must step over it.
 float rounding(const Vec3f& position) { return 4e-6f * std::max(position.cwiseAbs().maxCoeff(), 1e-3f); }
 
 /// Embree's ray context with what the surfel callback collects. The base comes first: Embree hands it back by address.
@@ -44,7 +44,7 @@ void free_memory(std::vector<T>& v) {
     std::vector<T>().swap(v);  // v = {} would keep it
 }
 
-/// Not unit.
+/// Normal of a triangle, not of unit length.
 Vec3f face_normal(const TriangleMesh& mesh, Index triangle) {
     const auto& [a, b, c] = mesh.triangles[triangle];
     return (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
@@ -61,7 +61,8 @@ struct RayScene::Impl {
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
 
-    Impl(SurfelSet s, std::vector<MeshObject> m) : surfels(std::move(s)), meshes(std::move(m)) {
+    Impl(SurfelSet surfel_set, std::vector<MeshObject> objects)
+        : surfels(std::move(surfel_set)), meshes(std::move(objects)) {
         trims = Trims(surfels.trim, surfels.object, surfels.layer, surfels.cloud);
         find_bounds();
         device = make_device();
@@ -147,7 +148,8 @@ struct RayScene::Impl {
         *args->bounds_o = {b.lower.x(), b.lower.y(), b.lower.z(), 0, b.upper.x(), b.upper.y(), b.upper.z(), 0};
     }
 
-    /// Collects; what the surfels blend to is found when the whole window is known. Only the end of the search moves.
+    /// Collects the discs of a block. What they blend to is found when the whole window is known. Only the end of the
+    /// search moves.
     static void meet_block(const RTCIntersectFunctionNArguments* args) {
         if (!args->valid[0]) return;
         Query& query = *reinterpret_cast<Query*>(args->context);
@@ -187,8 +189,9 @@ void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const 
     hit.offset = 2e-3f * found.radius + hit.rounding;
 }
 
-/// Means over the surfels of the hit. m0 is corrected from their mean place to the hit by its derivatives in the
-/// tangent plane, fitted to them by least squares. An affine m0 is met exactly, so textures do not swim.
+/// Weighted means over the surfels of the hit. The mean of m0 holds at the mean place of the surfels. It is carried
+/// from there to the hit by the derivatives of m0 in the tangent plane, which least squares fit to the surfels. An
+/// affine m0 is met exactly, so textures do not swim.
 void RayScene::Impl::blend_attributes(const SurfelHit& found, Hit& hit) const {
     Attributes& at = hit.attributes = {};
     Vec3f a, b;

@@ -36,7 +36,8 @@ SheetField::SheetField(const SurfelCloud& cloud, const std::vector<Index>& membe
     sort(0, discs_.size(), 0);
 }
 
-/// Far from a plane of discs all of them are about as near: the search would visit them all, to find what is known.
+/// Finds out whether all discs lie in one plane. Far from such a plane all discs are about equally near, so that a
+/// search for the nearest would visit them all.
 void SheetField::find_plane() {
     if (discs_.empty()) return;
     const Disc& first = discs_.front();
@@ -85,8 +86,10 @@ SheetField::Bundle SheetField::bundle(std::size_t begin, std::size_t end) const 
     return b;
 }
 
-/// Of a normal in the cone and a place in the box, the height of x over that plane is at least
-///   cos (least height along the axis) - sin (largest distance from the axis)
+/// Take the plane through any place in the box with any normal in the cone. With the cone's cosine and sine the height
+/// of x above this plane is at least
+///
+///     cosine (least height along the axis) - sine (largest distance from the axis)   [m]
 int SheetField::Bundle::side(const Vec3f& x) const {
     if (!(cosine > 0)) return 0;
     const Vec3f v = x - centre;
@@ -119,9 +122,9 @@ void SheetField::gather(std::size_t begin, std::size_t end, const Vec3f& x, Sums
     if (side > -widest_) gather(middle + 1, end, x, sums);
 }
 
-/// `away`: how far x is from the range's box along each axis. Its square is the least that a disc of the range can be
-/// away (Arya and Mount 1993). The search goes by bundles: of discs that all have x on one side the nearest need not be
-/// found. That holds as long as all others that could be nearer say the same; where they do not, that is disputed.
+/// `away` is how far x is from the range's box along each axis. Its square is the least that a disc of the range can be
+/// away (Arya and Mount 1993). The search goes by bundles. Where x is on one side of all discs of a bundle, the nearest
+/// of them need not be found. That holds while all others that could be nearer give the same side; else it is disputed.
 template <bool by_bundles>
 void SheetField::nearest(std::size_t begin, std::size_t end, std::size_t node, const Vec3f& x, Vec3f& away,
                          Nearest& best) const {
@@ -170,13 +173,13 @@ bool SheetField::within(const Vec3f& x, float reach) const {
 float SheetField::distance(const Vec3f& x) const {
     if (discs_.empty()) return std::numeric_limits<float>::max();
     if (flat_) return discs_.front().normal.dot(x - discs_.front().place);
-    Sums s;
-    gather(0, discs_.size(), x, s);
-    if (!(s.weight > 1e-9f)) return far_distance(x);
-    const Vec3f place = s.place / s.weight, normal = s.normal / s.weight;
-    const float size = s.size / s.weight, spread = s.squares / s.weight - place.squaredNorm();
-    const float bend = std::clamp((s.along / s.weight - place.dot(normal)) / std::max(spread, 1e-3f * square(size)),
-                                  -1 / size, 1 / size);
+    Sums sums;
+    gather(0, discs_.size(), x, sums);
+    if (!(sums.weight > 1e-9f)) return far_distance(x);
+    const Vec3f place = sums.place / sums.weight, normal = sums.normal / sums.weight;
+    const float size = sums.size / sums.weight, spread = sums.squares / sums.weight - place.squaredNorm();
+    const float bend = std::clamp(
+        (sums.along / sums.weight - place.dot(normal)) / std::max(spread, 1e-3f * square(size)), -1 / size, 1 / size);
     const Vec3f gradient = normal - bend * place;
     return -(gradient.dot(place) + 0.5f * bend * (spread + place.squaredNorm()));
 }

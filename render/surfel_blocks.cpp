@@ -136,14 +136,14 @@ std::vector<Place> spatial_order(const SurfelCloud& cloud) {
 }
 
 void set_lane(SurfelBlock& block, int lane, const SurfelCloud& cloud, Index i, std::uint32_t layer, Box3& bounds) {
-    const Vec3f &s = cloud.position[i], &t1 = cloud.axis1[i], &t2 = cloud.axis2[i];
+    const Vec3f &centre = cloud.position[i], &t1 = cloud.axis1[i], &t2 = cloud.axis2[i];
     const Vec3f across = t1.cross(t2);
     const float area = across.norm(), height = kHeight * std::sqrt(t1.norm() * t2.norm());
     const Vec3f n = across / area;
     // Rows of the inverse of (kReach t1, kReach t2, height n): right also where t1 and t2 are not at right angles.
     const Vec3f to_unit[3] = {t2.cross(n) / (kReach * area), n.cross(t1) / (kReach * area), n / height};
     for (int k = 0; k < 3; ++k) {
-        block.centre[k][lane] = s[k];
+        block.centre[k][lane] = centre[k];
         for (int row = 0; row < 3; ++row) block.to_unit[row][k][lane] = to_unit[row][k];
     }
     block.height[lane] = height;
@@ -151,8 +151,8 @@ void set_lane(SurfelBlock& block, int lane, const SurfelCloud& cloud, Index i, s
     block.source[lane] = i;
     const Vec3f half =
         (square(kReach) * (t1.cwiseAbs2() + t2.cwiseAbs2()) + square(height) * n.cwiseAbs2()).cwiseSqrt();
-    bounds.lower = bounds.lower.cwiseMin(s - half);
-    bounds.upper = bounds.upper.cwiseMax(s + half);
+    bounds.lower = bounds.lower.cwiseMin(centre - half);
+    bounds.upper = bounds.upper.cwiseMax(centre + half);
 }
 
 void clear_lane(SurfelBlock& block, int lane) {

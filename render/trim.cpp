@@ -13,10 +13,10 @@ using Op = TrimNode::Op;
 /// De Morgan: the tree without differences; `turned` marks the layers that are taken away.
 TrimNode without_differences(const TrimNode& node, bool negated, std::vector<signed char>& side) {
     if (node.op == Op::sheet) {
-        signed char& s = side.at(std::size_t(node.sheet));
+        signed char& sign = side.at(std::size_t(node.sheet));
         const signed char now = negated ? -1 : 1;
-        if (s == -now) throw CacheError("a trim tree both keeps and takes away sheet {}", node.sheet);
-        s = now;
+        if (sign == -now) throw CacheError("a trim tree both keeps and takes away sheet {}", node.sheet);
+        sign = now;
         return node;
     }
     TrimNode result;

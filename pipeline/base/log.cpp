@@ -14,9 +14,9 @@ std::atomic<bool> quiet_mode{false};
 }  // namespace
 
 std::string clock_text(double seconds) {
-    const int s = static_cast<int>(seconds + 0.5);
-    return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60)
-                    : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+    const int whole = static_cast<int>(seconds + 0.5);
+    return whole < 3600 ? fmt::format("{}:{:02}", whole / 60, whole % 60)
+                        : fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
 void set_quiet(bool quiet) { quiet_mode = quiet; }

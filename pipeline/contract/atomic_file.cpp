@@ -69,7 +69,7 @@ struct Fault {
     bool kill = false;
 };
 
-/// The fault a test asked for, if this call of write_whole is the one.
+/// The fault that a test asked for, where it is meant for this call of write_whole.
 std::optional<Fault> injected_fault() {
     const char* text = std::getenv("THIXO_WRITE_FAULT");
     if (!text) return std::nullopt;
@@ -117,7 +117,7 @@ void refuse_link(const fs::path& path) {
                          path.string());
 }
 
-/// Of a folder: of the newest of what it holds.
+/// When a file or folder was last changed. A folder counts as changed when the newest file in it was.
 fs::file_time_type last_change(const fs::directory_entry& entry) {
     std::error_code error;
     fs::file_time_type newest = entry.last_write_time(error);
@@ -127,7 +127,7 @@ fs::file_time_type last_change(const fs::directory_entry& entry) {
     return newest;
 }
 
-/// Whether a process runs. One that has ended counts no more, even while nobody has asked for its exit code (a zombie).
+/// Whether a process runs. A zombie does not: it has ended, and only its exit code has not been asked for.
 bool is_running(pid_t pid) {
     if (::kill(pid, 0) != 0 && errno == ESRCH) return false;
     std::ifstream file(fmt::format("/proc/{}/stat", pid));
@@ -137,8 +137,8 @@ bool is_running(pid_t pid) {
     return name == line.npos || name + 2 >= line.size() || line[name + 2] != 'Z';
 }
 
-/// Whether the process that made this temporary is gone: its number is free (or was given to us), or the file has not
-/// changed for long.
+/// Whether the process that made this temporary is gone. It is where its number on this host is free or now ours. Else
+/// only time tells: the temporary has not changed for long.
 bool abandoned(const fs::directory_entry& entry) {
     const std::string name = entry.path().filename().string();
     pid_t pid = 0;

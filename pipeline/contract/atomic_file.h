@@ -1,5 +1,5 @@
-// The one place that opens, writes and removes files of an output folder: a file is there whole, or what was there
-// before still is, and no link leads out of the folder.
+// The one place that opens, writes and removes files of an output folder. A file is there whole, or what was there
+// before still is. No link leads out of the folder.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,19 @@
 
 namespace thixo {
 
-/// Writes `bytes` to `path`: temporary name in the same folder, every return checked, flushed to disk, renamed, folder
-/// flushed. Throws InputError where `path` is a link, ResourceError (path and the system's reason) on any failure; then
-/// neither `path` nor a temporary has changed.
+/// Writes `bytes` to `path`. The bytes go to a temporary file in the same folder, which is flushed to disk and renamed;
+/// then the folder is flushed. Every return value is checked. Throws InputError where `path` is a link. Throws
+/// ResourceError (path and the system's reason) on any failure. No temporary is then left, and `path` is unchanged
+/// unless flushing the folder was all that failed.
 ///
-/// For tests of full disks and of kills the environment variable THIXO_WRITE_FAULT=<nth>:<bytes>:<how> makes the nth
-/// call of this process since it was set (from 1) fail after so many bytes: how = enospc (that call and all later ones
-/// report a full disk) or kill (SIGKILL to itself).
+/// Tests of full disks and of kills set the environment variable THIXO_WRITE_FAULT:
+///     THIXO_WRITE_FAULT=<nth>:<bytes>:<how>
+/// The nth call of this process since it was set (from 1) then fails after so many bytes. `how` is enospc or kill.
+/// enospc: that call and all later ones report a full disk. kill: the process sends SIGKILL to itself.
 void write_whole(const std::filesystem::path& path, std::string_view bytes);
 
 /// Appends one line to a regular file, which it makes where there is none. False where that fails, or where `path` is a
-/// link: what such files hold is not needed by any run.
+/// link. That is no error: no run needs what such files hold.
 bool append_line(const std::filesystem::path& path, std::string_view line);
 
 /// The bytes of a regular file that the user names. Throws CacheError naming the file where it is missing or cannot be

@@ -32,9 +32,9 @@ std::string read_listed(const std::filesystem::path& folder, const CacheFile& fi
 bool is_sound(const std::filesystem::path& folder, const CacheFile& file);
 
 /// Writes out/cache. Every file is written whole (atomic_file.h), a frame's files before the manifest that lists them.
-/// Changed or removed is only what the manifest lists, and what its content shows to be left over from a killed run
-/// (ownership.h); a file of another program under a name that a cache needs is refused with InputError.
-/// All members throw ResourceError when the disk is full or read-only; what the manifest listed before is then still
+/// Two kinds of files are changed or removed: those that the manifest lists, and those that a killed run left, as their
+/// content shows (ownership.h). Where another program's file has a name that a cache needs, members throw InputError.
+/// All members throw ResourceError when the disk is full or read-only. What the manifest listed before is then still
 /// there and still listed.
 class CacheWriter {
   public:
@@ -50,10 +50,10 @@ class CacheWriter {
     /// Adds the frame, or replaces the one of that number. `frame.particles` and `frame.surfels` need "P" where they
     /// have points. Throws DivergedError where a value is not finite, naming attribute and point.
     void write_frame(const Frame& frame);
-    /// Stores the bytes once as assets/<hash><extension>, listed from the next frame on; where the file that is listed
-    /// is missing or damaged, again. Returns the hash.
+    /// Stores the bytes once as assets/<hash><extension>, listed from the next frame on. Stores them again where the
+    /// listed file is missing or damaged. Returns the hash.
     std::string add_asset(std::string_view bytes, std::string_view extension = kAssetExtensions[0]);
-    /// Throws CacheError where a listed asset is missing or damaged: nothing that this run stored has mended it.
+    /// Throws CacheError where a listed asset is missing or damaged and this run has not stored it again.
     void require_assets() const;
     /// Marks the cache complete.
     void finish();

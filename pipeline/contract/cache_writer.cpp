@@ -24,13 +24,14 @@ Manifest empty_manifest(CacheIdentity identity) {
     return m;
 }
 
-/// Names in the cache folder that a cache can have and `now` does not list: what to remove, and what is another's.
+/// Files with names that a cache can have but `now` does not list. Own ones are to be removed; foreign ones are another
+/// program's.
 struct Leftovers {
     std::vector<fs::path> own, foreign;
 };
 
-/// A file is the cache's where `before`, the manifest that was there, lists it, or where its content proves it: a run
-/// that was killed within a frame leaves files that no manifest lists yet. Other names are of no concern.
+/// A file is the cache's own where `before`, the manifest that was there, lists it, or where its content proves it. A
+/// run that was killed within a frame leaves files that no manifest lists. Files with other names are left alone.
 Leftovers find_leftovers(const fs::path& folder, const Manifest& before, const Manifest& now) {
     Leftovers found;
     const auto look_at = [&](const fs::path& path, const std::string& name) {
@@ -93,7 +94,7 @@ CacheWriter CacheWriter::restart(const fs::path& out, CacheIdentity identity) {
     try {
         if (CacheReader::exists(out / "cache")) before = CacheReader(out / "cache").manifest();
     } catch (const CacheError& e) {
-        log_warning("{}; it is replaced", e.what());  // then only their content tells which files were the cache's
+        log_warning("{}; it is replaced", e.what());  // only their content then tells which files were the cache's
     }
     return open(out, before, empty_manifest(std::move(identity)), false);
 }

@@ -18,12 +18,12 @@ ExportFormat parse_export_format(std::string_view text);
 ExportWhat parse_export_what(std::string_view text);
 
 /// Points of one frame as the bytes of a file, in ascending id where they have one.
-/// ply: binary little endian; x y z, nx ny nz (from N), radius (from pscale), then every other attribute; v_x v_y v_z
-/// of a vector;
-///      64-bit integers as double.
-/// vtp: VTK XML poly data, raw appended; every attribute as point data, ids as 64-bit integers.
-/// csv: a header of attribute names, name.x,name.y,name.z of a vector, then a row a point; numbers read back to the
-/// same bits.
+///
+/// - ply: binary, little endian. It holds x y z, nx ny nz (from N), radius (from pscale), then every other attribute. A
+///   vector v becomes v_x v_y v_z, and 64-bit integers become doubles.
+/// - vtp: VTK XML poly data, raw appended. Every attribute is point data, and ids are 64-bit integers.
+/// - csv: a header of attribute names, then one row a point. A vector v becomes v.x,v.y,v.z. Numbers read back to the
+///   same bits.
 std::string export_points(const PointSet& points, ExportFormat format);
 
 /// <what>.NNNN.<format> for every frame, into out_dir; for vtp also <what>.pvd, the collection with times. Returns the

@@ -10,12 +10,18 @@ namespace thixo {
 /// frame.NNNN.json), an .exr.
 bool describes(const std::filesystem::path& path);
 
-/// Text for a person, or (json) one JSON document, both ending in a newline:
-/// of a cache {"scene", "format", "complete", "frames": [{"frame", "time", "particles", "surfels", "bodies", "air",
-/// "virtual", "mass" [kg], "momentum" [kg m/s], "energy" [J] kinetic + potential, "volume" [m^3] enclosed by the
-/// surfels or, without surfels, of the particles, "sha"}]}; of a frame one such object and "attributes" {name: {"type",
-/// "min", "mean", "max"}}; of an EXR size, channels, header text. Throws CacheError: missing, damaged, not a file of a
-/// cache.
+/// Text for a person, or (json) one JSON document. Both end in a newline. The document of a cache is
+///
+///     {"scene", "format", "complete", "frames": [FRAME, ...]}
+///
+/// and of a frame FRAME with one more member, "attributes": {name: {"type", "min", "mean", "max"}}. FRAME is
+///
+///     {"frame", "time", "particles", "surfels", "bodies", "air", "virtual",
+///      "mass" [kg], "momentum" [kg m/s], "energy" [J], "volume" [m^3], "sha"}
+///
+/// The energy is kinetic + potential. The volume is what the surfels enclose, or without surfels that of the particles.
+/// The document of an EXR holds size, channels and header text. Throws CacheError where the path is missing, damaged,
+/// or no file of a cache.
 std::string describe(const std::filesystem::path& path, bool json);
 
 }  // namespace thixo

@@ -21,12 +21,14 @@ void for_each_image(L& look, F&& f) {
             f("look.appearances." + a.name + ".image", ImageUse::texture, a.image.file, a.image.content);
 }
 
-/// ".png" or ".exr", by the first bytes and not the name; empty where it is neither.
+/// ".png" or ".exr", told from the first bytes and not from the name; empty where it is neither.
 std::string_view image_extension(std::string_view bytes);
 
-/// Throws InputError where the bytes are no image for this use: of another type, damaged, without colour; an
-/// environment that is not twice as wide as high or has values that are negative or not finite; a texture with values
-/// beyond 0 to 1.
+/// Throws InputError where the bytes are no image for this use:
+///
+/// - any image of another type, damaged, or without colour
+/// - an environment that is not twice as wide as high, or has values that are negative or not finite
+/// - a texture with values outside of [0, 1]
 void require_usable_image(std::string_view bytes, const std::string& file, ImageUse use);
 
 /// The bytes of an image: from the cache where it has them, else from the file, which must have this content. An image

@@ -89,8 +89,9 @@ void parse_lists(const Json& json, const JsonPlace& place, Manifest& m) {
     }
 }
 
-/// A newer format is told by its number, even where its checksum is kept in another way: the number stands near the
-/// start of every manifest, and a text whose checksum does not match is not parsed.
+/// Throws CacheError where the manifest has a newer format. The number is looked for in the text, before any parsing. A
+/// newer format may keep its checksum in another way, and text whose checksum does not match is never parsed. Every
+/// manifest has the number near its start.
 void refuse_newer_format(std::string_view text, const std::string& file) {
     constexpr std::size_t kStart = 1024;
     constexpr std::string_view key = "\"format\":";

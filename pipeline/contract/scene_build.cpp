@@ -53,7 +53,7 @@ Value to_value(const Shape& shape) {
 void Builder::shapes(const char* name, const std::vector<Shape>& member, Check, const char*) {
     Value items;
     items.type = Value::Type::list;
-    for (const Shape& s : member) items.items.push_back(to_value(s));
+    for (const Shape& shape : member) items.items.push_back(to_value(shape));
     put(name, std::move(items));
 }
 

@@ -26,51 +26,52 @@ void check_heat(const Scene& scene, const Checker& check) {
                       fmt::format("\"to\" ({}) is not after \"from\" ({})", source.to, source.from));
 }
 
-void check_kind(const BoxShape& s, const std::string& path, const Checker& check) {
-    check.require(s.rounding <= 0.5 * s.size.minCoeff(), path + ".box.rounding",
+void check_kind(const BoxShape& box, const std::string& path, const Checker& check) {
+    check.require(box.rounding <= 0.5 * box.size.minCoeff(), path + ".box.rounding",
                   "\"rounding\" is more than half the shortest edge");
 }
-void check_kind(const Cylinder& s, const std::string& path, const Checker& check) {
-    check.require(s.rounding <= std::min(s.radius, 0.5 * s.height), path + ".cylinder.rounding",
+void check_kind(const Cylinder& cylinder, const std::string& path, const Checker& check) {
+    check.require(cylinder.rounding <= std::min(cylinder.radius, 0.5 * cylinder.height), path + ".cylinder.rounding",
                   "\"rounding\" is more than the radius or half the height");
 }
-void check_kind(const Capsule& s, const std::string& path, const Checker& check) {
-    check.require((s.to - s.from).norm() > 0, path + ".capsule", "the two ends of the capsule are the same point",
-                  "a ball is a sphere");
+void check_kind(const Capsule& capsule, const std::string& path, const Checker& check) {
+    check.require((capsule.to - capsule.from).norm() > 0, path + ".capsule",
+                  "the two ends of the capsule are the same point", "a ball is a sphere");
 }
-void check_kind(const RoundedCone& s, const std::string& path, const Checker& check) {
-    check.require(s.height > std::abs(s.radius1 - s.radius2), path + ".rounded_cone",
+void check_kind(const RoundedCone& cone, const std::string& path, const Checker& check) {
+    check.require(cone.height > std::abs(cone.radius1 - cone.radius2), path + ".rounded_cone",
                   "one sphere of the rounded cone holds the other");
 }
-void check_kind(const Torus& s, const std::string& path, const Checker& check) {
-    check.require(s.tube <= s.radius, path + ".torus.tube", "\"tube\" is more than the radius of the ring");
+void check_kind(const Torus& torus, const std::string& path, const Checker& check) {
+    check.require(torus.tube <= torus.radius, path + ".torus.tube", "\"tube\" is more than the radius of the ring");
 }
-void check_kind(const Revolve& s, const std::string& path, const Checker& check) {
+void check_kind(const Revolve& revolve, const std::string& path, const Checker& check) {
     const std::string key = path + ".revolve.profile";
-    if (s.profile.empty() && check.context.where.find(key) == check.context.where.end())
+    if (revolve.profile.empty() && check.context.where.find(key) == check.context.where.end())
         return;  // missing: already a problem
-    check.require(s.profile.size() >= 3, key,
-                  fmt::format("\"profile\" needs at least 3 points, not {}", s.profile.size()));
-    for (const Vec2d& p : s.profile)
+    check.require(revolve.profile.size() >= 3, key,
+                  fmt::format("\"profile\" needs at least 3 points, not {}", revolve.profile.size()));
+    for (const Vec2d& p : revolve.profile)
         if (p.x() < 0)
             return check.require(false, key, fmt::format("a point of \"profile\" has r = {}, below 0", p.x()));
     double area = 0;
-    for (std::size_t k = 0; k < s.profile.size(); ++k) {
-        const Vec2d &a = s.profile[k], &b = s.profile[(k + 1) % s.profile.size()];
+    for (std::size_t k = 0; k < revolve.profile.size(); ++k) {
+        const Vec2d &a = revolve.profile[k], &b = revolve.profile[(k + 1) % revolve.profile.size()];
         area += 0.5 * (a.x() * b.y() - b.x() * a.y());
     }
-    check.require(s.profile.size() < 3 || std::abs(area) > 1e-18, key, "the points of \"profile\" enclose nothing");
+    check.require(revolve.profile.size() < 3 || std::abs(area) > 1e-18, key,
+                  "the points of \"profile\" enclose nothing");
 }
-void check_kind(const MeshFile& s, const std::string& path, const Checker& check) {
-    check.require((s.scale > 0) != (s.height > 0), path + ".mesh", "a mesh needs either \"scale\" or \"height\"",
+void check_kind(const MeshFile& mesh, const std::string& path, const Checker& check) {
+    check.require((mesh.scale > 0) != (mesh.height > 0), path + ".mesh", "a mesh needs either \"scale\" or \"height\"",
                   "a file's units carry no size");
 }
-void check_kind(const Difference& s, const std::string& path, const Checker& check) {
-    check.require(s.shapes.size() != 1, path + ".difference", "a difference needs at least two shapes");
+void check_kind(const Difference& difference, const std::string& path, const Checker& check) {
+    check.require(difference.shapes.size() != 1, path + ".difference", "a difference needs at least two shapes");
 }
-void check_kind(const Sweep& s, const std::string& path, const Checker& check) {
-    check.require(s.points.size() >= (s.closed ? 3u : 2u), path + ".sweep",
-                  fmt::format("a sweep needs at least {} points", s.closed ? 3 : 2));
+void check_kind(const Sweep& sweep, const std::string& path, const Checker& check) {
+    check.require(sweep.points.size() >= (sweep.closed ? 3u : 2u), path + ".sweep",
+                  fmt::format("a sweep needs at least {} points", sweep.closed ? 3 : 2));
 }
 template <class K>
 void check_kind(const K&, const std::string&, const Checker&) {}
@@ -101,7 +102,7 @@ class Extents {
         std::visit(
             [&]<class K>(const K& kind) {
                 if constexpr (std::is_base_of_v<ShapeList, K>)
-                    for (const Shape& s : kind.shapes) extent.add(of(s));
+                    for (const Shape& shape : kind.shapes) extent.add(of(shape));
                 if constexpr (std::is_same_v<K, NamedShape>) extent.add(of_name(kind.name));
             },
             shape.kind);
@@ -211,11 +212,11 @@ void check_elastic(const Scene& scene, const Checker& check) {
 /// The compliance of normal strains must be positive definite, or the material would give energy away.
 bool stable(const Orthotropic& o) {
     const Vec3d &e = o.youngs_modulus, &nu = o.poisson_ratio;
-    Mat3d s;
-    s << 1 / e[0], -nu[0] / e[0], -nu[2] / e[2], -nu[0] / e[0], 1 / e[1], -nu[1] / e[1], -nu[2] / e[2], -nu[1] / e[1],
-        1 / e[2];
+    Mat3d compliance;
+    compliance << 1 / e[0], -nu[0] / e[0], -nu[2] / e[2], -nu[0] / e[0], 1 / e[1], -nu[1] / e[1], -nu[2] / e[2],
+        -nu[1] / e[1], 1 / e[2];
     const Vec3d root = e.cwiseSqrt();
-    const Mat3d scaled = root.asDiagonal() * s * root.asDiagonal();
+    const Mat3d scaled = root.asDiagonal() * compliance * root.asDiagonal();
     return Eigen::SelfAdjointEigenSolver<Mat3d>(scaled, Eigen::EigenvaluesOnly).eigenvalues()[0] > 1e-6;
 }
 

@@ -12,12 +12,12 @@ namespace thixo::scene {
 /// (a larger one continues), solver.checkpoint_every, the look, and where mesh files lie.
 std::string simulation_hash(const Scene& scene);
 
-/// Hash of every key of the look, image contents included, but output.film, which changes no picture, and where image
-/// files lie.
+/// Hash of every key of the look, image contents included. Not in it: output.film, which changes no picture, and where
+/// image files lie.
 std::string look_hash(const Look& look);
 
-/// Key paths (such as materials.water.viscosity) of which simulation_hash depends and whose values differ or are
-/// missing in one scene, in the order of the scene file. Empty exactly where the hashes are equal.
+/// Key paths (such as materials.water.viscosity) that simulation_hash depends on and that differ between the scenes. A
+/// key that only one scene has differs too. They come in the order of the scene file. None where the hashes are equal.
 std::vector<std::string> differing_keys(const Scene& a, const Scene& b);
 
 }  // namespace thixo::scene

@@ -2,15 +2,20 @@
 // hash, docs/scene.md, the JSON Schema and --set are visitors of these declarations. A key's default is its member's
 // initialiser.
 //
-// A visitor V has
-//   key(name, member, unit, check, meaning)        number, whole number, true/false, text, word (an enum), vector,
-//   colour, profile reference(name, text, refers, check, meaning)  name of another entry of the scene file(name, text,
-//   check, meaning)               path of a file, relative to the scene file that names it group(name, meaning, f)
-//   block; f(V&) declares its keys block(name, struct, meaning)                   block that is a struct with a visit
-//   of its own named(name, vector, meaning)                   map from names to blocks, order kept; the struct has a
-//   member `name` list(name, vector, meaning)                    list of blocks shape(name, shape, check, meaning) one
-//   shape shapes(name, vector, check, meaning)           list of shapes named_shapes(name, vector, meaning) map from
-//   names to shapes, order kept
+// A visitor V has these functions, each for one kind of key:
+//
+//     key(name, member, unit, check, meaning)         a value (below)
+//     reference(name, text, refers, check, meaning)   name of another entry of the scene
+//     file(name, text, check, meaning)                path of a file, relative to the scene file that names it
+//     group(name, meaning, f)                         block; f(V&) declares its keys
+//     block(name, struct, meaning)                    block that is a struct with a visit of its own
+//     named(name, vector, meaning)                    map from names to blocks that have a member `name`, order kept
+//     list(name, vector, meaning)                     list of blocks
+//     shape(name, shape, check, meaning)              one shape
+//     shapes(name, vector, check, meaning)            list of shapes
+//     named_shapes(name, vector, meaning)             map from names to shapes, order kept
+//
+// A value is a number, a whole number, true or false, a text, a word (of an enum), a vector, a colour or a profile.
 #pragma once
 
 #include <array>

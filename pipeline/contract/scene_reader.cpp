@@ -78,13 +78,14 @@ bool BlockReader::in_range(const Value& value, std::string_view name, const char
 }
 
 bool BlockReader::number(const Value& value, std::string_view name, const char* unit, Check check, double& result) {
-    const Scalar<double> s = to_number(value);
-    if (!s.value) {
-        context_.problems.add(value.at, fmt::format("\"{}\" needs a number, not {}", name, describe(value)), s.hint);
+    const Scalar<double> scalar = to_number(value);
+    if (!scalar.value) {
+        context_.problems.add(value.at, fmt::format("\"{}\" needs a number, not {}", name, describe(value)),
+                              scalar.hint);
         return false;
     }
-    if (!in_range(value, name, unit, check, *s.value)) return false;
-    result = *s.value;
+    if (!in_range(value, name, unit, check, *scalar.value)) return false;
+    result = *scalar.value;
     return true;
 }
 
@@ -113,35 +114,35 @@ void BlockReader::key(const char* name, double& member, const char* unit, Check 
 void BlockReader::key(const char* name, int& member, const char* unit, Check check, const char*) {
     const Value* value = take(name, check);
     if (!value) return;
-    const Scalar<std::int64_t> s = to_whole(*value);
-    if (!s.value)
+    const Scalar<std::int64_t> scalar = to_whole(*value);
+    if (!scalar.value)
         context_.problems.add(value->at, fmt::format("\"{}\" needs a whole number, not {}", name, describe(*value)),
-                              s.hint);
-    else if (in_range(*value, name, unit, check, static_cast<double>(*s.value)))
-        member = static_cast<int>(std::clamp<std::int64_t>(*s.value, INT32_MIN, INT32_MAX));
+                              scalar.hint);
+    else if (in_range(*value, name, unit, check, static_cast<double>(*scalar.value)))
+        member = static_cast<int>(std::clamp<std::int64_t>(*scalar.value, INT32_MIN, INT32_MAX));
 }
 
 void BlockReader::key(const char* name, std::uint64_t& member, const char*, Check check, const char*) {
     const Value* value = take(name, check);
     if (!value) return;
-    const Scalar<std::uint64_t> s = to_unsigned(*value);
-    if (s.value)
-        member = *s.value;
+    const Scalar<std::uint64_t> scalar = to_unsigned(*value);
+    if (scalar.value)
+        member = *scalar.value;
     else
         context_.problems.add(value->at,
                               fmt::format("\"{}\" needs a whole number of at least 0, not {}", name, describe(*value)),
-                              s.hint);
+                              scalar.hint);
 }
 
 void BlockReader::key(const char* name, bool& member, const char*, Check check, const char*) {
     const Value* value = take(name, check);
     if (!value) return;
-    const Scalar<bool> s = to_truth(*value);
-    if (s.value)
-        member = *s.value;
+    const Scalar<bool> scalar = to_truth(*value);
+    if (scalar.value)
+        member = *scalar.value;
     else
         context_.problems.add(value->at, fmt::format("\"{}\" needs true or false, not {}", name, describe(*value)),
-                              s.hint);
+                              scalar.hint);
 }
 
 void BlockReader::key(const char* name, std::string& member, const char*, Check check, const char*) {

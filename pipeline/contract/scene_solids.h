@@ -106,12 +106,12 @@ void visit(V& v, Score& s) {
 
 /// How a solid breaks (dissertation 5.6).
 struct Fracture {
-    double strength = 0;  // Pa; 0: it never breaks
-    double arrest = 0.5;  // part of the strength [1]
-    double speed = 0;     // m/s; 0: a quarter of sqrt(E/rho)
-    double opacity = 1;   // kappa [1]
-    double history = 0.5; // k_hist over a particle's width [1]
-    double scatter = 0;   // part of the strength [1]
+    double strength = 0;   // Pa; 0: it never breaks
+    double arrest = 0.5;   // part of the strength [1]
+    double speed = 0;      // m/s; 0: a quarter of sqrt(E/rho)
+    double opacity = 1;    // kappa [1]
+    double history = 0.5;  // k_hist over a particle's width [1]
+    double scatter = 0;    // part of the strength [1]
     std::vector<Score> scores;
     bool any() const { return strength > 0; }
 };
@@ -119,7 +119,8 @@ template <class V>
 void visit(V& v, Fracture& f) {
     v.key("strength", f.strength, "Pa", between(0, 1e13),
           "tension at which a crack begins; 0: the material never breaks. Plaster 1e6, glass 5e7");
-    v.key("arrest", f.arrest, "1", between(0, 1), "a crack rests where the tension at it is below this part of the strength");
+    v.key("arrest", f.arrest, "1", between(0, 1),
+          "a crack rests where the tension at it is below this part of the strength");
     v.key("speed", f.speed, "m/s", between(0, 1e5),
           "speed of a crack where the tension is just the strength; 0: a quarter of sqrt(youngs_modulus/density)");
     v.key("opacity", f.opacity, "1", {.low = 0, .high = 10, .open_low = true},
@@ -152,8 +153,10 @@ void visit(V& v, LiquidEnd& e) {
     v.key("creep", e.creep, "1/s", between(0, 1e9), "rate at which strain above `yield_strain` is forgotten");
 }
 
-/// The two ends of a material that melts (dissertation 6.5): the material's own keys hold up to `from`, `liquid` from
-/// `to` on, in between every parameter a = a_from + b (a_to - a_from), b = (T - from)/(to - from)  (6.16).
+/// The two ends of a material that melts (dissertation 6.5). The material's own keys hold up to `from`, and those of
+/// `liquid` hold from `to` on. In between every parameter a goes over linearly (6.16):
+///
+///     a = a_from + b (a_to - a_from),   b = (T - from)/(to - from)   [1]
 struct Melting {
     double from = 0, to = 0;  // degC; to = from: it does not melt
     LiquidEnd liquid;

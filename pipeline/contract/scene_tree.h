@@ -10,15 +10,15 @@
 
 namespace thixo::scene {
 
-/// The tree of a source, laid over the trees of the files that `extends` names (relative to the source's folder;
-/// chains; a cycle is a problem). With follow = false `extends` is not followed and stays in the tree, where the reader
-/// does not know it. Nothing is returned where a file could not be turned into a tree.
+/// The tree of a source, laid over the trees of the files that `extends` names. These names are relative to the
+/// source's folder. The files may extend others; a cycle is a problem. With follow = false `extends` stays in the tree,
+/// where the reader does not know it. Nothing is returned where a file could not be turned into a tree.
 std::optional<Value> read_tree(int source, Problems& problems, bool follow = true);
 
 /// read_tree of a file that the command line names.
 std::optional<Value> read_tree_file(const std::string& path, Problems& problems);
 
-/// Sets "key.path=value" in the tree; the value is YAML; a number within the path is a place in a list, from 0.
+/// Sets "key.path=value" in the tree. The value is YAML. A number within the path is a place in a list, from 0.
 void apply_override(Value& tree, const std::string& text, Problems& problems);
 
 }  // namespace thixo::scene

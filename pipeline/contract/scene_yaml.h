@@ -15,12 +15,12 @@ inline constexpr std::size_t kMostValues = 200'000;        // aliases written ou
 inline constexpr std::size_t kMostKeys = 10'000;           // of one block
 inline constexpr std::size_t kDeepest = 64;                // blocks and lists in each other
 
-/// The tree of the source's text. Duplicate keys, tags, aliases that contain themselves, texts that are not UTF-8, more
-/// than one document, and syntax errors become problems; nothing is returned where no tree could be made.
+/// The tree of the source's text; nothing where no tree could be made. What it refuses becomes a problem: duplicate
+/// keys, tags, aliases that contain themselves, text that is not UTF-8, a second document, a syntax error.
 std::optional<Value> read_yaml(int source, Problems& problems);
 
-/// A file's bytes into a new source; a problem (at `from`, the place that names it) where it is missing, a folder,
-/// unreadable or too large.
+/// Reads a file into a new source and returns its number. Where the file is missing, no regular file, unreadable or too
+/// large, that becomes a problem at `from`, the place that names it.
 std::optional<int> open_source(const std::string& path, const Position& from, Problems& problems);
 
 }  // namespace thixo::scene

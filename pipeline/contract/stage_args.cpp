@@ -51,7 +51,7 @@ std::vector<std::string> print_common(const CommonArgs& a) {
     std::vector<std::string> words;
     put_text(words, "out", a.out);
     put_text(words, "frames", a.frames);
-    for (const std::string& s : a.set) put(words, "set", s);
+    for (const std::string& setting : a.set) put(words, "set", setting);
     if (a.threads != 0) put(words, "threads", std::to_string(a.threads));
     if (a.seed) put(words, "seed", std::to_string(*a.seed));
     put_if(words, "draft", a.draft);
@@ -65,7 +65,7 @@ void add_common(CLI::App& app, CommonArgs& a) {
     app.add_option("--frames", a.frames, "frames, for example 1-100x2; all of the scene when left out");
     // One value a time: by default CLI11 would take every following word as a further value.
     app.add_option_function<std::string>(
-           "--set", [&a](const std::string& s) { a.set.push_back(s); },
+           "--set", [&a](const std::string& setting) { a.set.push_back(setting); },
            "key.path=value, changes a key of the scene; may be repeated")
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
         ->trigger_on_parse();

@@ -5,9 +5,13 @@
 
 namespace thixo {
 
-/// A sheet stands for the half of space behind it, where its signed distance is negative. all: behind all parts; any:
-/// behind any of them; except: behind the first and none of the others. A part of a sheet bounds the body where the
-/// tree changes with the side of that sheet.
+/// A sheet stands for the half of space behind it, where its signed distance is negative. The operators:
+///
+///     all      behind all parts
+///     any      behind any of them
+///     except   behind the first and none of the others
+///
+/// A part of a sheet bounds the body where the tree's answer changes from one side of that sheet to the other.
 struct TrimNode {
     enum class Op { sheet, all, any, except };
     Op op = Op::sheet;

@@ -21,9 +21,9 @@ ProgramCall sim_call(const Stages& stages);
 ProgramCall render_call(const Stages& stages, bool follow);
 
 /// Runs both and shows their progress as one. Rendering starts when the simulation has accepted the cache. Where the
-/// simulation fails, what it cached is rendered all the same, and its exit code counts; where rendering fails, the
-/// simulation still goes to its end. Returns the exit code; throws Error where a stage crashed, InterruptedError after
-/// SIGINT or SIGTERM.
+/// simulation fails, what it cached is still rendered, and the exit code is the simulation's. Where rendering fails,
+/// the simulation still goes to its end. Returns the exit code. Throws Error where a stage crashed, InterruptedError
+/// after SIGINT or SIGTERM.
 int conduct(const Stages& stages, Display display);
 
 }  // namespace thixo

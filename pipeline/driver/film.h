@@ -6,7 +6,7 @@
 
 namespace thixo {
 
-/// What a film shows: frames/beauty.NNNN.png of these numbers, as far as they are there.
+/// What a film shows: those of frames/beauty.NNNN.png that have these numbers and exist.
 struct FilmPlan {
     std::filesystem::path frames;
     std::vector<int> numbers;  // ascending; the cache's
@@ -16,17 +16,17 @@ struct FilmPlan {
 /// Throws InputError where ffmpeg is not installed: asked before hours of work, not after.
 void require_ffmpeg();
 
-/// True where `film` is undamaged, not older than a picture, and was made from these very pictures at this rate: it
-/// carries its own checksum and that of what it shows.
+/// True where `film` is undamaged, not older than any picture, and was made from these very pictures at this rate. The
+/// film tells: it carries its own checksum and that of what it shows.
 bool film_is_current(const FilmPlan& plan, const std::filesystem::path& film);
 
 /// True where `film` is there, is Thixo's, and has the bytes that its checksum states.
 bool film_is_whole(const std::filesystem::path& film);
 
-/// Encodes the pictures as H.264 (yuv420p, Rec.709, even size, index in front), whole or not at all. Where numbers are
-/// missing between the first and the last picture the one before stands still, so that time stays right. Equal pictures
-/// give equal bytes with the same ffmpeg. Throws CacheError (no picture), ResourceError (disk), InputError (another
-/// program's file is in the film's place; ffmpeg refuses, with its last words).
+/// Encodes the pictures as H.264 (yuv420p, Rec.709, even size, index in front), whole or not at all. In place of a
+/// number that is missing the picture before is shown again, so that time stays right. Equal pictures give equal bytes
+/// with the same ffmpeg. Throws CacheError (no picture), ResourceError (disk), or InputError: another program's file is
+/// in the film's place, or ffmpeg refuses, with its last words.
 void make_film(const FilmPlan& plan, const std::filesystem::path& film);
 
 }  // namespace thixo

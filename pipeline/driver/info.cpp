@@ -22,20 +22,20 @@ nlohmann::ordered_json names(const List& list) {
     return found;
 }
 
-nlohmann::ordered_json describe_scene(const scene::Scene& s) {
-    return {{"scene", s.name},
-            {"title", s.title},
-            {"frames", {{"first", s.frames.first}, {"last", s.frames.last}, {"fps", s.frames.fps}}},
-            {"spacing", s.solver.spacing},
-            {"boundaries", names(s.world.boundaries)},
-            {"materials", names(s.materials)},
-            {"bodies", names(s.bodies)},
-            {"emitters", names(s.emitters)},
-            {"lights", names(s.look.lights)},
-            {"appearances", names(s.look.appearances)},
-            {"width", s.look.output.width},
-            {"height", s.look.output.height},
-            {"samples", s.look.output.samples}};
+nlohmann::ordered_json describe_scene(const scene::Scene& scene) {
+    return {{"scene", scene.name},
+            {"title", scene.title},
+            {"frames", {{"first", scene.frames.first}, {"last", scene.frames.last}, {"fps", scene.frames.fps}}},
+            {"spacing", scene.solver.spacing},
+            {"boundaries", names(scene.world.boundaries)},
+            {"materials", names(scene.materials)},
+            {"bodies", names(scene.bodies)},
+            {"emitters", names(scene.emitters)},
+            {"lights", names(scene.look.lights)},
+            {"appearances", names(scene.look.appearances)},
+            {"width", scene.look.output.width},
+            {"height", scene.look.output.height},
+            {"samples", scene.look.output.samples}};
 }
 
 /// A line a key, lists and blocks on one line.

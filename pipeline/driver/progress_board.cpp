@@ -38,8 +38,8 @@ std::optional<ProgressReport> parse_progress(std::string_view line) {
 }
 
 std::string ProgressBoard::update(const ProgressReport& report, double now) {
-    auto stage =
-        std::find_if(stages_.begin(), stages_.end(), [&](const Stage& s) { return s.last.stage == report.stage; });
+    auto stage = std::find_if(stages_.begin(), stages_.end(),
+                              [&](const Stage& known) { return known.last.stage == report.stage; });
     if (stage == stages_.end()) stage = stages_.insert(stages_.end(), {report, report.done, now});
     stage->last = report;
     if (quiet_) return {};
@@ -48,14 +48,15 @@ std::string ProgressBoard::update(const ProgressReport& report, double now) {
     if (!terminal_) return fmt::format("{} {}/{}  {}{}\n", report.stage, report.done, report.total, report.note, time);
 
     // The bar shows the stage that is furthest behind; the others stand beside it as numbers.
-    const auto share = [](const Stage& s) {
-        return s.last.total > 0 ? std::min(1.0, double(s.last.done) / s.last.total) : 1.0;
+    const auto share = [](const Stage& running) {
+        return running.last.total > 0 ? std::min(1.0, double(running.last.done) / running.last.total) : 1.0;
     };
     double least = 1;
     std::string counts;
-    for (const Stage& s : stages_) {
-        least = std::min(least, share(s));
-        counts += fmt::format("{}{} {}/{}", counts.empty() ? "" : ", ", s.last.stage, s.last.done, s.last.total);
+    for (const Stage& running : stages_) {
+        least = std::min(least, share(running));
+        counts += fmt::format("{}{} {}/{}", counts.empty() ? "" : ", ", running.last.stage, running.last.done,
+                              running.last.total);
     }
     const int full = static_cast<int>(kBarWidth * least);
     drawn_ = true;
@@ -69,13 +70,13 @@ std::string ProgressBoard::interrupt() {
     return clear ? "\n" : "";
 }
 
-// The stages run side by side and share the cores, so the time left is that of the slowest at its own pace. -1: nobody
-// has a pace yet.
+// The stages run side by side and share the cores. So the time left is that of the slowest stage, at its own pace [s].
+// It is -1 while no stage has a pace.
 double ProgressBoard::seconds_left(double now) const {
     double left = -1;
-    for (const Stage& s : stages_) {
-        const int made = s.last.done - s.first_done;
-        if (made > 0) left = std::max(left, (now - s.first_time) / made * (s.last.total - s.last.done));
+    for (const Stage& stage : stages_) {
+        const int made = stage.last.done - stage.first_done;
+        if (made > 0) left = std::max(left, (now - stage.first_time) / made * (stage.last.total - stage.last.done));
     }
     return left;
 }

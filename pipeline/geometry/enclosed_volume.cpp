@@ -152,20 +152,20 @@ class CellParts {
         // The parts of a refined cell are evaluated at their own centres.
         grid_.build(positions, support + Real(0.44) * edge_);
         for (auto* a : {&nx_, &ny_, &nz_}) a->resize(positions.size() + PointGrid::kPadding, 0);
-        for (Index s = 0; s < positions.size(); ++s) {
-            const Vec3& n = normals[grid_.index(s)];
-            nx_[s] = n.x();
-            ny_[s] = n.y();
-            nz_[s] = n.z();
+        for (Index slot = 0; slot < positions.size(); ++slot) {
+            const Vec3& n = normals[grid_.index(slot)];
+            nx_[slot] = n.x();
+            ny_[slot] = n.y();
+            nz_[slot] = n.z();
         }
     }
 
     /// The part of a cell that lies inside. Cells that see two sides, or a small drop, are evaluated in eight parts.
     float part(const Vec3& centre, Near& near) const {
         SurfelSums sums;
-        for_each_near_run(grid_, centre, support_, [&](Index s, Lanes x, Lanes y, Lanes z, Lanes r2) {
+        for_each_near_run(grid_, centre, support_, [&](Index slot, Lanes x, Lanes y, Lanes z, Lanes r2) {
             const Lanes q = positive(1 - r2 * per_h2_);
-            sums.add(q * q * q, x, y, z, load_lanes(&nx_[s]), load_lanes(&ny_[s]), load_lanes(&nz_[s]));
+            sums.add(q * q * q, x, y, z, load_lanes(&nx_[slot]), load_lanes(&ny_[slot]), load_lanes(&nz_[slot]));
         });
         const SurfelAverage all = sums.average();
         if (!(all.weight > 0)) return kUnknown;
@@ -178,8 +178,8 @@ class CellParts {
         if (whole == kUnknown || settled) return whole;
         float sum = 0;
         for (unsigned k = 0; k < 8; ++k) {
-            const auto way = [&](unsigned axis) { return k >> axis & 1 ? Real(0.25) : Real(-0.25); };
-            const float part = of_two_sides(near, edge_ * Vec3(way(0), way(1), way(2)), edge_ / 2, settled);
+            const auto offset = [&](unsigned axis) { return k >> axis & 1 ? Real(0.25) : Real(-0.25); };
+            const float part = of_two_sides(near, edge_ * Vec3(offset(0), offset(1), offset(2)), edge_ / 2, settled);
             sum += part == kUnknown ? std::round(whole) : part;
         }
         return sum / 8;
@@ -188,13 +188,13 @@ class CellParts {
   private:
     void gather(const Vec3& centre, Near& near) const {
         near.clear();
-        for_each_in_box(grid_, centre, grid_.cell(), [&](Index s, Real) {
-            near.x.push_back(grid_.x()[s] - centre.x());
-            near.y.push_back(grid_.y()[s] - centre.y());
-            near.z.push_back(grid_.z()[s] - centre.z());
-            near.nx.push_back(nx_[s]);
-            near.ny.push_back(ny_[s]);
-            near.nz.push_back(nz_[s]);
+        for_each_in_box(grid_, centre, grid_.cell(), [&](Index slot, Real) {
+            near.x.push_back(grid_.x()[slot] - centre.x());
+            near.y.push_back(grid_.y()[slot] - centre.y());
+            near.z.push_back(grid_.z()[slot] - centre.z());
+            near.nx.push_back(nx_[slot]);
+            near.ny.push_back(ny_[slot]);
+            near.nz.push_back(nz_[slot]);
         });
         near.close();
     }
@@ -239,22 +239,22 @@ class CellParts {
             sy += q2 * y;
             sz += q2 * z;
         });
-        Side s;
+        Side side;
         const SurfelAverage all = sums.average();
-        if (!all.defined()) return s;
+        if (!all.defined()) return side;
         const Real weight = all.weight, length = all.normal.norm();
-        s.defined = true;
-        s.normal = all.normal / length;
-        s.average = all.position / weight;
-        s.planes = all.planes / weight;
-        s.value = -s.normal.dot(s.average);
+        side.defined = true;
+        side.normal = all.normal / length;
+        side.average = all.position / weight;
+        side.planes = all.planes / weight;
+        side.value = -side.normal.dot(side.average);
         //     grad F = n - (grad a)^T n + (grad n)^T (x - a)
         //     grad a = sum (s_i - a) grad w_i^T / sum w_i
         //     grad n = (1 - n n^T) sum n_i grad w_i^T / |sum w_i n_i|
-        const Vec3 tilt = (s.average + s.value * s.normal) / length;
+        const Vec3 tilt = (side.average + side.value * side.normal) / length;
         Lanes gx{}, gy{}, gz{};
         for_each_of(near, at, [&](std::size_t k, Lanes x, Lanes y, Lanes z, Lanes q) {
-            const Lanes along = x * s.normal.x() + y * s.normal.y() + z * s.normal.z();
+            const Lanes along = x * side.normal.x() + y * side.normal.y() + z * side.normal.z();
             const Lanes turned = load_lanes(&near.nx[k]) * tilt.x() + load_lanes(&near.ny[k]) * tilt.y() +
                                  load_lanes(&near.nz[k]) * tilt.z();
             const Lanes a = agrees(k, q * q) * (along / weight + turned);
@@ -263,8 +263,8 @@ class CellParts {
             gz += a * z;
         });
         const Vec3 slope(sum_of(sx), sum_of(sy), sum_of(sz)), bend(sum_of(gx), sum_of(gy), sum_of(gz));
-        s.slope = (s.normal - 6 * per_h2_ * (bend + s.value / weight * slope)).norm();
-        return s;
+        side.slope = (side.normal - 6 * per_h2_ * (bend + side.value / weight * slope)).norm();
+        return side;
     }
     /// The answer where a cell sees two sides, of a sheet or across a gap. The two are not averaged. The side of the
     /// nearest surfel comes first. Where the other side lies behind it, inside means inside of both. Where the other
@@ -412,16 +412,16 @@ double enclosed_volume(std::span<const Vec3> positions, std::span<const Vec3> no
     std::sort(distinct.begin(), distinct.end());
     distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
     double sum = 0;
-    std::vector<Vec3> s, n;
+    std::vector<Vec3> own_positions, own_normals;
     for (const std::int32_t group : distinct) {
-        s.clear();
-        n.clear();
+        own_positions.clear();
+        own_normals.clear();
         for (std::size_t i = 0; i < groups.size(); ++i)
             if (groups[i] == group) {
-                s.push_back(positions[i]);
-                n.push_back(normals[i]);
+                own_positions.push_back(positions[i]);
+                own_normals.push_back(normals[i]);
             }
-        sum += volume_of_one(s, n, support, room);
+        sum += volume_of_one(own_positions, own_normals, support, room);
     }
     return sum;
 }

@@ -208,8 +208,8 @@ FacePoints face_points(const FacedSolid& solid, int k, double spacing, double re
 
 }  // namespace
 
-FacedSolid::FacedSolid(const Shape& s, const Box3& box, double spacing)
-    : shape(s), bounds(box), tree(without_differences(faces_of(s))) {
+FacedSolid::FacedSolid(const Shape& solid, const Box3& box, double spacing)
+    : shape(solid), bounds(box), tree(without_differences(faces_of(solid))) {
     for (const Shape& face : number_faces(tree)) {
         const auto surface = face.node().direct_surface();
         faces.push_back({surface ? face : by_blocks(face, kPerBlock * spacing), surface});

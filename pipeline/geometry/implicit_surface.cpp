@@ -15,11 +15,11 @@ void ImplicitSurface::build(std::span<const Vec3> positions, std::span<const Vec
     position_.resize(positions.size());
     normal_.resize(positions.size());
     group_.resize(groups.size());
-    for (Index s = 0; s < positions.size(); ++s) {
-        const Index i = grid_.index(s);
-        position_[s] = positions[i];
-        normal_[s] = normals[i];
-        if (!groups.empty()) group_[s] = groups[i];
+    for (Index slot = 0; slot < positions.size(); ++slot) {
+        const Index i = grid_.index(slot);
+        position_[slot] = positions[i];
+        normal_[slot] = normals[i];
+        if (!groups.empty()) group_[slot] = groups[i];
     }
     grid_.build(position_, support);  // in cell order: the grid's indices are those of these arrays
 }
@@ -122,25 +122,27 @@ SurfaceProjection ImplicitSurface::project_simple(const Vec3& x0, const SurfelSe
                                                   const ProjectionLimits& limits) const {
     return iterate(
         x0, support_, limits, [&](const Vec3& x) { return evaluate(x, selection); },
-        [](const Sample& s, const Vec3& x) -> Vec3 { return x - s.value * s.normal; });
+        [](const Sample& sample, const Vec3& x) -> Vec3 { return x - sample.value * sample.normal; });
 }
 
 SurfaceProjection ImplicitSurface::project_almost_orthogonal(const Vec3& x0, const SurfelSelection& selection,
                                                              const ProjectionLimits& limits) const {
     return iterate(
         x0, support_, limits, [&](const Vec3& x) { return evaluate(x, selection); },
-        [&](const Sample& s, const Vec3&) -> Vec3 { return x0 - s.normal.dot(x0 - s.average) * s.normal; });
+        [&](const Sample& sample, const Vec3&) -> Vec3 {
+            return x0 - sample.normal.dot(x0 - sample.average) * sample.normal;
+        });
 }
 
 SurfaceProjection ImplicitSurface::project_orthogonal(const Vec3& x0, const SurfelSelection& selection,
                                                       const ProjectionLimits& limits) const {
     return iterate(
         x0, support_, limits, [&](const Vec3& x) { return evaluate_gradient(x, selection); },
-        [&](const Sample& s, const Vec3&) -> Vec3 {
-            const Real slope = s.normal.dot(s.gradient);
+        [&](const Sample& sample, const Vec3&) -> Vec3 {
+            const Real slope = sample.normal.dot(sample.gradient);
             // Where F hardly changes along n, the foot point is not determined. The step then goes along n.
-            const Vec3 direction = slope > Real(0.1) ? Vec3(s.gradient / slope) : s.normal;
-            return x0 - s.normal.dot(x0 - s.average) * direction;
+            const Vec3 direction = slope > Real(0.1) ? Vec3(sample.gradient / slope) : sample.normal;
+            return x0 - sample.normal.dot(x0 - sample.average) * direction;
         });
 }
 

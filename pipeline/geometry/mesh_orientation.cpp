@@ -15,8 +15,8 @@ namespace {
 struct Side {
     Index low, high, triangle;
     bool forward;  // from low to high
-    bool operator<(const Side& s) const {
-        return low != s.low ? low < s.low : high != s.high ? high < s.high : triangle < s.triangle;
+    bool operator<(const Side& other) const {
+        return low != other.low ? low < other.low : high != other.high ? high < other.high : triangle < other.triangle;
     }
 };
 
@@ -42,15 +42,15 @@ class Shells {
         middle_ = inspect_middle();
         connect();
         gather();
-        for (Shell& s : shells_) measure(s);
+        for (Shell& shell : shells_) measure(shell);
         turn_closed();
         turn_open();
     }
     /// Of every triangle whether it has to be turned round.
     std::vector<char> turned() const {
         std::vector<char> all = turned_;
-        for (const Shell& s : shells_)
-            for (Index k = s.first; k < s.first + s.count; ++k) all[order_[k]] ^= s.turned;
+        for (const Shell& shell : shells_)
+            for (Index k = shell.first; k < shell.first + shell.count; ++k) all[order_[k]] ^= shell.turned;
         return all;
     }
 
@@ -169,28 +169,28 @@ class Shells {
     /// From the largest to the smallest, so that what holds another one comes before it.
     void turn_closed() {
         std::vector<Shell*> closed, outermost;
-        for (Shell& s : shells_)
-            if (s.closed && s.volume != 0) closed.push_back(&s);
+        for (Shell& shell : shells_)
+            if (shell.closed && shell.volume != 0) closed.push_back(&shell);
         std::stable_sort(closed.begin(), closed.end(),
                          [](const Shell* a, const Shell* b) { return std::abs(a->volume) > std::abs(b->volume); });
-        for (Shell* s : closed) {
+        for (Shell* shell : closed) {
             const auto outer =
-                std::find_if(outermost.begin(), outermost.end(), [&](const Shell* o) { return holds(*o, *s); });
+                std::find_if(outermost.begin(), outermost.end(), [&](const Shell* o) { return holds(*o, *shell); });
             if (outer != outermost.end()) {
-                s->turned = (*outer)->turned;
+                shell->turned = (*outer)->turned;
                 continue;
             }
-            s->turned = s->volume < 0;
-            outermost.push_back(s);
+            shell->turned = shell->volume < 0;
+            outermost.push_back(shell);
         }
     }
 
     void turn_open() {
         double volume = 0;
-        for (const Shell& s : shells_)
-            if (!s.closed) volume += s.volume;
-        for (Shell& s : shells_)
-            if (!s.closed) s.turned = volume < 0;
+        for (const Shell& shell : shells_)
+            if (!shell.closed) volume += shell.volume;
+        for (Shell& shell : shells_)
+            if (!shell.closed) shell.turned = volume < 0;
     }
 
     const TriangleMesh& mesh_;

@@ -39,13 +39,13 @@ void for_each_near_run(const PointGrid& grid, const Vec3& p, Real radius, F&& f)
     for (std::int32_t cz = c.z - 1; cz <= c.z + 1; ++cz)
         for (std::int32_t cy = c.y - 1; cy <= c.y + 1; ++cy) {
             const PointGrid::Range row = grid.row(c.x - 1, c.x + 1, cy, cz);
-            for (Index s = row.begin; s < row.end; s += kLanes) {
-                const Lanes x = load_lanes(grid.x() + s) - p.x(), y = load_lanes(grid.y() + s) - p.y(),
-                            z = load_lanes(grid.z() + s) - p.z();
+            for (Index slot = row.begin; slot < row.end; slot += kLanes) {
+                const Lanes x = load_lanes(grid.x() + slot) - p.x(), y = load_lanes(grid.y() + slot) - p.y(),
+                            z = load_lanes(grid.z() + slot) - p.z();
                 const Lanes r2 = x * x + y * y + z * z;
-                const auto near = (r2 < limit) & (number < static_cast<Real>(row.end - s));
+                const auto near = (r2 < limit) & (number < static_cast<Real>(row.end - slot));
                 if (!any_lane(near)) continue;
-                f(s, near ? x : none, near ? y : none, near ? z : none, near ? r2 : limit);
+                f(slot, near ? x : none, near ? y : none, near ? z : none, near ? r2 : limit);
             }
         }
 }
@@ -70,11 +70,11 @@ void for_each_box_run(const PointGrid& grid, const Vec3& p, Real radius, F&& f) 
     for (std::int32_t cz = a.z; cz <= b.z; ++cz)
         for (std::int32_t cy = a.y; cy <= b.y; ++cy) {
             const PointGrid::Range row = grid.row(a.x, b.x, cy, cz);
-            for (Index s = row.begin; s < row.end; s += kLanes) {
-                const Lanes x = load_lanes(grid.x() + s) - p.x(), y = load_lanes(grid.y() + s) - p.y(),
-                            z = load_lanes(grid.z() + s) - p.z();
+            for (Index slot = row.begin; slot < row.end; slot += kLanes) {
+                const Lanes x = load_lanes(grid.x() + slot) - p.x(), y = load_lanes(grid.y() + slot) - p.y(),
+                            z = load_lanes(grid.z() + slot) - p.z();
                 const Lanes r2 = x * x + y * y + z * z;
-                if (any_lane(r2 < all_lanes(limit))) f(s, std::min<Index>(kLanes, row.end - s), r2);
+                if (any_lane(r2 < all_lanes(limit))) f(slot, std::min<Index>(kLanes, row.end - slot), r2);
             }
         }
 }

@@ -55,17 +55,18 @@ struct Coordinates {
         return _mm256_max_ps(zero, _mm256_max_ps(_mm256_sub_ps(lower, v), _mm256_sub_ps(v, upper)));
     };
     std::size_t found = 0;
-    for (Index s = begin; s < end; s += 8) {
-        const __m256 px = _mm256_loadu_ps(at.x + s), py = _mm256_loadu_ps(at.y + s), pz = _mm256_loadu_ps(at.z + s);
+    for (Index slot = begin; slot < end; slot += 8) {
+        const __m256 px = _mm256_loadu_ps(at.x + slot), py = _mm256_loadu_ps(at.y + slot),
+                     pz = _mm256_loadu_ps(at.z + slot);
         const __m256 dx = beyond(px, lx, ux), dy = beyond(py, ly, uy), dz = beyond(pz, lz, uz);
         const __m256 r2 = _mm256_fmadd_ps(dz, dz, _mm256_fmadd_ps(dy, dy, _mm256_mul_ps(dx, dx)));
         auto mask = static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(r2, l2, _CMP_LT_OQ)));
-        if (end - s < 8) mask &= (1u << (end - s)) - 1;
+        if (end - slot < 8) mask &= (1u << (end - slot)) - 1;
         const __m256i order = front(mask);
         _mm256_storeu_ps(near.x + found, _mm256_permutevar8x32_ps(px, order));
         _mm256_storeu_ps(near.y + found, _mm256_permutevar8x32_ps(py, order));
         _mm256_storeu_ps(near.z + found, _mm256_permutevar8x32_ps(pz, order));
-        const __m256i ids = _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(s)), lanes);
+        const __m256i ids = _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(slot)), lanes);
         _mm256_storeu_si256(reinterpret_cast<__m256i*>(slots + found), _mm256_permutevar8x32_epi32(ids, order));
         found += static_cast<std::size_t>(__builtin_popcount(mask));
     }
@@ -96,13 +97,14 @@ struct Coordinates {
 [[maybe_unused]] std::size_t append_near(Coordinates<const double> at, Index begin, Index end, const Around& box,
                                          double limit, Coordinates<double> near, Index* slots) {
     std::size_t found = 0;
-    for (Index s = begin; s < end; ++s) {
-        const Vec3d p(at.x[s], at.y[s], at.z[s]), lower = box.lower.cast<double>(), upper = box.upper.cast<double>();
+    for (Index slot = begin; slot < end; ++slot) {
+        const Vec3d p(at.x[slot], at.y[slot], at.z[slot]), lower = box.lower.cast<double>(),
+                                                           upper = box.upper.cast<double>();
         if (!((lower - p).cwiseMax(p - upper).cwiseMax(Vec3d::Zero()).squaredNorm() < limit)) continue;
         near.x[found] = p.x();
         near.y[found] = p.y();
         near.z[found] = p.z();
-        slots[found++] = s;
+        slots[found++] = slot;
     }
     return found;
 }
@@ -164,7 +166,9 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
     Scratch& scratch = scratch_.local();
     Candidates& c = scratch.candidates;
     const Real limit = radius * radius;
-    const auto point = [&](Index s) { return queries ? queries[s] : Vec3(grid.x()[s], grid.y()[s], grid.z()[s]); };
+    const auto point = [&](Index slot) {
+        return queries ? queries[slot] : Vec3(grid.x()[slot], grid.y()[slot], grid.z()[slot]);
+    };
     const auto collect = [&](const PointGrid::Cell& cell, const Around& box) {
         c.count = 0;
         for (std::int32_t z = cell.z - 1; z <= cell.z + 1; ++z)
@@ -196,20 +200,20 @@ void NeighbourLists::fill(const PointGrid& grid, const Vec3* queries, Real radiu
         collect(cell, box);
         std::size_t self =
             static_cast<std::size_t>(std::lower_bound(c.slot.data(), c.slot.data() + c.count, first) - c.slot.data());
-        for (Index s = first; s < last; ++s) {
-            const Index i = queries ? s : grid.index(s);
+        for (Index slot = first; slot < last; ++slot) {
+            const Index i = queries ? slot : grid.index(slot);
             if (i >= size()) {
-                self += self < c.count && c.slot[self] == s ? 1 : 0;
+                self += self < c.count && c.slot[self] == slot ? 1 : 0;
                 continue;
             }
             if (scratch.indices.size() < used + c.count + PointGrid::kPadding)
                 scratch.indices.resize(2 * used + c.count + PointGrid::kPadding);
             Index* out = scratch.indices.data() + used;
-            const bool there = !queries && self < c.count && c.slot[self] == s;
+            const bool there = !queries && self < c.count && c.slot[self] == slot;
             const Real x = there ? c.x[self] : 0;
             if (there) c.x[self] = std::numeric_limits<Real>::infinity();  // a point is no neighbour of itself
             const std::size_t found =
-                append_within({c.x.data(), c.y.data(), c.z.data()}, c.slot.data(), c.count, point(s), limit, out);
+                append_within({c.x.data(), c.y.data(), c.z.data()}, c.slot.data(), c.count, point(slot), limit, out);
             if (there) c.x[self++] = x;
             if (!grid.identity())
                 for (std::size_t k = 0; k < found; ++k) out[k] = grid.index(out[k]);

@@ -108,19 +108,19 @@ void PointGrid::build(std::span<const Vec3> points, Real cell) {
         store_keys(points);
         order_ = order_by(keys_, {});
         std::vector<std::uint64_t> sorted(count_);
-        parallel_for(count_, [&](std::size_t s) { sorted[s] = keys_[order_[s]]; });
+        parallel_for(count_, [&](std::size_t slot) { sorted[slot] = keys_[order_[slot]]; });
         keys_.swap(sorted);
     }
     // Padding and points that are not finite get infinite coordinates, so that they fail every distance test.
     const Real nowhere = std::numeric_limits<Real>::infinity();
     for (auto* array : {&x_, &y_, &z_}) array->resize(count_ + kPadding);
-    for (std::size_t s = count_; s < count_ + kPadding; ++s) x_[s] = y_[s] = z_[s] = nowhere;
-    parallel_for(count_, [&](std::size_t s) {
-        const Vec3& p = points[index(static_cast<Index>(s))];
+    for (std::size_t slot = count_; slot < count_ + kPadding; ++slot) x_[slot] = y_[slot] = z_[slot] = nowhere;
+    parallel_for(count_, [&](std::size_t slot) {
+        const Vec3& p = points[index(static_cast<Index>(slot))];
         const bool good = finite(p);
-        x_[s] = good ? p.x() : nowhere;
-        y_[s] = good ? p.y() : nowhere;
-        z_[s] = good ? p.z() : nowhere;
+        x_[slot] = good ? p.x() : nowhere;
+        y_[slot] = good ? p.y() : nowhere;
+        z_[slot] = good ? p.z() : nowhere;
     });
     index_cells(points);
 }
@@ -131,7 +131,7 @@ void PointGrid::store_keys(std::span<const Vec3> points) {
 }
 
 void PointGrid::index_cells(std::span<const Vec3> points) {
-    const auto cell_at = [&](std::size_t s) { return cell_of(points[index(static_cast<Index>(s))]); };
+    const auto cell_at = [&](std::size_t slot) { return cell_of(points[index(static_cast<Index>(slot))]); };
     start_.clear();
     lower_ = {0, 0, 0};
     upper_ = {-1, -1, -1};
@@ -146,8 +146,8 @@ void PointGrid::index_cells(std::span<const Vec3> points) {
     const Cell first = cell_at(0);
     const Box box = parallel_reduce(
         count_, Box{first, first},
-        [&](std::size_t s) {
-            const Cell c = cell_at(s);
+        [&](std::size_t slot) {
+            const Cell c = cell_at(slot);
             return Box{c, c};
         },
         join);
@@ -161,17 +161,17 @@ void PointGrid::index_cells(std::span<const Vec3> points) {
         if (keys_.empty()) store_keys(points);
         return index_rows(layers);
     }
-    // start_[c] is the first slot whose cell is c or later. Slot s fills the entries after its predecessor's cell, up
-    // to its own.
+    // start_[c] is the first slot whose cell is c or later. A slot fills the entries after its predecessor's cell, up to
+    // its own.
     start_.resize(static_cast<std::size_t>(cells) + 1);
-    const auto dense = [&](std::size_t s) {
-        const Cell c = cell_at(s);
+    const auto dense = [&](std::size_t slot) {
+        const Cell c = cell_at(slot);
         return dense_key(c.x, c.y, c.z);
     };
-    parallel_for(count_ + 1, [&](std::size_t s) {
-        const std::size_t begin = s == 0 ? 0 : dense(s - 1) + 1;
-        const std::size_t end = s == count_ ? start_.size() : dense(s) + 1;
-        for (std::size_t c = begin; c < end; ++c) start_[c] = static_cast<Index>(s);
+    parallel_for(count_ + 1, [&](std::size_t slot) {
+        const std::size_t begin = slot == 0 ? 0 : dense(slot - 1) + 1;
+        const std::size_t end = slot == count_ ? start_.size() : dense(slot) + 1;
+        for (std::size_t c = begin; c < end; ++c) start_[c] = static_cast<Index>(slot);
     });
 }
 
@@ -206,9 +206,9 @@ void PointGrid::nearest(const Vec3& x, int k, Real max_radius, std::vector<std::
     const Real limit = max_radius * max_radius;
     const Cell c = cell_of(x);
     const auto visit = [&](const Range& range) {
-        for (Index s = range.begin; s < range.end; ++s) {
-            const Real r2 = square(x_[s] - x.x()) + square(y_[s] - x.y()) + square(z_[s] - x.z());
-            const std::pair<Real, Index> entry(r2, index(s));
+        for (Index slot = range.begin; slot < range.end; ++slot) {
+            const Real r2 = square(x_[slot] - x.x()) + square(y_[slot] - x.y()) + square(z_[slot] - x.z());
+            const std::pair<Real, Index> entry(r2, index(slot));
             if (!(r2 < limit) || (found.size() == static_cast<std::size_t>(k) && !(entry < found.back()))) continue;
             if (found.size() == static_cast<std::size_t>(k)) found.pop_back();
             found.insert(std::upper_bound(found.begin(), found.end(), entry), entry);

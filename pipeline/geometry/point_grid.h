@@ -66,7 +66,7 @@ class PointGrid {
     Cell cell_of(const Vec3& p) const {
         return {coordinate(p.x(), edge_inv_), coordinate(p.y(), edge_inv_), coordinate(p.z(), edge_inv_)};
     }
-    Cell cell_of_slot(Index s) const { return cell_of(Vec3(x_[s], y_[s], z_[s])); }
+    Cell cell_of_slot(Index slot) const { return cell_of(Vec3(x_[slot], y_[slot], z_[slot])); }
     /// Slots of the cells (x0..x1, y, z); empty outside the occupied box.
     Range row(std::int32_t x0, std::int32_t x1, std::int32_t y, std::int32_t z) const {
         x0 = std::max(x0, lower_.x);
@@ -117,7 +117,7 @@ void PointGrid::for_each_candidate(const Vec3& x, F&& f) const {
     for (std::int32_t z = c.z - 1; z <= c.z + 1; ++z)
         for (std::int32_t y = c.y - 1; y <= c.y + 1; ++y) {
             const Range range = row(c.x - 1, c.x + 1, y, z);
-            for (Index s = range.begin; s < range.end; ++s) f(index(s));
+            for (Index slot = range.begin; slot < range.end; ++slot) f(index(slot));
         }
 }
 
@@ -128,14 +128,14 @@ void PointGrid::for_each_neighbour(const Vec3& x, Real radius, F&& f) const {
     for (std::int32_t z = c.z - 1; z <= c.z + 1; ++z)
         for (std::int32_t y = c.y - 1; y <= c.y + 1; ++y) {
             const Range range = row(c.x - 1, c.x + 1, y, z);
-            for (Index s = range.begin; s < range.end; s += 8) {
+            for (Index slot = range.begin; slot < range.end; slot += 8) {
                 // Eight distances at once. Those past the end are computed and ignored.
                 Real r2[8];
                 for (int l = 0; l < 8; ++l)
-                    r2[l] = square(x_[s + l] - x.x()) + square(y_[s + l] - x.y()) + square(z_[s + l] - x.z());
-                const Index lanes = std::min<Index>(8, range.end - s);
+                    r2[l] = square(x_[slot + l] - x.x()) + square(y_[slot + l] - x.y()) + square(z_[slot + l] - x.z());
+                const Index lanes = std::min<Index>(8, range.end - slot);
                 for (Index l = 0; l < lanes; ++l)
-                    if (r2[l] < limit) f(index(s + l), r2[l]);
+                    if (r2[l] < limit) f(index(slot + l), r2[l]);
             }
         }
 }

@@ -32,10 +32,10 @@ Real smooth_min(Real a, Real b, Real radius, Vec3& slope_a, const Vec3& slope_b)
 std::optional<Vec3f> colour_of_nearest(const std::vector<SlopedShape>& shapes, const Vec3& x) {
     const Shape* nearest = nullptr;
     Real best = std::numeric_limits<Real>::max();
-    for (const Shape& s : shapes)
-        if (const Real d = std::abs(s.distance(x)); d < best) {
+    for (const Shape& shape : shapes)
+        if (const Real d = std::abs(shape.distance(x)); d < best) {
             best = d;
-            nearest = &s;
+            nearest = &shape;
         }
     return nearest ? nearest->node().colour(x) : std::nullopt;
 }
@@ -44,7 +44,7 @@ std::optional<Vec3f> colour_of_nearest(const std::vector<SlopedShape>& shapes, c
 class Boxes {
   public:
     explicit Boxes(const std::vector<SlopedShape>& shapes) {
-        for (const Shape& s : shapes) boxes_.push_back(s.bounds());
+        for (const Shape& shape : shapes) boxes_.push_back(shape.bounds());
     }
     bool farther(std::size_t k, const Vec3& x, Real than) const {
         if (!boxes_[k]) return false;
@@ -85,8 +85,8 @@ struct Union final : Shape::Node, PartedNode, SlopedNode {
     Union(const std::vector<Shape>& list, Real radius)
         : shapes(list.begin(), list.end()), boxes(shapes), smooth(radius) {
         box = shapes[0].bounds();
-        for (const Shape& s : shapes) {
-            const auto other = s.bounds();
+        for (const Shape& shape : shapes) {
+            const auto other = shape.bounds();
             box = box && other ? std::optional(joined(*box, *other)) : std::nullopt;
         }
         // Each fold lowers the value by smooth/4 at most.
@@ -127,7 +127,7 @@ struct Union final : Shape::Node, PartedNode, SlopedNode {
     std::shared_ptr<const FaceTree> faces(Real by) const override {
         if (smooth > 0) return nullptr;
         FaceTree tree{FaceTree::Op::any};
-        for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, by));
+        for (const Shape& shape : shapes) tree.parts.push_back(faces_of(shape, by));
         return std::make_shared<FaceTree>(std::move(tree));
     }
     std::optional<Vec3f> colour(const Vec3& x) const override { return colour_of_nearest(shapes, x); }
@@ -197,7 +197,7 @@ struct Intersection final : Shape::Node, PartedNode, SlopedNode {
     std::shared_ptr<const FaceTree> faces(Real by) const override {
         if (smooth > 0) return nullptr;
         FaceTree tree{less ? FaceTree::Op::except : FaceTree::Op::all};
-        for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, less && !tree.parts.empty() ? -by : by));
+        for (const Shape& shape : shapes) tree.parts.push_back(faces_of(shape, less && !tree.parts.empty() ? -by : by));
         return std::make_shared<FaceTree>(std::move(tree));
     }
 

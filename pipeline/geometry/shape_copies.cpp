@@ -50,7 +50,7 @@ struct Reflected final : Shape::Node, PartedNode, SlopedNode {
 /// The union of many similar shapes. Shapes whose boxes are farther than another's surface are not evaluated.
 struct Copies final : Shape::Node, PartedNode, SlopedNode {
     explicit Copies(const std::vector<Shape>& list) : shapes(list.begin(), list.end()) {
-        for (const Shape& s : shapes) boxes.push_back(*s.bounds());
+        for (const Shape& shape : shapes) boxes.push_back(*shape.bounds());
         box = boxes[0];
         for (const Box3& b : boxes) box = joined(box, b);
     }
@@ -99,7 +99,7 @@ struct Copies final : Shape::Node, PartedNode, SlopedNode {
     std::optional<Box3> bounds() const override { return box; }
     std::shared_ptr<const FaceTree> faces(Real by) const override {
         FaceTree tree{FaceTree::Op::any};
-        for (const Shape& s : shapes) tree.parts.push_back(faces_of(s, by));
+        for (const Shape& shape : shapes) tree.parts.push_back(faces_of(shape, by));
         return std::make_shared<FaceTree>(std::move(tree));
     }
     std::optional<Vec3f> colour(const Vec3& x) const override {

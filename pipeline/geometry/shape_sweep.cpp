@@ -88,11 +88,11 @@ struct Swept final : Shape::Node, PartedNode, SlopedNode {
     }
     void lay_out() {
         for (auto* v : {&centre_x, &centre_y, &centre_z, &reach}) v->clear();
-        for (const Span& s : spans) {
-            centre_x.push_back(s.centre.x());
-            centre_y.push_back(s.centre.y());
-            centre_z.push_back(s.centre.z());
-            reach.push_back(s.reach);
+        for (const Span& span : spans) {
+            centre_x.push_back(span.centre.x());
+            centre_y.push_back(span.centre.y());
+            centre_z.push_back(span.centre.z());
+            reach.push_back(span.reach);
         }
     }
 
@@ -120,12 +120,12 @@ struct Swept final : Shape::Node, PartedNode, SlopedNode {
                 reach[k];
         const auto first = static_cast<std::size_t>(std::ranges::min_element(bound) - bound.begin());
         Real best = std::numeric_limits<Real>::max();
-        const auto ask = [&](const Span& s) {
+        const auto ask = [&](const Span& span) {
             int nearest;
-            const Real sample = s.nearest_sample(x, nearest);
-            if (!(sample - s.between < best)) return;
+            const Real sample = span.nearest_sample(x, nearest);
+            if (!(sample - span.between < best)) return;
             Vec4 found;
-            if (const Real d = s.refined(x, nearest, found); d < best) {
+            if (const Real d = span.refined(x, nearest, found); d < best) {
                 best = d;
                 ball = found;
             }
@@ -138,7 +138,7 @@ struct Swept final : Shape::Node, PartedNode, SlopedNode {
     std::optional<Shape> within(const Ball3& ball) const override {
         std::vector<Real> sample;
         int nearest;
-        for (const Span& s : spans) sample.push_back(s.nearest_sample(ball.centre, nearest));
+        for (const Span& span : spans) sample.push_back(span.nearest_sample(ball.centre, nearest));
         const Real most = *std::ranges::min_element(sample) + 2 * ball.radius;
         std::vector<Span> kept;
         for (std::size_t k = 0; k < spans.size(); ++k)
@@ -155,9 +155,9 @@ struct Swept final : Shape::Node, PartedNode, SlopedNode {
     void tighten() {
         constexpr int kFine = 64;
         bool first = true;
-        for (const Span& s : spans)
+        for (const Span& span : spans)
             for (int i = 0; i <= kFine; ++i) {
-                const Vec4 p = s.at(Real(i) / kFine), before = s.at(Real(std::max(i - 1, 0)) / kFine);
+                const Vec4 p = span.at(Real(i) / kFine), before = span.at(Real(std::max(i - 1, 0)) / kFine);
                 const Vec3 half = Vec3::Constant(std::max(p[3], before[3]) + (p - before).head<3>().norm() / 2);
                 const Box3 ball{p.head<3>() - half, p.head<3>() + half};
                 box = first ? ball : joined(box, ball);
@@ -172,28 +172,28 @@ struct Swept final : Shape::Node, PartedNode, SlopedNode {
 
 Span make_span(const Eigen::Vector4d& from, const Eigen::Vector4d& to, const Eigen::Vector4d& m0,
                const Eigen::Vector4d& m1) {
-    Span s;
-    s.d = from.cast<Real>();
-    s.c = m0.cast<Real>();
-    s.b = (3 * (to - from) - 2 * m0 - m1).cast<Real>();
-    s.a = (2 * (from - to) + m0 + m1).cast<Real>();
+    Span span;
+    span.d = from.cast<Real>();
+    span.c = m0.cast<Real>();
+    span.b = (3 * (to - from) - 2 * m0 - m1).cast<Real>();
+    span.a = (2 * (from - to) + m0 + m1).cast<Real>();
     // The curve lies in the hull of its Bezier points.
     const std::array<Eigen::Vector4d, 4> bezier{from, from + m0 / 3, to - m1 / 3, to};
-    s.centre = ((bezier[0] + bezier[1] + bezier[2] + bezier[3]) / 4).head<3>().cast<Real>();
-    s.reach = 0;
+    span.centre = ((bezier[0] + bezier[1] + bezier[2] + bezier[3]) / 4).head<3>().cast<Real>();
+    span.reach = 0;
     for (const auto& p : bezier)
-        s.reach =
-            std::max(s.reach, (p.head<3>().cast<Real>() - s.centre).norm() + static_cast<Real>(std::max(p[3], 0.0)));
+        span.reach = std::max(span.reach,
+                              (p.head<3>().cast<Real>() - span.centre).norm() + static_cast<Real>(std::max(p[3], 0.0)));
     for (int i = 0; i < kSamples; ++i) {
-        const Vec4 p = s.at(Real(i) / kSteps);
-        s.sample_x[i] = p.x(), s.sample_y[i] = p.y(), s.sample_z[i] = p.z(), s.radius[i] = p.w();
+        const Vec4 p = span.at(Real(i) / kSteps);
+        span.sample_x[i] = p.x(), span.sample_y[i] = p.y(), span.sample_z[i] = p.z(), span.radius[i] = p.w();
     }
     // Half a step at the greatest speed of centre and radius. The velocity lies in the hull of its own Bezier points.
     double fastest = 0;
     for (const Eigen::Vector4d& v : {m0, Eigen::Vector4d(3 * (to - from) - m0 - m1), m1})
         fastest = std::max(fastest, v.head<3>().norm() + std::abs(v[3]));
-    s.between = static_cast<Real>(fastest / (2 * kSteps));
-    return s;
+    span.between = static_cast<Real>(fastest / (2 * kSteps));
+    return span;
 }
 
 }  // namespace
@@ -202,10 +202,10 @@ Shape swept(const std::vector<SweepPoint>& points, bool closed) {
     const std::size_t n = points.size();
     if (n < (closed ? 3 : 2)) throw InputError("sweep has {} points; it needs at least {}", n, closed ? 3 : 2);
     std::vector<Eigen::Vector4d> p;
-    for (const SweepPoint& s : points) {
-        finite_vector(s.at, "sweep point");
-        positive_size(s.radius, "sweep radius");
-        p.emplace_back(s.at.x(), s.at.y(), s.at.z(), s.radius);
+    for (const SweepPoint& point : points) {
+        finite_vector(point.at, "sweep point");
+        positive_size(point.radius, "sweep radius");
+        p.emplace_back(point.at.x(), point.at.y(), point.at.z(), point.radius);
     }
     const std::size_t count = closed ? n : n - 1;
     std::vector<double> length(count);
@@ -224,12 +224,12 @@ Shape swept(const std::vector<SweepPoint>& points, bool closed) {
     std::vector<Span> spans;
     for (std::size_t k = 0; k < count; ++k) {
         const Eigen::Vector4d m0 = length[k] * velocity(k), m1 = length[k] * velocity((k + 1) % n);
-        Span s = make_span(p[k], p[(k + 1) % n], m0, m1);
-        for (const Real radius : s.radius)
+        Span span = make_span(p[k], p[(k + 1) % n], m0, m1);
+        for (const Real radius : span.radius)
             if (!(radius > 0))
                 throw InputError("sweep radius falls to {} between points {} and {}; put a point between them", radius,
                                  k + 1, (k + 1) % n + 1);
-        spans.push_back(s);
+        spans.push_back(span);
     }
     return Shape(std::make_shared<Swept>(std::move(spans)));
 }

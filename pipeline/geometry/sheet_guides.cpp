@@ -51,7 +51,7 @@ struct Probe {
 
 std::vector<Probe> probes_of(const std::vector<Sheet>& sheets) {
     std::size_t total = 0, count = 0;
-    for (const Sheet& s : sheets) total += s.position.size();
+    for (const Sheet& sheet : sheets) total += sheet.position.size();
     const std::size_t stride = total / kMostProbes + 1;
     std::vector<Probe> probes;
     for (std::size_t k = 0; k < sheets.size(); ++k)
@@ -95,7 +95,7 @@ std::size_t add_guides(const FacedSolid& solid, std::vector<Sheet>& sheets, cons
                        Real extent) {
     std::vector<NearestPlane> planes;
     planes.reserve(sheets.size());
-    for (const Sheet& s : sheets) planes.emplace_back(s, extent);
+    for (const Sheet& sheet : sheets) planes.emplace_back(sheet, extent);
     const std::vector<Probe> probes = probes_of(sheets);
     std::vector<std::vector<int>> wrong(probes.size());
     parallel_for(probes.size(), [&](std::size_t i) { wrong[i] = misled(solid, planes, sides, probes[i], spacing); });
@@ -104,17 +104,17 @@ std::size_t add_guides(const FacedSolid& solid, std::vector<Sheet>& sheets, cons
     for (std::size_t i = 0; i < probes.size(); ++i) {
         count += !wrong[i].empty();
         for (const int k : wrong[i]) {
-            const std::size_t s = static_cast<std::size_t>(k);
+            const std::size_t number = static_cast<std::size_t>(k);
             Vec3 x = probes[i].x, normal;
-            if (!foot_point(solid.faces[s], spacing, x, normal)) continue;
+            if (!foot_point(solid.faces[number], spacing, x, normal)) continue;
             const auto near = [&](const Vec3& y) { return (x - y).squaredNorm() < square(spacing); };
-            if (std::any_of(guides[s].position.begin(), guides[s].position.end(), near)) continue;
-            guides[s].position.push_back(x);
-            guides[s].normal.push_back(normal);
+            if (std::any_of(guides[number].position.begin(), guides[number].position.end(), near)) continue;
+            guides[number].position.push_back(x);
+            guides[number].normal.push_back(normal);
         }
     }
-    for (std::size_t s = 0; s < sheets.size(); ++s) {
-        Sheet &to = sheets[s], &from = guides[s];
+    for (std::size_t number = 0; number < sheets.size(); ++number) {
+        Sheet &to = sheets[number], &from = guides[number];
         to.position.insert(to.position.end(), from.position.begin(), from.position.end());
         to.normal.insert(to.normal.end(), from.normal.begin(), from.normal.end());
     }
@@ -124,8 +124,8 @@ std::size_t add_guides(const FacedSolid& solid, std::vector<Sheet>& sheets, cons
 /// The side of an empty sheet's face on which all surfels lie; none where they lie on both.
 std::optional<bool> common_side(const Face& face, const std::vector<Sheet>& sheets) {
     std::optional<bool> side;
-    for (const Sheet& s : sheets)
-        for (const Vec3& x : s.position) {
+    for (const Sheet& sheet : sheets)
+        for (const Vec3& x : sheet.position) {
             const bool inside = face.distance(x) < 0;
             if (side && *side != inside) return std::nullopt;
             side = inside;

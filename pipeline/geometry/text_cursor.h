@@ -77,10 +77,10 @@ class TextCursor {
     }
     /// The word as messages show it: printable and short.
     static std::string shown(std::string_view word) {
-        std::string s(word.substr(0, 24));
-        for (char& c : s)
+        std::string text(word.substr(0, 24));
+        for (char& c : text)
             if (c < 32 || c > 126) c = '?';
-        return s;
+        return text;
     }
 
   private:

@@ -31,8 +31,9 @@ std::vector<Corner> corners_by_vertex(const TriangleMesh& mesh, std::vector<Inde
         const Vec3d p[3] = {mesh.vertices[t[0]].cast<double>(), mesh.vertices[t[1]].cast<double>(),
                             mesh.vertices[t[2]].cast<double>()};
         const Vec3d n = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
-        for (int s = 0; s < 3; ++s)
-            corners[next[t[s]]++] = {k, s, n, angle_between(p[(s + 1) % 3] - p[s], p[(s + 2) % 3] - p[s])};
+        for (int side = 0; side < 3; ++side)
+            corners[next[t[side]]++] = {k, side, n,
+                                        angle_between(p[(side + 1) % 3] - p[side], p[(side + 2) % 3] - p[side])};
     }
     return corners;
 }

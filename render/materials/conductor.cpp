@@ -35,18 +35,18 @@ Vec3f Conductor::evaluate(const Vec3f& colour, const Vec3f& wo, const Vec3f& wi,
 }
 
 Scatter Conductor::scatter(const Vec3f& colour, const Vec3f& wo, float choose, const Vec2f& u) const {
-    Scatter s;
-    if (wo.z() <= 0) return s;
+    Scatter scattered;
+    if (wo.z() <= 0) return scattered;
     if (smooth()) {
-        s.direction = mirrored(wo);
-        s.pdf = std::numeric_limits<float>::infinity();
-        s.weight = schlick(colour, wo.z());
-        return s;
+        scattered.direction = mirrored(wo);
+        scattered.pdf = std::numeric_limits<float>::infinity();
+        scattered.weight = schlick(colour, wo.z());
+        return scattered;
     }
-    s.direction = choose < reflect_chance(wo) ? sample_reflection(wo, roughness_, u) : sample_cosine(u);
-    const Vec3f f = evaluate(colour, wo, s.direction, s.pdf);
-    if (s.pdf > 0) s.weight = f / s.pdf;
-    return s;
+    scattered.direction = choose < reflect_chance(wo) ? sample_reflection(wo, roughness_, u) : sample_cosine(u);
+    const Vec3f f = evaluate(colour, wo, scattered.direction, scattered.pdf);
+    if (scattered.pdf > 0) scattered.weight = f / scattered.pdf;
+    return scattered;
 }
 
 /// Schlick's reflectance is linear in the colour, so that two tables hold the albedo for all colours:

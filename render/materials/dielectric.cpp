@@ -125,23 +125,24 @@ float RoughInterface::evaluate(const Vec3f& wo, const Vec3f& wi, float& pdf) con
 }
 
 Scatter RoughInterface::scatter(const Vec3f& wo, float choose, const Vec2f& u) const {
-    Scatter s;
-    if (wo.z() <= 0) return s;
+    Scatter scattered;
+    if (wo.z() <= 0) return scattered;
     const float single = table->of(wo.z(), eta);
     if (choose < single) {
         const Vec3f h = sample_visible_normal(wo, alpha, u);
         float f;
-        const bool passes = refracted(wo, h, eta, f, s.direction);
+        const bool passes = refracted(wo, h, eta, f, scattered.direction);
         const bool back = !passes || choose / single < f;
-        if (back) s.direction = 2 * wo.dot(h) * h - wo;
-        if (back != (s.direction.z() > 0)) return s;  // into the next facet: the table counts it as lost
+        if (back) scattered.direction = 2 * wo.dot(h) * h - wo;
+        const bool out = back == (scattered.direction.z() > 0);
+        if (!out) return scattered;  // into the next facet: the table counts it as lost
     } else {
-        s.direction = sample_cosine(u);
-        if ((choose - single) / (1 - single) < share_through()) s.direction.z() = -s.direction.z();
+        scattered.direction = sample_cosine(u);
+        if ((choose - single) / (1 - single) < share_through()) scattered.direction.z() = -scattered.direction.z();
     }
-    const float f = evaluate(wo, s.direction, s.pdf);
-    if (s.pdf > 0) s.weight = Vec3f::Constant(f / s.pdf);
-    return s;
+    const float f = evaluate(wo, scattered.direction, scattered.pdf);
+    if (scattered.pdf > 0) scattered.weight = Vec3f::Constant(f / scattered.pdf);
+    return scattered;
 }
 
 }  // namespace thixo::render

@@ -40,19 +40,19 @@ Vec3f Plastic::evaluate(const Vec3f& colour, const Vec3f& wo, const Vec3f& wi, f
 }
 
 Scatter Plastic::scatter(const Vec3f& colour, const Vec3f& wo, float choose, const Vec2f& u) const {
-    Scatter s;
-    if (wo.z() <= 0) return s;
+    Scatter scattered;
+    if (wo.z() <= 0) return scattered;
     const float chance = coat_chance(colour, wo);
     if (choose < chance && smooth()) {
-        s.direction = mirrored(wo);
-        s.pdf = std::numeric_limits<float>::infinity();
-        s.weight = Vec3f::Constant(fresnel(wo.z(), ior_)) / chance;
-        return s;
+        scattered.direction = mirrored(wo);
+        scattered.pdf = std::numeric_limits<float>::infinity();
+        scattered.weight = Vec3f::Constant(fresnel(wo.z(), ior_)) / chance;
+        return scattered;
     }
-    s.direction = choose < chance ? sample_reflection(wo, roughness_, u) : sample_cosine(u);
-    const Vec3f f = evaluate(colour, wo, s.direction, s.pdf);
-    if (s.pdf > 0) s.weight = f / s.pdf;
-    return s;
+    scattered.direction = choose < chance ? sample_reflection(wo, roughness_, u) : sample_cosine(u);
+    const Vec3f f = evaluate(colour, wo, scattered.direction, scattered.pdf);
+    if (scattered.pdf > 0) scattered.weight = f / scattered.pdf;
+    return scattered;
 }
 
 Vec3f Plastic::albedo(const Vec3f& colour, float cosine) const {

@@ -41,12 +41,12 @@ inline Vec3f mirrored(const Vec3f& wo) { return {-wo.x(), -wo.y(), wo.z()}; }
 /// scatter() of a material whose density is that of sample_cosine, cos(wi)/pi.
 template <class M>
 Scatter scatter_by_cosine(const M& material, const Vec3f& colour, const Vec3f& wo, const Vec2f& u) {
-    Scatter s;
-    if (wo.z() <= 0) return s;
-    s.direction = sample_cosine(u);
-    const Vec3f f = material.evaluate(colour, wo, s.direction, s.pdf);
-    if (s.pdf > 0) s.weight = f / s.pdf;
-    return s;
+    Scatter scattered;
+    if (wo.z() <= 0) return scattered;
+    scattered.direction = sample_cosine(u);
+    const Vec3f f = material.evaluate(colour, wo, scattered.direction, scattered.pdf);
+    if (scattered.pdf > 0) scattered.weight = f / scattered.pdf;
+    return scattered;
 }
 
 }  // namespace thixo::render

@@ -7,9 +7,9 @@
 
 namespace thixo::preview {
 
-/// Perceptual map from dark violet over blue and green to light yellow: OKLCh lightness grows linearly with t, hue
-/// falls linearly, chroma is as high as sRGB allows up to 0.15. Source: OKLab (Ottosson 2020). t is clamped to [0, 1];
-/// NaN gives magenta.
+/// Perceptual map from dark violet over blue and green to light yellow. In OKLCh, lightness grows linearly with t, and
+/// hue falls linearly. Chroma is as high as sRGB allows, up to 0.15. Source: OKLab (Ottosson 2020). t is clamped to
+/// [0, 1]; NaN gives magenta.
 Vec3f map_colour(double t);
 
 /// Distinct colour of a small whole number (a body, a material): equal lightness, hues a golden angle apart.

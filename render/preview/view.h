@@ -18,8 +18,11 @@ struct Bounds {
     double diagonal() const { return empty() ? 0 : (upper - lower).norm(); }
 };
 
-/// A pinhole camera: pixel (x, y) of a width x height picture, counted from the top left, sees
-///   forward + tan_x (2 (x + 1/2)/width - 1) right + tan_y (1 - 2 (y + 1/2)/height) up
+/// A pinhole camera. Pixel (x, y) of a picture, counted from the top left, sees along
+///
+///     forward + tan_x (2 (x + 1/2)/width - 1) right + tan_y (1 - 2 (y + 1/2)/height) up
+///
+/// where width and height are those of the picture [pixels].
 struct View {
     Vec3d position{0, 0, 0};                              // m
     Vec3d right{1, 0, 0}, up{0, 0, 1}, forward{0, 1, 0};  // unit, orthogonal
@@ -36,8 +39,8 @@ struct View {
     Vec2d project(const Vec3d& x) const;
 };
 
-/// The look's camera at a time [s]: a pose of its keys turns it about its own position and moves it. The field of view
-/// is horizontal. Throws InputError where position and look_at agree, or up runs along the view.
+/// The look's camera at a time [s]. The pose of its keys turns it about its own position and moves it. The field of
+/// view is horizontal. Throws InputError where position and look_at are equal, or up is parallel to the view.
 View look_view(const scene::Camera& camera, double time, int width, int height);
 
 /// A camera that sees the sphere around the box, from the front, the left and a little above. Requires a box that is

@@ -25,9 +25,9 @@ void follow_contacts(Solids& solids) {
         n.size(),
         [&](std::size_t k) {
             if (!(n.friction[k] * n.depth[k] > 0)) return;
-            const Vec3 way = motion_of_node(n, solids.elements, poses, k).way;
-            n.slip[k] += poses[static_cast<std::size_t>(n.partner[k])].turn.transpose() * (way - n.last[k]);
-            n.last[k] = way;
+            const Vec3 displacement = motion_of_node(n, solids.elements, poses, k).displacement;
+            n.slip[k] += poses[static_cast<std::size_t>(n.partner[k])].turn.transpose() * (displacement - n.last[k]);
+            n.last[k] = displacement;
         },
         64);
 }
@@ -54,7 +54,7 @@ void add_contact_forces(double dt, Solids& solids) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
             const NodeMotion m = motion_of_node(n, solids.elements, poses, k);
             const NodeConditions conditions = conditions_at(solids, partner, kick, dt, solids.last_dt);
-            store_answer(answer_of(n, k, m, poses[partner].turn, conditions), m.way, k, n);
+            store_answer(answer_of(n, k, m, poses[partner].turn, conditions), m.displacement, k, n);
         },
         64);
     spread_forces(n.force, poses, solids, solids.force);

@@ -10,7 +10,7 @@ namespace thixo {
 inline constexpr Real kBraked = Real(0.25);  // depth in particle widths from which on inward motion is braked
 
 struct NodeMotion {
-    Vec3 way, velocity;  // displacement and velocity of the owner relative to the partner, in the world
+    Vec3 displacement, velocity;  // of the owner relative to the partner, in the world [m], [m/s]
 };
 
 /// Sums what `add(element, weight, motion)` adds over a node's elements, in the world.
@@ -20,16 +20,16 @@ NodeMotion sum_of_node(const ContactNodes& n, const std::vector<BodyPose>& poses
         NodeMotion m{Vec3::Zero(), Vec3::Zero()};
         for (std::size_t l = begin; l < end; ++l) add(n.weights.element[l], n.weights.weight[l], m);
         const Mat3& turn = poses[static_cast<std::size_t>(body)].turn;
-        return NodeMotion{turn * m.way, turn * m.velocity};
+        return NodeMotion{turn * m.displacement, turn * m.velocity};
     };
     const NodeMotion a = sum(n.weights.begin[k], n.middle[k], n.owner[k]);
     const NodeMotion b = sum(n.middle[k], n.weights.begin[k + 1], n.partner[k]);
-    return {a.way + b.way, a.velocity + b.velocity};
+    return {a.displacement + b.displacement, a.velocity + b.velocity};
 }
 inline NodeMotion motion_of_node(const ContactNodes& n, const Elements& e, const std::vector<BodyPose>& poses,
                                  std::size_t k) {
     return sum_of_node(n, poses, k, [&](Index i, Real w, NodeMotion& m) {
-        m.way += w * xyz(e.displacement[i]);
+        m.displacement += w * xyz(e.displacement[i]);
         m.velocity += w * xyz(e.velocity[i]);
     });
 }
@@ -63,19 +63,19 @@ NodeConditions conditions_at(const Solids& solids, std::size_t partner, double k
 /// The node's force, and its state afterwards.
 struct NodeAnswer {
     Vec3 force;          // on the owner, in the world [N]
-    Real along, across;  // |d force/d way| of a step `last` backwards in time: along the normal, tangential [N/m]
+    Real along, across;  // stiffness of a step `last` backwards in time: along the normal, tangential [N/m]
     Real part;           // part of the force of friction's spring and damper that friction's limit permits [1]
     Real excess, depth, normal_force, duration;
     Vec3 slip;  // tangential, in the partner's frame
 };
 
 /// The law of add_contact_forces for one node. The tangential stiffness while sliding is a secant: the force over the
-/// way that led to it. A `part` of 0 or more replaces the part that friction's limit permits.
+/// displacement that led to it. A `part` of 0 or more replaces the part that friction's limit permits.
 inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMotion& m, const Mat3& turn,
                             const NodeConditions& p, Real part = -1) {
     NodeAnswer a{Vec3::Zero(), 0, 0, 0, n.excess[k], 0, n.normal_force[k], n.duration[k], Vec3::Zero()};
     const Vec3& normal = n.normal[k];
-    const Real gap = n.gap[k] + normal.dot(m.way - n.start[k]);
+    const Real gap = n.gap[k] + normal.dot(m.displacement - n.start[k]);
     // Excess shrinks only under a small load: bodies that part faster, or cannot part, need no help.
     if (a.excess - gap < kUnexplained * p.width) a.excess = std::min(a.excess + p.outwards, Real(0));
     a.depth = std::max(a.excess - gap, Real(0));
@@ -94,7 +94,7 @@ inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMoti
     if (a.duration > 0) a.normal_force += (push - a.normal_force) * std::min(p.dt / a.duration, Real(1));
     const Real most = n.friction[k] * a.normal_force;
     if (!(most > 0)) return a;
-    Vec3 slip = turn * n.slip[k] + (m.way - n.last[k]);
+    Vec3 slip = turn * n.slip[k] + (m.displacement - n.last[k]);
     slip -= normal * normal.dot(slip);
     const Vec3 sliding = m.velocity - speed * normal;
     Vec3 friction = -n.stiffness[k] * slip - n.drag[k] * sliding;
@@ -111,14 +111,14 @@ inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMoti
     return a;
 }
 
-inline void store_answer(const NodeAnswer& a, const Vec3& way, std::size_t k, ContactNodes& n) {
+inline void store_answer(const NodeAnswer& a, const Vec3& displacement, std::size_t k, ContactNodes& n) {
     n.force[k] = a.force;
     n.excess[k] = a.excess;
     n.depth[k] = a.depth;
     n.normal_force[k] = a.normal_force;
     n.duration[k] = a.duration;
     n.slip[k] = a.slip;
-    n.last[k] = way;
+    n.last[k] = displacement;
 }
 
 /// Adds the nodes' forces to their elements, in the bodies' frames.

@@ -92,9 +92,8 @@ void multiply_boundaries(const Solids& solids, const std::vector<Quad>& du, Boun
                 terms.force[k].setZero();
                 const BoundaryTerms::Node& node = terms.node[k];
                 if (!(node.along > 0)) return;
-                const Vec3 way =
-                    sum_of_node(n, poses, k, [&](Index i, Real w, NodeMotion& m) { m.way += w * xyz(du[i]); }).way;
-                terms.force[k] = -(node_stiffness(node) * way);
+                const auto add = [&](Index i, Real w, NodeMotion& m) { m.displacement += w * xyz(du[i]); };
+                terms.force[k] = -(node_stiffness(node) * sum_of_node(n, poses, k, add).displacement);
             },
             64);
         spread_forces(terms.force, poses, solids, out);
@@ -107,8 +106,9 @@ void multiply_boundaries(const Solids& solids, const std::vector<Quad>& du, Boun
 void add_boundary_diagonal(const Solids& solids, const BoundaryTerms& terms, std::vector<Symmetric>& diagonal) {
     const Contacts& c = solids.contacts;
     const auto add = [](Symmetric& to, const Mat3& m) {
-        const Symmetric s = symmetric(m);
-        to = {to.xx + s.xx, to.yy + s.yy, to.zz + s.zz, to.xy + s.xy, to.yz + s.yz, to.zx + s.zx};
+        const Symmetric added = symmetric(m);
+        to = {to.xx + added.xx, to.yy + added.yy, to.zz + added.zz,
+              to.xy + added.xy, to.yz + added.yz, to.zx + added.zx};
     };
     if (c.nodes.size() > 0) {
         const std::vector<BodyPose> poses = poses_of(solids.bodies);
@@ -138,7 +138,7 @@ void store_boundary_state(double dt, Solids& solids) {
             const auto partner = static_cast<std::size_t>(n.partner[k]);
             const NodeMotion m = motion_of_node(n, solids.elements, poses, k);
             store_answer(answer_of(n, k, m, poses[partner].turn, conditions_at(solids, partner, dt, dt, dt, true)),
-                         m.way, k, n);
+                         m.displacement, k, n);
         },
         64);
 }

@@ -29,6 +29,15 @@ Extent extent_of(const SolidBody& body, const BodyPose& pose, const Elements& e,
     return out;
 }
 
+void build_grid(std::int32_t body, Solids& solids) {
+    const auto b = static_cast<std::size_t>(body);
+    const SolidBody& of = solids.bodies[b];
+    std::vector<Vec3> place;
+    place.reserve(of.size());
+    for (const Index i : of.elements) place.push_back(solids.contacts.place[i]);
+    solids.contacts.grid[b].build(place, solids.elements.support[of.typical]);
+}
+
 std::vector<std::pair<std::int32_t, std::int32_t>> touching_pairs(const std::vector<Box3>& boxes) {
     std::vector<std::int32_t> order;
     Vec3d sum(0, 0, 0), squares(0, 0, 0);
@@ -53,6 +62,23 @@ std::vector<std::pair<std::int32_t, std::int32_t>> touching_pairs(const std::vec
                 pairs.emplace_back(std::min(order[k], order[l]), std::max(order[k], order[l]));
     std::ranges::sort(pairs);
     return pairs;
+}
+
+Partners touching_partners(const std::vector<Box3>& boxes) {
+    const auto pairs = touching_pairs(boxes);
+    const auto at = [](std::int32_t box) { return static_cast<std::size_t>(box); };
+    Partners out;
+    out.begin.assign(boxes.size() + 1, 0);
+    for (const auto& [a, b] : pairs) ++out.begin[at(a) + 1], ++out.begin[at(b) + 1];
+    for (std::size_t k = 0; k < boxes.size(); ++k) out.begin[k + 1] += out.begin[k];
+    out.partner.resize(out.begin.back());
+    std::vector<std::size_t> next(out.begin.begin(), out.begin.end() - 1);
+    // Pairs ascend: those in which a box is the second come before those in which it is the first.
+    for (const auto& [a, b] : pairs) {
+        out.partner[next[at(a)]++] = b;
+        out.partner[next[at(b)]++] = a;
+    }
+    return out;
 }
 
 }  // namespace thixo

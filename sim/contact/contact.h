@@ -27,8 +27,8 @@ namespace thixo {
 void make_contacts(const scene::Scene& scene, Solids& solids);
 
 /// Samples the bodies marked by 1 anew. Samples of other bodies stay. A body without a shape has none. The caller
-/// removes nodes that remember a sample of a marked body (forget_nodes).
-void sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, Solids& solids);
+/// removes nodes that remember a sample of a marked body (forget_nodes). Returns the samples of before.
+ContactSamples sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, Solids& solids);
 
 /// Finds all nodes at `time` [s] for at most the next `dt` [s]. Nodes that existed before keep their state. The broad
 /// phase compares the bodies' boxes. The narrow phase maps a sample to the place m in the partner's rest shape, by a

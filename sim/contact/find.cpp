@@ -15,14 +15,9 @@ constexpr Real kSlipDamping = Real(0.5);  // of critical, of friction's spring
 constexpr Real kMemory = 8;               // of friction, in times of one radian of the contact's spring
 
 void make_grid(std::int32_t number, Solids& solids) {
-    Contacts& c = solids.contacts;
-    if (c.gridded[at(number)]) return;
-    const SolidBody& body = solids.bodies[at(number)];
-    std::vector<Vec3> place;
-    place.reserve(body.size());
-    for (const Index i : body.elements) place.push_back(c.place[i]);
-    c.grid[at(number)].build(place, solids.elements.support[body.typical]);
-    c.gridded[at(number)] = 1;
+    std::uint8_t& gridded = solids.contacts.gridded[at(number)];
+    if (!gridded) build_grid(number, solids);
+    gridded = 1;
 }
 
 struct PairLaw {

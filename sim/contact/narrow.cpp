@@ -12,7 +12,7 @@
 namespace thixo {
 namespace {
 
-constexpr Real kSteepest = 3;           // largest change of the distance per way in the world
+constexpr Real kSteepest = 3;           // largest change of the distance per distance in the world
 constexpr Real kInside = Real(0.1);     // how far ahead of a sample the face it meets is looked for, in widths
 constexpr Real kSameFace = Real(0.99);  // cosine between its normals at that depth and at half of it
 constexpr Real kFacing = Real(0.2);     // least cosine between one surface's normal and minus the other's
@@ -20,15 +20,15 @@ constexpr Real kFacing = Real(0.2);     // least cosine between one surface's no
 /// The outward normal of the surface at a sample, J^-T n of the element with the largest weight. It is not a unit
 /// vector.
 Vec3 normal_of(const View& view, Index sample) {
-    const ContactSamples& s = view.solids.contacts.samples;
-    std::size_t host = s.weights.begin[sample];
-    for (std::size_t k = host; k < s.weights.begin[sample + 1]; ++k)
-        if (s.weights.weight[k] > s.weights.weight[host]) host = k;
-    const Mat3 j = Mat3::Identity() + gradient_of(view.solids.elements, s.weights.element[host]);
-    const Vec3& n = s.normal[sample];
+    const ContactSamples& samples = view.solids.contacts.samples;
+    std::size_t host = samples.weights.begin[sample];
+    for (std::size_t k = host; k < samples.weights.begin[sample + 1]; ++k)
+        if (samples.weights.weight[k] > samples.weights.weight[host]) host = k;
+    const Mat3 j = Mat3::Identity() + gradient_of(view.solids.elements, samples.weights.element[host]);
+    const Vec3& n = samples.normal[sample];
     const Vec3 turned =
         j.col(1).cross(j.col(2)) * n.x() + j.col(2).cross(j.col(0)) * n.y() + j.col(0).cross(j.col(1)) * n.z();
-    return view.poses[at(s.owner[sample])].turn * turned;
+    return view.poses[at(samples.owner[sample])].turn * turned;
 }
 
 /// The node of a sample at x with a body, where the body's surface is nearer than the margin or has been passed.
@@ -61,19 +61,19 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     // Surfaces meet face to face. Beyond the middle of a thin body the way out leads to its far side, and is no
     // contact.
     if (slope.dot(own) > -kFacing * steep * own.norm()) return std::nullopt;
-    const ContactSamples& s = c.samples;
+    const ContactSamples& samples = c.samples;
     Found out;
     out.sample = sample;
-    out.owner = s.owner[sample];
+    out.owner = samples.owner[sample];
     out.partner = partner;
     out.gap = d / steepness;
     out.steepness = steepness;
     out.normal = slope / steep;
-    out.area = s.area[sample] / 2;
-    const auto first = static_cast<std::ptrdiff_t>(s.weights.begin[sample]),
-               last = static_cast<std::ptrdiff_t>(s.weights.begin[sample + 1]);
-    out.element.assign(s.weights.element.begin() + first, s.weights.element.begin() + last);
-    out.weight.assign(s.weights.weight.begin() + first, s.weights.weight.begin() + last);
+    out.area = samples.area[sample] / 2;
+    const auto first = static_cast<std::ptrdiff_t>(samples.weights.begin[sample]),
+               last = static_cast<std::ptrdiff_t>(samples.weights.begin[sample + 1]);
+    out.element.assign(samples.weights.element.begin() + first, samples.weights.element.begin() + last);
+    out.weight.assign(samples.weights.weight.begin() + first, samples.weights.weight.begin() + last);
     out.middle = out.element.size();
     out.element.insert(out.element.end(), fit.element.begin(), fit.element.end());
     for (const Real w : fit.weight) out.weight.push_back(-w);
@@ -98,18 +98,18 @@ bool neighbours(const Bonds& bonds, Index i, Index j) {
 
 void find_samples(const View& view, std::int32_t owner, std::int32_t partner, Real explained,
                   std::vector<Found>& found) {
-    const ContactSamples& s = view.solids.contacts.samples;
+    const ContactSamples& samples = view.solids.contacts.samples;
     const Elements& e = view.solids.elements;
     const Box3& box = view.extents[at(partner)].box;
     const Real reach = view.reach(partner), wide = reach + 2 * e.support[view.solids.bodies[at(owner)].typical];
-    const Index first = s.first[at(owner)];
-    const std::size_t count = s.first[at(owner) + 1] - first;
+    const Index first = samples.first[at(owner)];
+    const std::size_t count = samples.first[at(owner) + 1] - first;
     std::vector<Vec3> place(count);
     std::vector<std::uint8_t> near(count);
     parallel_for(count, [&](std::size_t k) {
         const Index sample = first + static_cast<Index>(k);
         // Most samples lie with an element that is far away.
-        near[k] = holds(box, wide, view.solids.contacts.place[s.weights.element[s.weights.begin[sample]]]);
+        near[k] = holds(box, wide, view.solids.contacts.place[samples.weights.element[samples.weights.begin[sample]]]);
         if (!near[k]) return;
         place[k] = view.place_of(sample);
         near[k] = holds(box, reach, place[k]);

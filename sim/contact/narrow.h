@@ -21,7 +21,7 @@ struct Found {
     Vec3 normal{0, 0, 0};
     Real gap = 0;
     Real area = 0;
-    Real steepness = 1;  // change of the distance in the rest shape per way in the world [1]
+    Real steepness = 1;  // change of the distance in the rest shape per distance in the world [1]
     bool slides = true;
     std::vector<Index> element;  // those of the owner, then, from `middle` on, of the partner
     std::vector<Real> weight;
@@ -39,11 +39,11 @@ struct View {
         return extents[at(body)].width * static_cast<Real>(stretch);
     }
     Vec3 place_of(Index sample) const {
-        const ContactSamples& s = solids.contacts.samples;
-        Vec3 m = s.rest[sample];
-        for (std::size_t k = s.weights.begin[sample]; k < s.weights.begin[sample + 1]; ++k)
-            m += s.weights.weight[k] * xyz(solids.elements.displacement[s.weights.element[k]]);
-        const BodyPose& pose = poses[at(s.owner[sample])];
+        const ContactSamples& samples = solids.contacts.samples;
+        Vec3 m = samples.rest[sample];
+        for (std::size_t k = samples.weights.begin[sample]; k < samples.weights.begin[sample + 1]; ++k)
+            m += samples.weights.weight[k] * xyz(solids.elements.displacement[samples.weights.element[k]]);
+        const BodyPose& pose = poses[at(samples.owner[sample])];
         return pose.turn * m + pose.place;
     }
 };

@@ -135,7 +135,7 @@ void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const Con
 
 }  // namespace
 
-void sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, Solids& solids) {
+ContactSamples sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, Solids& solids) {
     ContactSamples old = std::move(solids.contacts.samples), &s = solids.contacts.samples;
     s = {};
     s.first.assign(1, 0);
@@ -150,6 +150,7 @@ void sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, S
         s.first.push_back(static_cast<Index>(s.size()));
     }
     solids.contacts.rates.assign(solids.bodies.size(), {});
+    return old;
 }
 
 void make_contacts(const scene::Scene& scene, Solids& solids) {

@@ -34,9 +34,10 @@ void meet_sheets(const CrackedMatter& matter, const CrackFront& front, CrackNode
     if (!(length > 0)) return;
     const auto other = [&](Index k) { return !own_row(cracks, front.crack, k, breaking.row); };
     Real nearest = 2 * length;
-    matter.sheets().for_each_crossing(node.place, to + kOut * breaking.row / length * way, [&](Index k, const Vec3& at) {
-        if (other(k)) nearest = std::min(nearest, (at - node.place).norm());
-    });
+    matter.sheets().for_each_crossing(node.place, to + kOut * breaking.row / length * way,
+                                      [&](Index k, const Vec3& at) {
+                                          if (other(k)) nearest = std::min(nearest, (at - node.place).norm());
+                                      });
     if (nearest < 2 * length) {
         to = node.place + (nearest + kOut * breaking.row) / length * way;
         node.state = NodeState::met;
@@ -158,9 +159,9 @@ void take_out_nodes(CrackFront& front, const Breaking& breaking, Cracks& cracks)
     for (std::size_t i = 0; i < front.nodes.size() && front.nodes.size() > 3;) {
         const std::size_t n = front.nodes.size();
         const bool end = !front.closed && (i == 0 || i + 1 == n);
-        const CrackNode &node = front.nodes[i], &before = front.nodes[(i + n - 1) % n], &after = front.nodes[(i + 1) % n];
-        if (end || node.state != NodeState::inside ||
-            (node.place - before.place).norm() > kNear * breaking.row) {
+        const CrackNode &node = front.nodes[i], &before = front.nodes[(i + n - 1) % n],
+                        &after = front.nodes[(i + 1) % n];
+        if (end || node.state != NodeState::inside || (node.place - before.place).norm() > kNear * breaking.row) {
             ++i;
             continue;
         }
@@ -181,8 +182,7 @@ void meet(const CrackedMatter& matter, const std::vector<std::size_t>& which, st
             CrackNode& node = front.nodes[i];
             if (node.state == NodeState::inside) meet_sheets(matter, front, node, to[w][i], cracks);
             if (node.state == NodeState::inside && breaking.distance(to[w][i]) > 0) node.state = NodeState::surface;
-            if (node.state == NodeState::surface && to[w][i] != node.place)
-                to[w][i] = at_end_level(breaking, to[w][i]);
+            if (node.state == NodeState::surface && to[w][i] != node.place) to[w][i] = at_end_level(breaking, to[w][i]);
         }
     }
     meet_fronts(breaking, which, to, cracks);

@@ -36,7 +36,8 @@ std::size_t make_fragments(const Matter& matter) {
     Solids& solids = matter.solids;
     std::vector<std::uint8_t> marks;
     for (const SolidBody& body : solids.bodies) {
-        const bool breaks = std::ranges::any_of(solids.breaking, [&](const Breaking& b) { return b.source == body.source; });
+        const bool breaks =
+            std::ranges::any_of(solids.breaking, [&](const Breaking& b) { return b.source == body.source; });
         marks.push_back(breaks && !body.empty() && has_come_apart(body, solids.elements));
     }
     if (std::ranges::none_of(marks, [](std::uint8_t m) { return m != 0; })) return 0;

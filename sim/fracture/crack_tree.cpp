@@ -28,7 +28,8 @@ void CrackTree::split(Index begin, Index end) {
     const Index middle = begin + (end - begin) / 2;
     const auto place = [&](Index k) { return faces_.begin() + static_cast<std::ptrdiff_t>(k); };
     std::nth_element(place(begin), place(middle), place(end), [&](const Face& p, const Face& q) {
-        return std::pair(p.a[axis] + p.b[axis] + p.c[axis], p.row) < std::pair(q.a[axis] + q.b[axis] + q.c[axis], q.row);
+        return std::pair(p.a[axis] + p.b[axis] + p.c[axis], p.row) <
+               std::pair(q.a[axis] + q.b[axis] + q.c[axis], q.row);
     });
     split(begin, middle);
     nodes_[at].right = static_cast<Index>(nodes_.size());

@@ -20,6 +20,16 @@ std::vector<std::uint8_t> marked(const Solids& solids, std::initializer_list<std
     return marks;
 }
 
+/// Throws where a split of body `b` would leave one side without elements.
+void refuse_empty_side(std::size_t b, const std::function<bool(const Vec3&)>& goes, const Solids& solids) {
+    const SolidBody& body = solids.bodies[b];
+    const auto going = static_cast<std::size_t>(
+        std::ranges::count_if(body.elements, [&](Index i) { return goes(xyz(solids.elements.rest[i])); }));
+    if (going == 0 || going == body.size())
+        throw InputError("body {} of {} particles is not split: {} of them would leave it; both sides need matter",
+                         body.id, body.size(), going);
+}
+
 /// Appends a new body without elements, otherwise equal to body `b`.
 std::size_t append_fragment(std::size_t b, Solids& solids) {
     SolidBody fragment = solids.bodies[b];
@@ -51,7 +61,6 @@ void move_matter(std::size_t from, std::size_t to, const std::function<bool(Inde
         e.owner[i] = static_cast<std::int32_t>(to);
         matter.particles.body[solids.particle_of[i]] = now.id;
     }
-    THIXO_ASSERT(!stays.empty() && !now.empty(), "a split leaves a body without elements");
     old.elements = std::move(stays);
     EmbeddedSurface& s = matter.embedded;
     for (Index i = 0; i < s.size(); ++i)
@@ -174,16 +183,17 @@ void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter) 
         choose_examples(solids.elements, matter.smoothing, body);
         if (!body.scene_shape) body.shape = shape_of_surfels(s, body, static_cast<std::int32_t>(b));
     }
-    const ContactSamples before = solids.contacts.samples;
     // A lone body meets nothing and has no samples. At its first split all bodies without samples get some.
     std::vector<std::uint8_t> sampled = bodies;
+    const std::vector<Index>& first = solids.contacts.samples.first;
     for (std::size_t b = 0; b < bodies.size(); ++b)
-        if (!sampled[b] && before.first[b] == before.first[b + 1]) sampled[b] = 1;
-    sample_bodies(sampled, matter.seed, solids);
+        if (!sampled[b] && first[b] == first[b + 1]) sampled[b] = 1;
+    const ContactSamples before = sample_bodies(sampled, matter.seed, solids);
     forget_nodes(sampled, before, solids.contacts);
 }
 
 std::size_t split_body(std::size_t b, const std::function<bool(const Vec3&)>& goes, const Matter& matter) {
+    refuse_empty_side(b, goes, matter.solids);
     const std::size_t to = append_fragment(b, matter.solids);
     matter.embedded.trim.emplace_back();
     matter.embedded.grid.emplace_back();
@@ -255,16 +265,19 @@ std::size_t append_family(const SurfelCloud& cloud, const std::vector<std::int32
 std::size_t cut_body(std::size_t b, const Shape& cutter, const Matter& matter) {
     Solids& solids = matter.solids;
     EmbeddedSurface& s = matter.embedded;
-    THIXO_ASSERT(s.size() > 0 && solids.bodies[b].shape, "only a body with surfels can be cut");
+    if (s.size() == 0 || !solids.bodies[b].shape)
+        throw InputError("body {} is not cut: it has no {}; only a body with both can be cut", solids.bodies[b].id,
+                         s.size() == 0 ? "surfels" : "shape");
+    const Vec3 origin = solids.bodies[b].origin;
+    const auto goes = [&](const Vec3& m) { return cutter.distance(m + origin) < 0; };
+    refuse_empty_side(b, goes, solids);
     const double width = std::cbrt(static_cast<double>(solids.elements.volume[solids.bodies[b].typical]));
     const SurfelCloud face = cut_face(cutter, *solids.bodies[b].shape,
                                       matter.surfel_spacing > 0 ? matter.surfel_spacing : width / 3, matter.seed);
     const std::size_t to = append_fragment(b, solids);
     s.trim.emplace_back();
     s.grid.emplace_back();
-    const Vec3 origin = solids.bodies[b].origin;
-    move_matter(
-        b, to, [&](const Vec3& m) { return cutter.distance(m + origin) < 0; }, matter);
+    move_matter(b, to, goes, matter);
     const std::int32_t sheet = s.sheet.empty() ? 1 : *std::ranges::max_element(s.sheet) + 1;
     append_face(face, to, sheet, matter);
     append_face(turned(face), b, sheet, matter);
@@ -317,7 +330,8 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
 void remove_element(Index element, const Matter& matter) {
     Solids& solids = matter.solids;
     const auto b = static_cast<std::size_t>(solids.elements.owner[element]);
-    THIXO_ASSERT(solids.bodies[b].size() > 1, "a body keeps at least one element");
+    if (solids.bodies[b].size() == 1)
+        throw InputError("the last particle of body {} is not removed: a body keeps at least one", solids.bodies[b].id);
     const Index particle = solids.particle_of[element];
     solids.element_of[static_cast<std::size_t>(solids.elements.id[element])] = kNone;
     std::vector<Index> rows(solids.elements.size());

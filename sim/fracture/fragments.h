@@ -24,8 +24,8 @@ struct Matter {
 /// Splits a body. The matter of body `b` for which `goes(m)` holds, m a place of its material frame, becomes a new
 /// body. Returns its index. The new body has a new id, body `b` as parent, and the pose of `b`. No particle moves or
 /// changes its velocity, so that mass and momenta stay. Elements, surfels, particles, bonds, contact samples and nodes
-/// follow. From then on both bodies are bounded by their surfels. Throws an assertion where nothing would go, or
-/// nothing stay.
+/// follow. From then on both bodies are bounded by their surfels. Throws InputError, before anything has changed, where
+/// nothing would go, or nothing stay.
 std::size_t split_body(std::size_t b, const std::function<bool(const Vec3& m)>& goes, const Matter& matter);
 
 /// Whether a body has come apart: no bond of any weight joins some of its elements to others.
@@ -37,7 +37,8 @@ std::size_t part_fragments(const std::vector<std::uint8_t>& bodies, const std::f
                            const Matter& matter);
 
 /// Cuts body `b` along the surface of `cutter`, a shape in the world at time 0: matter inside goes (split_body). Both
-/// sides get surfels on the cut, of one new sheet, and lie behind it (TrimNode). Requires a scene with surfels.
+/// sides get surfels on the cut, of one new sheet, and lie behind it (TrimNode). Throws InputError, before anything has
+/// changed, where a side would have no matter, or where the body has no surfels or no shape.
 std::size_t cut_body(std::size_t b, const Shape& cutter, const Matter& matter);
 
 /// Appends surfels of a body: places and discs of `cloud`, in the world at time 0, and the sheet of each. They are a
@@ -56,6 +57,7 @@ struct NewElement {
 Index add_element(std::size_t b, const NewElement& element, std::int64_t particle, const Matter& matter);
 
 /// Removes an element and its particle, with their mass. Surfels and samples bound to it are bound to its neighbours.
+/// Throws InputError, before anything has changed, where it is the last of its body.
 void remove_element(Index element, const Matter& matter);
 
 /// Makes everything anew that depends on the elements of the bodies marked by 1: their examples, shapes of split

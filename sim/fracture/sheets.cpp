@@ -90,8 +90,7 @@ std::vector<Index> stale_surfels(const Breaking& breaking, const Matter& matter)
     parallel_for(s.size(), [&](std::size_t i) {
         if (solids.bodies[static_cast<std::size_t>(s.owner[i])].source != breaking.source) return;
         stale[i] = s.begin[i] == s.begin[i + 1];
-        if (!middles.empty())
-            grid.for_each_neighbour(s.rest.position[i], reach, [&](Index, Real) { stale[i] = 1; });
+        if (!middles.empty()) grid.for_each_neighbour(s.rest.position[i], reach, [&](Index, Real) { stale[i] = 1; });
     });
     std::vector<Index> rows;
     for (Index i = 0; i < s.size(); ++i)

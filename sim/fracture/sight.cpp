@@ -117,9 +117,9 @@ std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const El
     parallel_for(weak.size(), [&](std::size_t k) {
         const Index i = crossings.first[k], j = crossings.second[k], triangle = crossings.triangle[k];
         const Real r = (xyz(e.rest[j]) - xyz(e.rest[i])).norm(), h = (e.support[i] + e.support[j]) / 2;
-        weak[k] = {i, j,
-                   transparency(r / h, cracks.triangles.behind[triangle],
-                                breaking_of(breaking, cracks, triangle).opaque)};
+        weak[k] = {
+            i, j,
+            transparency(r / h, cracks.triangles.behind[triangle], breaking_of(breaking, cracks, triangle).opaque)};
     });
     std::vector<Index> remaining;
     for (Index k = 0; k < weak.size(); ++k)

@@ -27,7 +27,8 @@ void find_stress(const Solids& solids, std::vector<Symmetric>& stress) {
 
 CrackedMatter::CrackedMatter(const Solids& solids, const Breaking& breaking) : solids_(&solids), breaking_(&breaking) {
     for (const SolidBody& body : solids.bodies)
-        if (body.source == breaking.source) elements_.insert(elements_.end(), body.elements.begin(), body.elements.end());
+        if (body.source == breaking.source)
+            elements_.insert(elements_.end(), body.elements.begin(), body.elements.end());
     std::vector<Vec3> place;
     for (const Index i : elements_) place.push_back(xyz(solids.elements.rest[i]));
     grid_.build(place, breaking.support);

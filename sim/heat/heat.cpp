@@ -43,8 +43,8 @@ HeatParams make_heat(const scene::Scene& scene) {
         heat.materials.push_back(m.thermal);
         heat.fastest = std::max(heat.fastest, m.thermal.conductivity / (m.density * m.thermal.heat_capacity));
     }
-    for (const scene::HeatSource& s : scene.world.heat_sources)
-        heat.sources.push_back({make_shape(scene, s.region), s.power, s.from, s.to});
+    for (const scene::HeatSource& source : scene.world.heat_sources)
+        heat.sources.push_back({make_shape(scene, source.region), source.power, source.from, source.to});
     return heat;
 }
 

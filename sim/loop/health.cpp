@@ -19,10 +19,10 @@ double speed(const Quad& v) {
 }
 
 /// The first quantity of particle i that is wrong, in the order in which a step computes them; null where none is.
-const char* wrong_term(const Simulation& s, std::size_t i, double fastest) {
-    const Particles& p = s.particles;
+const char* wrong_term(const Simulation& sim, std::size_t i, double fastest) {
+    const Particles& p = sim.particles;
     if (!p.position[i].allFinite()) return "position";
-    if (!(speed(s.sweep.motion[i]) <= fastest)) return "velocity";
+    if (!(speed(sim.sweep.motion[i]) <= fastest)) return "velocity";
     if (!std::isfinite(p.density[i])) return "density";
     if (!std::isfinite(p.pressure[i])) return "pressure";
     if (!p.acceleration[i].allFinite()) return "acceleration";
@@ -30,17 +30,17 @@ const char* wrong_term(const Simulation& s, std::size_t i, double fastest) {
     return nullptr;
 }
 
-std::string likely_cause(const Simulation& s, const StepLimits& limits, const char* term) {
+std::string likely_cause(const Simulation& sim, const StepLimits& limits, const char* term) {
     if (term == kTemperature) return "a heat source gives or takes more power than this matter can have";
-    const double fixed = s.problem.scene.solver.time_step.fixed;
+    const double fixed = sim.problem.scene.solver.time_step.fixed;
     if (fixed > limits.smallest())
         return fmt::format("solver.time_step.fixed of {:.3g} s is above the {} limit of {:.3g} s", fixed,
                            limits.cause(), limits.smallest());
-    if (s.clock.step < 10) return "particles start too close to each other, or inside a wall";
-    if (s.problem.strategy.incompressible)
+    if (sim.clock.step < 10) return "particles start too close to each other, or inside a wall";
+    if (sim.problem.strategy.incompressible)
         return "a moving wall squeezes the fluid, or the pressure solve ends at solver.iterations (cut_off in "
                "stats.jsonl)";
-    if (s.problem.scene.solver.artificial_viscosity < 0.01)
+    if (sim.problem.scene.solver.artificial_viscosity < 0.01)
         return "solver.artificial_viscosity is too small for an impact of this speed";
     return "a moving wall squeezes the fluid, or solver.expected_speed is too small: the fluid is too soft for this "
            "flow";
@@ -52,38 +52,39 @@ const std::string& body_name(const scene::Scene& scene, std::size_t body) {
 
 }  // namespace
 
-void check_health(const Simulation& s, const StepLimits& limits) {
+void check_health(const Simulation& sim, const StepLimits& limits) {
     double sound = 0;
-    for (const MaterialParams& m : s.problem.materials) sound = std::max(sound, static_cast<double>(m.sound_speed));
-    const double fastest = kAbsurd * std::max(sound, s.problem.expected_speed);
-    const std::size_t n = s.particles.size();
+    for (const MaterialParams& m : sim.problem.materials) sound = std::max(sound, static_cast<double>(m.sound_speed));
+    const double fastest = kAbsurd * std::max(sound, sim.problem.expected_speed);
+    const std::size_t n = sim.particles.size();
     const std::size_t first = parallel_reduce(
-        n, n, [&](std::size_t i) { return wrong_term(s, i, fastest) ? i : n; },
+        n, n, [&](std::size_t i) { return wrong_term(sim, i, fastest) ? i : n; },
         [](std::size_t a, std::size_t b) { return std::min(a, b); });
     if (first == n) return;
-    const scene::Scene& scene = s.problem.scene;
-    const Vec3& x = s.particles.position[first];
-    const char* term = wrong_term(s, first, fastest);
+    const scene::Scene& scene = sim.problem.scene;
+    const Vec3& x = sim.particles.position[first];
+    const char* term = wrong_term(sim, first, fastest);
     throw DivergedError(
         "the simulation diverged: {} of particle {} at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, step {} (dt "
         "{:.3g} s, limit {:.3g} s, "
         "speed {:.3g} m/s)\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
-        term, s.particles.id[first], x.x(), x.y(), x.z(), s.clock.frame + 1, s.clock.step, s.clock.last_dt,
-        limits.smallest(), speed(s.sweep.motion[first]), likely_cause(s, limits, term),
-        s.problem.scene_path.empty() ? scene.name : s.problem.scene_path, scene.frames.first, s.clock.frame + 1);
+        term, sim.particles.id[first], x.x(), x.y(), x.z(), sim.clock.frame + 1, sim.clock.step, sim.clock.last_dt,
+        limits.smallest(), speed(sim.sweep.motion[first]), likely_cause(sim, limits, term),
+        sim.problem.scene_path.empty() ? scene.name : sim.problem.scene_path, scene.frames.first, sim.clock.frame + 1);
 }
 
-void check_solids_health(const Simulation& s, const SolidReport& report) {
+void check_solids_health(const Simulation& sim, const SolidReport& report) {
     double sound2 = 0;
-    for (std::size_t b = 0; b < s.solids.bodies.size(); ++b) {
-        if (s.solids.bodies[b].empty()) continue;
-        const Index first = s.solids.bodies[b].elements.front();
-        const double density = static_cast<double>(s.solids.elements.mass[first] / s.solids.elements.volume[first]);
+    for (std::size_t b = 0; b < sim.solids.bodies.size(); ++b) {
+        if (sim.solids.bodies[b].empty()) continue;
+        const Index first = sim.solids.bodies[b].elements.front();
+        const double density = static_cast<double>(sim.solids.elements.mass[first] / sim.solids.elements.volume[first]);
         sound2 = std::max(
-            sound2, static_cast<double>(s.solids.laws[b].wave_modulus() + s.solids.laws[b].volume_stiffness) / density);
+            sound2,
+            static_cast<double>(sim.solids.laws[b].wave_modulus() + sim.solids.laws[b].volume_stiffness) / density);
     }
-    const double fastest = kAbsurd * std::max(std::sqrt(sound2), s.problem.expected_speed);
-    const Particles& p = s.particles;
+    const double fastest = kAbsurd * std::max(std::sqrt(sound2), sim.problem.expected_speed);
+    const Particles& p = sim.particles;
     const auto wrong = [&](std::size_t i) {
         return is_elastic(p.phase[i]) &&
                (!p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest));
@@ -93,19 +94,19 @@ void check_solids_health(const Simulation& s, const SolidReport& report) {
         n, n, [&](std::size_t i) { return wrong(i) ? i : n; },
         [](std::size_t a, std::size_t b) { return std::min(a, b); });
     if (first == n) return;
-    const scene::Scene& scene = s.problem.scene;
+    const scene::Scene& scene = sim.problem.scene;
     const Vec3& x = p.position[first];
     throw DivergedError(
         "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, "
         "step {} (sub-step "
         "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
         x.allFinite() ? "velocity" : "position", p.id[first], body_name(scene, static_cast<std::size_t>(p.body[first])),
-        x.x(), x.y(), x.z(), s.clock.frame + 1, s.clock.step, report.smallest_dt, std::sqrt(s.solids.stretch2),
-        s.solids.stretch2 > 9
+        x.x(), x.y(), x.z(), sim.clock.frame + 1, sim.clock.step, report.smallest_dt, std::sqrt(sim.solids.stretch2),
+        sim.solids.stretch2 > 9
             ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "
               "raise youngs_modulus, or add volume_stiffness"
             : "a handle or a moving wall is faster than the body can follow",
-        s.problem.scene_path.empty() ? scene.name : s.problem.scene_path, scene.frames.first, s.clock.frame + 1);
+        sim.problem.scene_path.empty() ? scene.name : sim.problem.scene_path, scene.frames.first, sim.clock.frame + 1);
 }
 
 }  // namespace thixo

@@ -6,15 +6,16 @@
 
 namespace thixo {
 
-Plan plan_step(const Simulation& s) {
+Plan plan_step(const Simulation& sim) {
     Plan plan;
-    plan.liquid = s.solids.empty() || any_liquid(s.particles);
-    plan.neighbours = plan.liquid || (s.problem.heat.any() && s.particles.size() > 0) || s.solids.softening.freezes;
-    plan.pressure_solve = plan.liquid && s.problem.strategy.incompressible;
-    plan.viscosity_solve = plan.liquid && std::ranges::any_of(s.problem.materials, [](const MaterialParams& m) {
+    plan.liquid = sim.solids.empty() || any_liquid(sim.particles);
+    plan.neighbours =
+        plan.liquid || (sim.problem.heat.any() && sim.particles.size() > 0) || sim.solids.softening.freezes;
+    plan.pressure_solve = plan.liquid && sim.problem.strategy.incompressible;
+    plan.viscosity_solve = plan.liquid && std::ranges::any_of(sim.problem.materials, [](const MaterialParams& m) {
                                return m.implicit_viscosity > 0;
                            });
-    plan.solids = !s.solids.empty() && s.solids.softening.moves;
+    plan.solids = !sim.solids.empty() && sim.solids.softening.moves;
     return plan;
 }
 

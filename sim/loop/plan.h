@@ -14,6 +14,6 @@ struct Plan {
     bool solids = false;           // solids take their own sub-steps
 };
 
-Plan plan_step(const Simulation& s);
+Plan plan_step(const Simulation& sim);
 
 }  // namespace thixo

@@ -53,16 +53,16 @@ struct Simulation {
 };
 
 /// The emitters of a simulation, and what they release into.
-inline Sources sources_of(const Simulation& s) {
-    const Problem& p = s.problem;
-    return {p.scene.emitters, p.emitters, p.smoothing, s.walls, p.outside.gravity, p.periodic, p.scene.solver.seed};
+inline Sources sources_of(const Simulation& sim) {
+    const Problem& p = sim.problem;
+    return {p.scene.emitters, p.emitters, p.smoothing, sim.walls, p.outside.gravity, p.periodic, p.scene.solver.seed};
 }
 
 /// The tables of a simulation's solid matter, for what changes them in mid-run (sim/fracture).
-inline Matter matter_of(Simulation& s) {
-    const scene::Scene& scene = s.problem.scene;
-    return {s.particles,         s.solids,          s.embedded,
-            s.problem.smoothing, scene.solver.seed, scene.surface.radius * scene.solver.spacing};
+inline Matter matter_of(Simulation& sim) {
+    const scene::Scene& scene = sim.problem.scene;
+    return {sim.particles,         sim.solids,        sim.embedded,
+            sim.problem.smoothing, scene.solver.seed, scene.surface.radius * scene.solver.spacing};
 }
 
 }  // namespace thixo

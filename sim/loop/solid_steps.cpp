@@ -127,19 +127,20 @@ struct SavedState {
     std::vector<Vec3> external;
     ContactNodes nodes;
 
-    explicit SavedState(const Solids& s)
-        : displacement(s.elements.displacement),
-          velocity(s.elements.velocity),
-          external(s.external),
-          nodes(s.contacts.nodes) {
-        for (const SolidBody& b : s.bodies) poses.emplace_back(b.turn, b.place);
+    explicit SavedState(const Solids& solids)
+        : displacement(solids.elements.displacement),
+          velocity(solids.elements.velocity),
+          external(solids.external),
+          nodes(solids.contacts.nodes) {
+        for (const SolidBody& b : solids.bodies) poses.emplace_back(b.turn, b.place);
     }
-    void restore(Solids& s) const {
-        for (std::size_t b = 0; b < poses.size(); ++b) std::tie(s.bodies[b].turn, s.bodies[b].place) = poses[b];
-        s.elements.displacement = displacement;
-        s.elements.velocity = velocity;
-        s.external = external;
-        s.contacts.nodes = nodes;
+    void restore(Solids& solids) const {
+        for (std::size_t b = 0; b < poses.size(); ++b)
+            std::tie(solids.bodies[b].turn, solids.bodies[b].place) = poses[b];
+        solids.elements.displacement = displacement;
+        solids.elements.velocity = velocity;
+        solids.external = external;
+        solids.contacts.nodes = nodes;
     }
 };
 
@@ -226,8 +227,9 @@ void write_particles(Solids& solids, Particles& particles) {
         const Mat3& h = solids.gradients[i];
         const Real volume = (Mat3::Identity() + h).determinant();
         particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume, Real(1e-3));
-        const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
-        const Symmetric elastic{s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx};
+        const Symmetric strain = strain_of(e, i, h), &p = e.plastic[i];
+        const Symmetric elastic{strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz,
+                                strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};
         const Symmetric stress =
             solids.laws.empty()
                 ? Symmetric{}

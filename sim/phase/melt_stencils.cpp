@@ -21,7 +21,7 @@ constexpr Real kCrushed = Real(0.2);  // |J| below which it has
 constexpr double kUneven = 1.5;       // margin of the rates
 
 /// Whether the element has a stencil in D.
-bool flows(const Softening& s, std::size_t i) { return s.flow_law[i].mu > 0; }
+bool flows(const Softening& softening, std::size_t i) { return softening.flow_law[i].mu > 0; }
 
 Symmetric minus(const Symmetric& a, const Symmetric& b) {
     return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.yz - b.yz, a.zx - b.zx};
@@ -42,7 +42,7 @@ double unevenness(const Elements& e, std::size_t i) {
 
 /// The fastest rates of the elements that have softened or flow.
 FastestRates soft_rates(const Solids& solids) {
-    const Softening& s = solids.softening;
+    const Softening& softening = solids.softening;
     const auto larger = [](const FastestRates& a, const FastestRates& b) {
         return FastestRates{std::max(a.stiffest, b.stiffest), std::max(a.damping, b.damping)};
     };
@@ -56,11 +56,11 @@ FastestRates soft_rates(const Solids& solids) {
                 if (!(law.mu > 0)) return;
                 const double uneven = kUneven * unevenness(e, i);
                 sum.stiffest +=
-                    s.stiffest_per * uneven * static_cast<double>(law.wave_modulus() + law.volume_stiffness);
-                sum.damping += s.damping_per * uneven * static_cast<double>(law.viscosity);
+                    softening.stiffest_per * uneven * static_cast<double>(law.wave_modulus() + law.volume_stiffness);
+                sum.damping += softening.damping_per * uneven * static_cast<double>(law.viscosity);
             };
-            add(solids.elements, s.rest_law[i]);
-            if (s.flows) add(s.flow, s.flow_law[i]);
+            add(solids.elements, softening.rest_law[i]);
+            if (softening.flows) add(softening.flow, softening.flow_law[i]);
             return sum;
         },
         larger);
@@ -68,9 +68,9 @@ FastestRates soft_rates(const Solids& solids) {
 
 /// Laws of all elements, from the particles' materials and melt fractions.
 void set_laws(const scene::Scene& scene, double time, const Particles& particles, Solids& solids) {
-    Softening& s = solids.softening;
+    Softening& softening = solids.softening;
     const std::size_t n = solids.elements.size();
-    for (auto* laws : {&s.law, &s.rest_law, &s.flow_law}) laws->resize(n);
+    for (auto* laws : {&softening.law, &softening.rest_law, &softening.flow_law}) laws->resize(n);
     std::vector<MeltingLaw> law;
     for (std::size_t m = 0; m < scene.materials.size(); ++m) law.emplace_back(scene, m, time);
     parallel_for(
@@ -80,9 +80,9 @@ void set_laws(const scene::Scene& scene, double time, const Particles& particles
             if (i == kNone) return;
             const double b = static_cast<double>(particles.melt[k]);
             const Real solidity = solids.elements.solidity(i);
-            s.law[i] = law[static_cast<std::size_t>(particles.material[k])].at(b);
-            s.rest_law[i] = scaled(s.law[i], solidity);
-            s.flow_law[i] = scaled(s.law[i], is_elastic(particles.phase[k]) ? 1 - solidity : Real(0));
+            softening.law[i] = law[static_cast<std::size_t>(particles.material[k])].at(b);
+            softening.rest_law[i] = scaled(softening.law[i], solidity);
+            softening.flow_law[i] = scaled(softening.law[i], is_elastic(particles.phase[k]) ? 1 - solidity : Real(0));
         },
         1024);
 }
@@ -90,14 +90,14 @@ void set_laws(const scene::Scene& scene, double time, const Particles& particles
 /// Lists the neighbours in D. Every list holds what either end needs. A softer neighbour has less weight: firm matter
 /// is bound by itself, and not by the liquid about it.
 void list_flow(const Particles& particles, const NeighbourLists& neighbours, const Solids& solids, Elements& flow) {
-    const Softening& s = solids.softening;
+    const Softening& softening = solids.softening;
     const std::vector<Index>& particle_of = solids.particle_of;
     const std::size_t n = flow.size();
     const auto partner = [&](std::size_t i, Index k) -> Index {
         if (!is_elastic(particles.phase[k]) || particles.material[k] != particles.material[particle_of[i]])
             return kNone;
         const Index j = solids.element(particles.id[k]);
-        return flows(s, i) || flows(s, j) ? j : kNone;
+        return flows(softening, i) || flows(softening, j) ? j : kNone;
     };
     flow.bonds.begin.assign(n + 1, 0);
     std::vector<Index> count(n, 0);
@@ -117,10 +117,10 @@ void list_flow(const Particles& particles, const NeighbourLists& neighbours, con
                 const Index j = partner(i, k);
                 if (j == kNone) continue;
                 const Real r = (xyz(flow.rest[j]) - xyz(flow.rest[i])).norm();
-                const Real own = s.law[i].mu, other = s.law[j].mu;
-                if (flows(s, i))
+                const Real own = softening.law[i].mu, other = softening.law[j].mu;
+                if (flows(softening, i))
                     flow.bonds.weight[at] = Spiky(flow.support[i]).value(r) * std::min(Real(1), other / own);
-                if (flows(s, j))
+                if (flows(softening, j))
                     flow.bonds.weight_back[at] = Spiky(flow.support[j]).value(r) * std::min(Real(1), own / other);
                 flow.bonds.neighbour[at++] = j;
             }
@@ -130,8 +130,8 @@ void list_flow(const Particles& particles, const NeighbourLists& neighbours, con
 
 /// Builds D at the present places.
 void build_flow(const Particles& particles, const NeighbourLists& neighbours, Solids& solids) {
-    Softening& s = solids.softening;
-    Elements& flow = s.flow;
+    Softening& softening = solids.softening;
+    Elements& flow = softening.flow;
     const Elements& e = solids.elements;
     const std::size_t n = e.size();
     flow.id = e.id;
@@ -148,11 +148,11 @@ void build_flow(const Particles& particles, const NeighbourLists& neighbours, So
     std::vector<std::uint8_t> which(n);
     flow.bonds.moment.assign(n, RestMoment{.inverse = {}, .full = false});
     flow.bonds.flat.clear();
-    for (std::size_t i = 0; i < n; ++i) which[i] = flows(s, i);
+    for (std::size_t i = 0; i < n; ++i) which[i] = flows(softening, i);
     for (Index i = 0; i < n; ++i)
         if (!which[i]) flow.bonds.flat.emplace_back(i, Symmetric{});
     measure_moments(flow, &which, kThin);
-    set_zero_energy(s.flow_law, flow);
+    set_zero_energy(softening.flow_law, flow);
 }
 
 }  // namespace
@@ -216,41 +216,41 @@ void seed_flow(const std::vector<std::uint8_t>& which, Solids& solids) {
 
 void prepare_stencils(const scene::Scene& scene, double time, const Smoothing&, const Particles& particles,
                       const NeighbourLists& neighbours, Solids& solids) {
-    Softening& s = solids.softening;
-    if (!s.any) return;
+    Softening& softening = solids.softening;
+    if (!softening.any) return;
     set_laws(scene, time, particles, solids);
     weigh_bonds(solids.elements, kThin);
-    set_zero_energy(s.rest_law, solids.elements);
-    s.flows = std::ranges::any_of(s.flow_law, [](const StressLaw& law) { return law.mu > 0; });
-    if (s.flows) build_flow(particles, neighbours, solids);
-    s.rates = soft_rates(solids);
+    set_zero_energy(softening.rest_law, solids.elements);
+    softening.flows = std::ranges::any_of(softening.flow_law, [](const StressLaw& law) { return law.mu > 0; });
+    if (softening.flows) build_flow(particles, neighbours, solids);
+    softening.rates = soft_rates(solids);
 }
 
 Real flow_pressure(const Solids& solids, std::size_t i) {
-    const Softening& s = solids.softening;
-    if (s.law.size() <= i) return 0;
-    const Symmetric& e = s.flow.plastic[i];
-    return (s.law[i].lambda + 2 * s.law[i].mu / 3) * (e.xx + e.yy + e.zz);
+    const Softening& softening = solids.softening;
+    if (softening.law.size() <= i) return 0;
+    const Symmetric& e = softening.flow.plastic[i];
+    return (softening.law[i].lambda + 2 * softening.law[i].mu / 3) * (e.xx + e.yy + e.zz);
 }
 
 Real add_flow_forces(Solids& solids, StressScratch& scratch) {
-    Softening& s = solids.softening;
-    if (!s.flows) return 1;
+    Softening& softening = solids.softening;
+    if (!softening.flows) return 1;
     const Elements& e = solids.elements;
     std::vector<Mat3> turn;
     for (const SolidBody& body : solids.bodies) turn.push_back(body.turn.cast<Real>());
     const auto owner = [&](std::size_t i) { return static_cast<std::size_t>(e.owner[i]); };
     parallel_for(
-        e.size(), [&](std::size_t i) { s.flow.velocity[i] = quad(turn[owner(i)] * xyz(e.velocity[i])); }, 1024);
-    const Real stretch = find_stress_forces(s.flow_law, s.flow, scratch, s.force);
+        e.size(), [&](std::size_t i) { softening.flow.velocity[i] = quad(turn[owner(i)] * xyz(e.velocity[i])); }, 1024);
+    const Real stretch = find_stress_forces(softening.flow_law, softening.flow, scratch, softening.force);
     parallel_for(
-        e.size(), [&](std::size_t i) { solids.force[i] += turn[owner(i)].transpose() * s.force[i]; }, 1024);
+        e.size(), [&](std::size_t i) { solids.force[i] += turn[owner(i)].transpose() * softening.force[i]; }, 1024);
     return stretch;
 }
 
 void drift_flow(double dt, Solids& solids) {
-    Softening& s = solids.softening;
-    if (!s.flows) return;
+    Softening& softening = solids.softening;
+    if (!softening.flows) return;
     const Elements& e = solids.elements;
     std::vector<Mat3> turn;
     for (const SolidBody& body : solids.bodies) turn.push_back(body.turn.cast<Real>());
@@ -259,25 +259,25 @@ void drift_flow(double dt, Solids& solids) {
         e.size(),
         [&](std::size_t i) {
             const Vec3 v = turn[static_cast<std::size_t>(e.owner[i])] * xyz(e.velocity[i]);
-            s.flow.displacement[i] = quad(xyz(s.flow.displacement[i]) + drift * v);
+            softening.flow.displacement[i] = quad(xyz(softening.flow.displacement[i]) + drift * v);
         },
         1024);
 }
 
 void absorb_flow(double dt, Particles& particles, Solids& solids) {
-    Softening& s = solids.softening;
+    Softening& softening = solids.softening;
     Elements& e = solids.elements;
-    if (s.flows) {
-        find_gradients(s.flow, s.gradients);
+    if (softening.flows) {
+        find_gradients(softening.flow, softening.gradients);
         parallel_for(e.size(), [&](std::size_t i) {
-            if (!flows(s, i)) return;
-            const Mat3& h = s.gradients[i];
-            const Mat3 q = s.flow.bonds.moment[i].full ? rotation_of(Mat3::Identity() + h) : Mat3::Identity();
-            Symmetric elastic = minus(strain_of(s.flow, i, h), s.flow.plastic[i]);
-            const StressLaw& law = s.flow_law[i];
+            if (!flows(softening, i)) return;
+            const Mat3& h = softening.gradients[i];
+            const Mat3 q = softening.flow.bonds.moment[i].full ? rotation_of(Mat3::Identity() + h) : Mat3::Identity();
+            Symmetric elastic = minus(strain_of(softening.flow, i, h), softening.flow.plastic[i]);
+            const StressLaw& law = softening.flow_law[i];
             if (norm(elastic) > law.yield)
                 elastic = times(1 - std::min(static_cast<Real>(dt) * law.creep, Real(1)), elastic);
-            s.flow.plastic[i] = symmetric(-(q * matrix(elastic) * q.transpose()));
+            softening.flow.plastic[i] = symmetric(-(q * matrix(elastic) * q.transpose()));
         });
     }
     parallel_for(e.size(), [&](std::size_t i) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "pipeline/base/parallel.h"
 #include "sim/bonds/gradients.h"
@@ -113,13 +114,32 @@ void refreeze(Particles& particles, Solids& solids) {
     if (any) find_refrozen_neighbours(solids);
 }
 
+/// Lists the rest neighbours of all bodies anew. Bonds that persist keep their visibility; new ones are visible.
+void list_neighbours_anew(Solids& solids) {
+    Bonds& bonds = solids.elements.bonds;
+    const std::vector<std::size_t> begin = std::move(bonds.begin);
+    const std::vector<Index> neighbour = std::move(bonds.neighbour);
+    const std::vector<Real> visibility = std::exchange(bonds.visibility, {});
+    find_rest_neighbours(solids.bodies, solids.elements, hang_together_in_shapes(solids));
+    keep_bases(bonds);
+    if (visibility.empty()) return;
+    bonds.visibility.assign(bonds.neighbour.size(), 1);
+    parallel_for(bonds.size(), [&](std::size_t i) {
+        const auto first = neighbour.begin() + static_cast<std::ptrdiff_t>(begin[i]),
+                   last = neighbour.begin() + static_cast<std::ptrdiff_t>(begin[i + 1]);
+        for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k)
+            if (const auto found = std::find(first, last, bonds.neighbour[k]); found != last)
+                bonds.visibility[k] = visibility[static_cast<std::size_t>(found - neighbour.begin())];
+    });
+    weigh_bonds(solids.elements, kThin);
+}
+
 }  // namespace
 
 void find_refrozen_neighbours(Solids& solids) {
     Elements& e = solids.elements;
     if (std::ranges::none_of(solids.bodies, &SolidBody::refrozen)) return;
-    find_rest_neighbours(solids.bodies, e, hang_together_in_shapes(solids));
-    keep_bases(e.bonds);
+    list_neighbours_anew(solids);
     std::vector<std::uint8_t> which(e.size());
     for (std::size_t i = 0; i < e.size(); ++i) which[i] = solids.owner(i).refrozen;
     measure_moments(e, &which, kThin);

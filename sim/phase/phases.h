@@ -35,7 +35,7 @@ void change_phases(const scene::Scene& scene, const Outside& outside, double las
                    Solids& solids);
 
 /// Computes rest neighbours and moments of bodies that have frozen in another shape, from that shape. A checkpoint
-/// needs it after reading.
+/// needs it after reading. Bonds that persist keep their visibility.
 void find_refrozen_neighbours(Solids& solids);
 
 /// Computes laws and stencils of all elements at `time` [s]. Requires the present neighbours.

@@ -158,18 +158,18 @@ struct Seen {
     }
 };
 
-void see(const Elements& e, const std::vector<Corner>& corner, std::size_t i, Seen& s) {
-    s.node.clear();
+void see(const Elements& e, const std::vector<Corner>& corner, std::size_t i, Seen& seen) {
+    seen.node.clear();
     const auto corners = [&](std::size_t j) { return corner.data() + kCorners * j; };
     const Corner* own = corners(i);
     for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k)
         for (std::size_t c = 0; c < kCorners; ++c)
-            if (corners(e.bonds.neighbour[k])[c].weight > 0) s.find(corners(e.bonds.neighbour[k])[c].node);
+            if (corners(e.bonds.neighbour[k])[c].weight > 0) seen.find(corners(e.bonds.neighbour[k])[c].node);
     for (std::size_t c = 0; c < kCorners; ++c)
-        if (own[c].weight > 0) s.find(own[c].node);
-    const std::size_t n = s.node.size();
-    s.moment.assign(n, Vec3d::Zero());
-    s.square.assign(n * n, 0);
+        if (own[c].weight > 0) seen.find(own[c].node);
+    const std::size_t n = seen.node.size();
+    seen.moment.assign(n, Vec3d::Zero());
+    seen.square.assign(n * n, 0);
     std::vector<double> difference(n);
     for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
         const double w = static_cast<double>(e.bonds.weight[k]);
@@ -178,37 +178,37 @@ void see(const Elements& e, const std::vector<Corner>& corner, std::size_t i, Se
         std::fill(difference.begin(), difference.end(), 0.0);
         for (std::size_t c = 0; c < kCorners; ++c) {
             if (corners(j)[c].weight > 0)
-                difference[s.find(corners(j)[c].node)] += static_cast<double>(corners(j)[c].weight);
-            if (own[c].weight > 0) difference[s.find(own[c].node)] -= static_cast<double>(own[c].weight);
+                difference[seen.find(corners(j)[c].node)] += static_cast<double>(corners(j)[c].weight);
+            if (own[c].weight > 0) difference[seen.find(own[c].node)] -= static_cast<double>(own[c].weight);
         }
         const Vec3d r = xyz(e.rest[j]).cast<double>() - xyz(e.rest[i]).cast<double>();
         for (std::size_t a = 0; a < n; ++a) {
             if (difference[a] == 0) continue;
-            s.moment[a] += w * difference[a] * r;
-            for (std::size_t b = 0; b < n; ++b) s.square[a * n + b] += w * difference[a] * difference[b];
+            seen.moment[a] += w * difference[a] * r;
+            for (std::size_t b = 0; b < n; ++b) seen.square[a * n + b] += w * difference[a] * difference[b];
         }
     }
     const Mat3d inverse = matrix(e.bonds.moment[i].inverse).cast<double>();
-    s.slope.resize(n);
-    for (std::size_t a = 0; a < n; ++a) s.slope[a] = inverse * s.moment[a];
+    seen.slope.resize(n);
+    for (std::size_t a = 0; a < n; ++a) seen.slope[a] = inverse * seen.moment[a];
 }
 
 /// Adds the stencil's stiffness to the blocks of all pairs of its nodes.
 void add_stencil(const StressLaw& law, const Elements& e, std::size_t i, bool zero_energy, const Lattice& lattice,
-                 const Seen& s, Blocks& to) {
-    const std::size_t n = s.node.size();
+                 const Seen& seen, Blocks& to) {
+    const std::size_t n = seen.node.size();
     for (std::size_t b = 0; b < n; ++b) {
         std::array<Mat3d, 3> change;
         for (int a = 0; a < 3; ++a)
             change[static_cast<std::size_t>(a)] =
                 static_cast<double>(e.volume[i]) *
-                stress_change_at_rest(law, e, i, Vec3::Unit(a) * s.slope[b].cast<Real>().transpose()).cast<double>();
+                stress_change_at_rest(law, e, i, Vec3::Unit(a) * seen.slope[b].cast<Real>().transpose()).cast<double>();
         for (std::size_t a = 0; a < n; ++a) {
-            Mat3d& block = to.at(lattice, s.node[a], s.node[b]);
-            for (int c = 0; c < 3; ++c) block.col(c) += change[static_cast<std::size_t>(c)] * s.slope[a];
+            Mat3d& block = to.at(lattice, seen.node[a], seen.node[b]);
+            for (int c = 0; c < 3; ++c) block.col(c) += change[static_cast<std::size_t>(c)] * seen.slope[a];
             if (zero_energy)
                 block.diagonal().array() +=
-                    static_cast<double>(e.rest[i].w) * (s.square[a * n + b] - s.moment[a].dot(s.slope[b]));
+                    static_cast<double>(e.rest[i].w) * (seen.square[a * n + b] - seen.moment[a].dot(seen.slope[b]));
         }
     }
 }
@@ -257,17 +257,17 @@ void CoarseGrid::prepare(const std::vector<StressLaw>& laws, const std::vector<S
                          const std::vector<std::uint8_t>& held) {
     if (state_ && state_->version == e.bonds.weights_version && state_->held == held) return;
     state_ = std::make_shared<State>();
-    State& s = *state_;
-    s.version = e.bonds.weights_version;
-    s.held = held;
+    State& state = *state_;
+    state.version = e.bonds.weights_version;
+    state.held = held;
     for (const SolidBody& body : bodies) {
-        s.lattice.push_back(lattice_of(body, e, s.nodes));
-        s.nodes += s.lattice.back().nodes();
+        state.lattice.push_back(lattice_of(body, e, state.nodes));
+        state.nodes += state.lattice.back().nodes();
     }
-    if (s.nodes == 0) return;
-    s.corner.assign(kCorners * e.size(), {});
-    for (std::size_t b = 0; b < bodies.size(); ++b) place_corners(s.lattice[b], bodies[b], e, held, s.corner);
-    list_members(s.corner, s.nodes, s.begin, s.member);
+    if (state.nodes == 0) return;
+    state.corner.assign(kCorners * e.size(), {});
+    for (std::size_t b = 0; b < bodies.size(); ++b) place_corners(state.lattice[b], bodies[b], e, held, state.corner);
+    list_members(state.corner, state.nodes, state.begin, state.member);
     std::vector<StressLaw> rates;
     bool viscous = false;
     for (const StressLaw& law : laws) {
@@ -275,72 +275,72 @@ void CoarseGrid::prepare(const std::vector<StressLaw>& laws, const std::vector<S
         viscous = viscous || law.viscosity > 0;
     }
     Blocks elastic, viscosity, mass;
-    for (Blocks* b : {&elastic, &viscosity, &mass}) b->start(s.nodes);
+    for (Blocks* b : {&elastic, &viscosity, &mass}) b->start(state.nodes);
     Seen seen;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const Lattice& lattice = s.lattice[b];
+        const Lattice& lattice = state.lattice[b];
         if (!(lattice.cell > 0)) continue;
         for (const Index i : bodies[b].elements) {
-            see(e, s.corner, i, seen);
+            see(e, state.corner, i, seen);
             add_stencil(laws[e.law_of(i)], e, i, true, lattice, seen, elastic);
             if (viscous) add_stencil(rates[e.law_of(i)], e, i, false, lattice, seen, viscosity);
         }
         add_elements(
-            lattice, bodies[b], s.corner,
+            lattice, bodies[b], state.corner,
             [&](std::size_t i) { return Mat3d(static_cast<double>(e.mass[i]) * Mat3d::Identity()); }, mass);
     }
-    s.elastic = sparse(elastic, s.lattice, s.nodes);
-    s.viscous = sparse(viscosity, s.lattice, s.nodes);
-    s.mass = sparse(mass, s.lattice, s.nodes);
-    s.matrix = s.elastic + s.viscous + s.mass;
-    s.factor.analyzePattern(s.matrix);
-    s.right.resize(static_cast<Eigen::Index>(3 * s.nodes));
-    s.bodies = bodies;
+    state.elastic = sparse(elastic, state.lattice, state.nodes);
+    state.viscous = sparse(viscosity, state.lattice, state.nodes);
+    state.mass = sparse(mass, state.lattice, state.nodes);
+    state.matrix = state.elastic + state.viscous + state.mass;
+    state.factor.analyzePattern(state.matrix);
+    state.right.resize(static_cast<Eigen::Index>(3 * state.nodes));
+    state.bodies = bodies;
 }
 
 void CoarseGrid::factor(double dt, const std::vector<Symmetric>& boundary) {
-    State& s = *state_;
-    if (s.nodes == 0 || (s.usable && s.dt == dt && !s.bounded && boundary.empty())) return;
-    s.dt = dt;
-    s.bounded = !boundary.empty();
-    s.matrix = s.elastic + (1 / dt) * s.viscous + (1 / square(dt)) * s.mass;
-    if (s.bounded) {
+    State& state = *state_;
+    if (state.nodes == 0 || (state.usable && state.dt == dt && !state.bounded && boundary.empty())) return;
+    state.dt = dt;
+    state.bounded = !boundary.empty();
+    state.matrix = state.elastic + (1 / dt) * state.viscous + (1 / square(dt)) * state.mass;
+    if (state.bounded) {
         Blocks walls;
-        walls.start(s.nodes);
-        for (std::size_t b = 0; b < s.lattice.size(); ++b)
+        walls.start(state.nodes);
+        for (std::size_t b = 0; b < state.lattice.size(); ++b)
             add_elements(
-                s.lattice[b], s.bodies[b], s.corner,
+                state.lattice[b], state.bodies[b], state.corner,
                 [&](std::size_t i) { return Mat3d(matrix(boundary[i]).cast<double>()); }, walls);
-        s.matrix += sparse(walls, s.lattice, s.nodes);
+        state.matrix += sparse(walls, state.lattice, state.nodes);
     }
-    for (Eigen::Index k = 0; k < s.matrix.rows(); ++k) {
-        double& d = s.matrix.coeffRef(k, k);
+    for (Eigen::Index k = 0; k < state.matrix.rows(); ++k) {
+        double& d = state.matrix.coeffRef(k, k);
         d = d > 0 ? (1 + kShift) * d : 1;
     }
-    s.factor.factorize(s.matrix);
-    s.usable = s.factor.info() == Eigen::Success;
+    state.factor.factorize(state.matrix);
+    state.usable = state.factor.info() == Eigen::Success;
 }
 
 void CoarseGrid::add_correction(const std::vector<Vec3>& r, std::vector<Vec3>& z) {
-    State& s = *state_;
-    if (!s.usable) return;
+    State& state = *state_;
+    if (!state.usable) return;
     parallel_for(
-        s.nodes,
+        state.nodes,
         [&](std::size_t n) {
             Vec3d sum(0, 0, 0);
-            for (std::size_t k = s.begin[n]; k < s.begin[n + 1]; ++k)
-                sum += static_cast<double>(s.member[k].second) * r[s.member[k].first].cast<double>();
-            s.right.segment<3>(static_cast<Eigen::Index>(3 * n)) = sum;
+            for (std::size_t k = state.begin[n]; k < state.begin[n + 1]; ++k)
+                sum += static_cast<double>(state.member[k].second) * r[state.member[k].first].cast<double>();
+            state.right.segment<3>(static_cast<Eigen::Index>(3 * n)) = sum;
         },
         64);
-    s.left = s.factor.solve(s.right);
+    state.left = state.factor.solve(state.right);
     parallel_for(
         z.size(),
         [&](std::size_t i) {
             Vec3d sum(0, 0, 0);
             for (std::size_t c = 0; c < kCorners; ++c) {
-                const Corner& at = s.corner[kCorners * i + c];
-                sum += static_cast<double>(at.weight) * s.left.segment<3>(3 * static_cast<Eigen::Index>(at.node));
+                const Corner& at = state.corner[kCorners * i + c];
+                sum += static_cast<double>(at.weight) * state.left.segment<3>(3 * static_cast<Eigen::Index>(at.node));
             }
             z[i] += sum.cast<Real>();
         },
@@ -351,12 +351,12 @@ std::size_t CoarseGrid::nodes() const { return state_ ? state_->nodes : 0; }
 
 std::size_t CoarseGrid::bytes() const {
     if (nodes() == 0) return 0;
-    const State& s = *state_;
+    const State& state = *state_;
     constexpr std::size_t kEntry = sizeof(double) + sizeof(int);
-    std::size_t entries =
-        static_cast<std::size_t>(s.elastic.nonZeros() + s.viscous.nonZeros() + s.mass.nonZeros() + s.matrix.nonZeros());
-    entries += static_cast<std::size_t>(s.factor.matrixL().nestedExpression().nonZeros());
-    return entries * kEntry + s.corner.size() * sizeof(Corner) + s.member.size() * sizeof(s.member[0]);
+    std::size_t entries = static_cast<std::size_t>(state.elastic.nonZeros() + state.viscous.nonZeros() +
+                                                   state.mass.nonZeros() + state.matrix.nonZeros());
+    entries += static_cast<std::size_t>(state.factor.matrixL().nestedExpression().nonZeros());
+    return entries * kEntry + state.corner.size() * sizeof(Corner) + state.member.size() * sizeof(state.member[0]);
 }
 
 }  // namespace thixo

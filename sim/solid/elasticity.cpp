@@ -69,8 +69,9 @@ void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::
         const StressLaw& law = laws[elements.law_of(i)];
         if (!(law.creep > 0)) return;
         Symmetric& p = elements.plastic[i];
-        const Symmetric s = strain_of(elements, i, gradients[i]);
-        const Symmetric e{s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx};
+        const Symmetric strain = strain_of(elements, i, gradients[i]);
+        const Symmetric e{strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz,
+                          strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};
         if (!(norm(e) > law.yield)) return;
         const Real part = std::min(static_cast<Real>(dt) * law.creep, Real(1));
         p = {p.xx + part * e.xx, p.yy + part * e.yy, p.zz + part * e.zz,
@@ -89,9 +90,10 @@ Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradien
 }
 
 Symmetric total_stress(const StressLaw& law, const Elements& e, std::size_t i, const Mat3& h) {
-    const Symmetric s = strain_of(e, i, h), &p = e.plastic[i];
-    Symmetric stress =
-        stress_of(law, e, {s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx});
+    const Symmetric strain = strain_of(e, i, h), &p = e.plastic[i];
+    Symmetric stress = stress_of(
+        law, e,
+        {strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz, strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx});
     if (!(law.viscosity > 0)) return stress;
     const Mat3 rate = differences(e, i, e.velocity.data()).outer * matrix(e.bonds.moment[i].inverse);
     const Mat3 turned = (projection_of(e, i) + h).transpose() * rate;
@@ -102,10 +104,10 @@ Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmet
     if (law.anisotropy == kNone) return stress_of(law, e);
     Eigen::Matrix<Real, 6, 1> strain;
     strain << e.xx, e.yy, e.zz, 2 * e.xy, 2 * e.yz, 2 * e.zx;
-    const Eigen::Matrix<Real, 6, 1> s = elements.anisotropic[law.anisotropy] * strain;
+    const Eigen::Matrix<Real, 6, 1> stress = elements.anisotropic[law.anisotropy] * strain;
     const Real shear = 2 * law.rate_modulus;
-    return {s[0] + shear * e.xx, s[1] + shear * e.yy, s[2] + shear * e.zz,
-            s[3] + shear * e.xy, s[4] + shear * e.yz, s[5] + shear * e.zx};
+    return {stress[0] + shear * e.xx, stress[1] + shear * e.yy, stress[2] + shear * e.zz,
+            stress[3] + shear * e.xy, stress[4] + shear * e.yz, stress[5] + shear * e.zx};
 }
 
 }  // namespace thixo

@@ -65,17 +65,17 @@ RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
     return r;
 }
 
-/// A body that nothing acts on turns so that its angular momentum stays. It turns by the spin of half the way, and ends
-/// with the spin of the end. Both are in the frame that turns with the body.
+/// A body that nothing acts on turns so that its angular momentum stays. It turns by the spin at half the step, and
+/// ends with the spin of the end. Both are in the frame that turns with the body.
 struct Turning {
     Mat3d turn;          // Q, from the old frame to the new one
     Vec3d spin, change;  // omega [1/s], its rate [1/s^2]
 };
 Turning turn_on(const RigidRates& r, double dt) {
     const Vec3d angular = r.inertia * r.spin;
-    const auto about = [](const Vec3d& way) {
-        const double angle = way.norm();
-        return angle > 0 ? Eigen::AngleAxisd(angle, way / angle).toRotationMatrix() : Mat3d(Mat3d::Identity());
+    const auto about = [](const Vec3d& rotation) {
+        const double angle = rotation.norm();
+        return angle > 0 ? Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix() : Mat3d(Mat3d::Identity());
     };
     const Vec3d half = r.spin_of(about(dt / 2 * r.spin).transpose() * angular);
     const Mat3d turn = about(dt * half);
@@ -90,11 +90,11 @@ Turning turn_on(const RigidRates& r, double dt) {
 ///     base and rigid       as evaluate() reads them
 ///     velocity             v' without forces
 ///     acceleration         of places that turn with the body
-void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
+void go_ahead(double dt, Solids& solids, ImplicitScratch& scratch) {
     Elements& e = solids.elements;
-    for (auto* v : {&s.start, &s.base, &s.rigid}) v->resize(e.size());
-    s.turning.assign(e.size(), Vec3::Zero());
-    s.angular.assign(solids.bodies.size(), Vec3d::Zero());
+    for (auto* v : {&scratch.start, &scratch.base, &scratch.rigid}) v->resize(e.size());
+    scratch.turning.assign(e.size(), Vec3::Zero());
+    scratch.angular.assign(solids.bodies.size(), Vec3d::Zero());
     for (SolidBody& body : solids.bodies) {
         if (body.empty()) continue;
         const RigidRates r = rigid_rates(body, e, [&](std::size_t i) {
@@ -102,21 +102,21 @@ void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
         });
         const Turning on = turn_on(r, dt);
         const Mat3d back = on.turn.transpose(), change = back - Mat3d::Identity();
-        s.angular[static_cast<std::size_t>(&body - solids.bodies.data())] = back * r.angular;
+        scratch.angular[static_cast<std::size_t>(&body - solids.bodies.data())] = back * r.angular;
         parallel_for(body.size(), [&](std::size_t k) {
             const std::size_t i = body.elements[k];
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - r.centre;
             const Vec3d u = xyz(e.displacement[i]).cast<double>(), v = xyz(e.velocity[i]).cast<double>();
             const Vec3d trembles = v - r.velocity - r.spin.cross(y);
             const Vec3d rigid = back * r.velocity + on.spin.cross(y);
-            s.start[i] = quad((u + change * y - dt * (back * r.velocity)).cast<Real>());
-            s.base[i] = e.displacement[i];
-            s.rigid[i] = quad(rigid.cast<Real>());
+            scratch.start[i] = quad((u + change * y - dt * (back * r.velocity)).cast<Real>());
+            scratch.base[i] = e.displacement[i];
+            scratch.rigid[i] = quad(rigid.cast<Real>());
             e.displacement[i] = quad((u + dt * trembles).cast<Real>());
             e.velocity[i] = quad((trembles + rigid).cast<Real>());
             e.acceleration[i] = Vec3::Zero();
             const Vec3d turning = on.spin.cross(on.spin.cross(y)) + on.change.cross(y);
-            s.turning[i] = turning.cast<Real>();
+            scratch.turning[i] = turning.cast<Real>();
             solids.external[i] = (back * solids.external[i].cast<double>() - turning).cast<Real>();
         });
         body.place += body.turn * (r.centre + dt * r.velocity - on.turn * r.centre);
@@ -128,12 +128,18 @@ void go_ahead(double dt, Solids& solids, ImplicitScratch& s) {
 class Step {
   public:
     Step(double dt, double tolerance, const Walls& walls, const std::vector<Quad>& before, Solids& solids,
-         ImplicitScratch& s)
-        : dt_(dt), tolerance_(tolerance), walls_(walls), before_(before), solids_(solids), e_(solids.elements), s_(s) {
+         ImplicitScratch& scratch)
+        : dt_(dt),
+          tolerance_(tolerance),
+          walls_(walls),
+          before_(before),
+          solids_(solids),
+          e_(solids.elements),
+          s_(scratch) {
         const std::size_t n = e_.size();
-        for (auto* v : {&s.change, &s.direction}) v->resize(n);
-        for (auto* v : {&s.residual, &s.product, &s.preconditioned}) v->resize(n);
-        s.inverse.resize(n);
+        for (auto* v : {&scratch.change, &scratch.direction}) v->resize(n);
+        for (auto* v : {&scratch.residual, &scratch.product, &scratch.preconditioned}) v->resize(n);
+        scratch.inverse.resize(n);
     }
 
     ImplicitReport solve() {
@@ -331,18 +337,19 @@ class Step {
 /// Gives each body the momenta that the step left out, as a rigid motion: those of the residual, and a difference of
 /// angular momenta. The velocities `before` at the present places, less the body's turning, have another angular
 /// momentum than the body had. The difference is due to the change of inertia by the step's deformation.
-void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, ImplicitScratch& s) {
+void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, ImplicitScratch& scratch) {
     Elements& e = solids.elements;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
         if (std::ranges::any_of(body.elements, [&](Index i) { return solids.held[i] != 0; })) continue;
         if (body.empty()) continue;
-        RigidRates left = rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * s.residual[i].cast<double>()); });
+        RigidRates left =
+            rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * scratch.residual[i].cast<double>()); });
         const RigidRates present = rigid_rates(body, e, [&](std::size_t i) {
             return Vec3d(static_cast<double>(e.mass[i]) *
-                         (xyz(before[i]).cast<double>() - dt * s.turning[i].cast<double>()));
+                         (xyz(before[i]).cast<double>() - dt * scratch.turning[i].cast<double>()));
         });
-        left.spin += left.spin_of(s.angular[b] - present.angular);
+        left.spin += left.spin_of(scratch.angular[b] - present.angular);
         parallel_for(body.size(), [&](std::size_t k) {
             const std::size_t i = body.elements[k];
             const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>() - left.centre;
@@ -382,14 +389,14 @@ void stay_out_of_walls(const Walls& walls, Solids& solids) {
 }
 
 /// Nodes' displacements are counted from where the elements are, in the present frames.
-void count_ways_from(const std::vector<Quad>& start, Solids& solids) {
+void count_displacements_from(const std::vector<Quad>& start, Solids& solids) {
     ContactNodes& n = solids.contacts.nodes;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
     parallel_for(
         n.size(),
         [&](std::size_t k) {
-            n.start[k] = n.last[k] =
-                sum_of_node(n, poses, k, [&](Index i, Real w, NodeMotion& m) { m.way += w * xyz(start[i]); }).way;
+            const auto add = [&](Index i, Real w, NodeMotion& m) { m.displacement += w * xyz(start[i]); };
+            n.start[k] = n.last[k] = sum_of_node(n, poses, k, add).displacement;
         },
         64);
 }
@@ -397,15 +404,15 @@ void count_ways_from(const std::vector<Quad>& start, Solids& solids) {
 }  // namespace
 
 ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& walls, const MoveHeld& move_held,
-                               Solids& solids, ImplicitScratch& s) {
+                               Solids& solids, ImplicitScratch& scratch) {
     Elements& e = solids.elements;
     move_walls(walls, time + dt);
-    go_ahead(dt, solids, s);
-    count_ways_from(s.start, solids);
+    go_ahead(dt, solids, scratch);
+    count_displacements_from(scratch.start, solids);
     const std::vector<Quad> before = e.velocity;
     move_held(time + dt, dt);
-    const ImplicitReport report = Step(dt, tolerance, walls, before, solids, s).solve();
-    keep_momenta(dt, before, solids, s);
+    const ImplicitReport report = Step(dt, tolerance, walls, before, solids, scratch).solve();
+    keep_momenta(dt, before, solids, scratch);
     store_boundary_state(dt, solids);
     stay_out_of_walls(walls, solids);
     return report;

@@ -12,9 +12,9 @@ struct Sums {
     Sums operator+(const Sums& o) const { return {mass + o.mass, rest + o.rest, shift + o.shift, spread + o.spread}; }
 };
 
-Mat3d fitting_rotation(const Mat3d& s) {
+Mat3d fitting_rotation(const Mat3d& spread) {
     constexpr double kNoPlane = 1e-4;
-    const Eigen::JacobiSVD<Mat3d> svd(s, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<Mat3d> svd(spread, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Vec3d extent = svd.singularValues();
     if (!(extent[0] > 0)) return Mat3d::Identity();  // one element: nothing tells how it turns
     // Elements on a line: it turns the shortest way, and not about itself.

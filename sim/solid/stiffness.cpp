@@ -82,9 +82,9 @@ void linearise(const std::vector<StressLaw>& laws, const Elements& elements, dou
 
 void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<Quad>& du, std::vector<Vec3>& out) {
     const std::size_t n = elements.size();
-    StressScratch& s = stiffness.scratch;
-    s.stencil.resize(n);
-    s.own.resize(n);
+    StressScratch& scratch = stiffness.scratch;
+    scratch.stencil.resize(n);
+    scratch.own.resize(n);
     parallel_for(
         n,
         [&](std::size_t i) {
@@ -93,11 +93,12 @@ void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<
             const Mat3 dh = d.outer * inverse;
             const StressLaw& law = stiffness.laws[elements.law_of(i)];
             const Mat3 change = stress_change(law, elements, stiffness.at[i], i, dh);
-            write_forces(elements, i, -elements.volume[i] * change * inverse, dh, d.sum, du[i], s);
+            write_forces(elements, i, -elements.volume[i] * change * inverse, dh, d.sum, du[i], scratch);
         },
         kElements);
     parallel_for(
-        n, [&](std::size_t i) { out[i] = s.own[i] + force_of_neighbours(elements, s.stencil.data(), i); }, kElements);
+        n, [&](std::size_t i) { out[i] = scratch.own[i] + force_of_neighbours(elements, scratch.stencil.data(), i); },
+        kElements);
 }
 
 Mat3 stress_change_at_rest(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& dh) {

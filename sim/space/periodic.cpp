@@ -52,12 +52,12 @@ Periodic make_periodic(const scene::World& world, Real support) {
 Vec3 Periodic::wrapped(const Vec3& x) const {
     Vec3 in = x;
     for (int a = 0; a < 3; ++a) {
-        const Axis& s = axis[static_cast<std::size_t>(a)];
-        if (!s.on || !std::isfinite(x[a])) continue;
-        const double length = static_cast<double>(period(a)), grain = static_cast<double>(s.grain);
+        const Axis& span = axis[static_cast<std::size_t>(a)];
+        if (!span.on || !std::isfinite(x[a])) continue;
+        const double length = static_cast<double>(period(a)), grain = static_cast<double>(span.grain);
         double v = std::nearbyint(static_cast<double>(x[a]) / grain) * grain;
-        v -= length * std::floor((v - static_cast<double>(s.from)) / length);
-        if (v >= static_cast<double>(s.to)) v = static_cast<double>(s.from);  // floor of a rounded quotient
+        v -= length * std::floor((v - static_cast<double>(span.from)) / length);
+        if (v >= static_cast<double>(span.to)) v = static_cast<double>(span.from);  // floor of a rounded quotient
         in[a] = static_cast<Real>(v);
     }
     return in;

@@ -87,8 +87,8 @@ inline void refresh_places(const Ghosts& ghosts, std::vector<Quad>& array) {
         ghosts.size(),
         [&](std::size_t k) {
             const Quad& q = array[ghosts.source[k]];
-            const Vec3& s = ghosts.shift[k];
-            array[ghosts.particles + k] = {q.x + s.x(), q.y + s.y(), q.z + s.z(), q.w};
+            const Vec3& shift = ghosts.shift[k];
+            array[ghosts.particles + k] = {q.x + shift.x(), q.y + shift.y(), q.z + shift.z(), q.w};
         },
         2048);
 }

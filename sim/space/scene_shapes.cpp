@@ -20,21 +20,21 @@ class ShapeBuilder {
   public:
     explicit ShapeBuilder(const scene::Scene& scene) : scene_(scene) {}
 
-    Shape build(const scene::Shape& s, int depth) const {
+    Shape build(const scene::Shape& source, int depth) const {
         if (depth > kDeepest)
-            throw InputError("{}: shapes are nested more than {} deep, or a named shape contains itself", s.where,
+            throw InputError("{}: shapes are nested more than {} deep, or a named shape contains itself", source.where,
                              kDeepest);
-        Shape shape = std::visit([&](const auto& kind) { return make(kind, s, depth); }, s.kind);
-        const bool moved = s.scale != 1 || !s.rotate.isZero() || !s.translate.isZero();
-        if (moved) shape = transformed(shape, s.scale, rotation_from_degrees(s.rotate), s.translate);
-        if (s.offset != 0) shape = offset(shape, s.offset);
-        if (s.shell > 0) shape = shell(shape, s.shell);
+        Shape shape = std::visit([&](const auto& kind) { return make(kind, source, depth); }, source.kind);
+        const bool moved = source.scale != 1 || !source.rotate.isZero() || !source.translate.isZero();
+        if (moved) shape = transformed(shape, source.scale, rotation_from_degrees(source.rotate), source.translate);
+        if (source.offset != 0) shape = offset(shape, source.offset);
+        if (source.shell > 0) shape = shell(shape, source.shell);
         return shape;
     }
 
   private:
-    static Shape make(const std::monostate&, const scene::Shape& s, int) {
-        throw InputError("{}: a shape of no kind", s.where);
+    static Shape make(const std::monostate&, const scene::Shape& source, int) {
+        throw InputError("{}: a shape of no kind", source.where);
     }
     static Shape make(const scene::Sphere& k, const scene::Shape&, int) { return sphere(k.radius); }
     static Shape make(const scene::Ellipsoid& k, const scene::Shape&, int) { return ellipsoid(k.radii); }
@@ -49,22 +49,22 @@ class ShapeBuilder {
     static Shape make(const scene::Torus& k, const scene::Shape&, int) { return torus(k.radius, k.tube); }
     static Shape make(const scene::Plane& k, const scene::Shape&, int) { return plane(k.normal, k.offset); }
     static Shape make(const scene::Revolve& k, const scene::Shape&, int) { return revolve(k.profile); }
-    static Shape make(const scene::MeshFile& k, const scene::Shape& s, int) {
+    static Shape make(const scene::MeshFile& k, const scene::Shape& source, int) {
         Vec3d origin;
         TriangleMesh mesh = read_mesh(k.file, &origin);
         const MeshReport report = inspect_mesh(mesh);
         if (report.triangles == 0 && mesh.normals.empty())
-            throw InputError("{}: mesh {} has neither triangles nor points with normals", s.where, k.file);
+            throw InputError("{}: mesh {} has neither triangles nor points with normals", source.where, k.file);
         const double extent = static_cast<double>(report.bounds.upper.z() - report.bounds.lower.z());
         if (k.scale <= 0 && !(extent > 0))
-            throw InputError("{}: mesh {} is flat along z; give scale instead of height", s.where, k.file);
+            throw InputError("{}: mesh {} is flat along z; give scale instead of height", source.where, k.file);
         const double scale = k.scale > 0 ? k.scale : k.height / extent;
         const Vec3d to_origin = k.place == scene::Place::file ? Vec3d(-origin) : middle_or_base(report.bounds, k.place);
         transform_mesh(mesh, scale, Quatd::Identity(), -scale * to_origin);
         try {
             return report.triangles == 0 ? point_shape(std::move(mesh)) : mesh_shape(std::move(mesh));
         } catch (const InputError& error) {
-            throw InputError("{}: mesh {}: {}", s.where, k.file, error.what());
+            throw InputError("{}: mesh {}: {}", source.where, k.file, error.what());
         }
     }
     static Vec3d middle_or_base(const Box3& box, scene::Place place) {
@@ -99,10 +99,10 @@ class ShapeBuilder {
     Shape make(const scene::Noise& k, const scene::Shape&, int depth) const {
         return roughened(together(k, depth), k.amplitude, k.scale, k.octaves);
     }
-    Shape make(const scene::NamedShape& k, const scene::Shape& s, int depth) const {
+    Shape make(const scene::NamedShape& k, const scene::Shape& source, int depth) const {
         for (const auto& [name, shape] : scene_.shapes)
             if (name == k.name) return build(shape, depth + 1);
-        throw InputError("{}: there is no shape named '{}' in `shapes`", s.where, k.name);
+        throw InputError("{}: there is no shape named '{}' in `shapes`", source.where, k.name);
     }
     /// The shapes of a list as one.
     Shape together(const scene::ShapeList& list, int depth) const {
@@ -110,7 +110,7 @@ class ShapeBuilder {
     }
     std::vector<Shape> children(const scene::ShapeList& list, int depth) const {
         std::vector<Shape> shapes;
-        for (const scene::Shape& s : list.shapes) shapes.push_back(build(s, depth + 1));
+        for (const scene::Shape& source : list.shapes) shapes.push_back(build(source, depth + 1));
         return shapes;
     }
 

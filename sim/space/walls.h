@@ -23,8 +23,8 @@ struct WallContact {
     Vec3 velocity;  // of the wall at the point [m/s]
 };
 
-/// One rigid solid: a moving boundary, or all boundaries at rest with the same surface together (what overlaps then
-/// counts once).
+/// One rigid solid. It is a moving boundary, or all boundaries at rest that have the same surface. What overlaps among
+/// these then counts once.
 struct Wall {
     Wall(WallMap map_, RigidMotion motion_, bool no_slip_, Real adhesion_, std::optional<double> temperature_)
         : map(std::move(map_)),
@@ -67,15 +67,14 @@ Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing, const St
 /// Brings all walls to where they stand at `time` [s].
 void move_walls(Walls& walls, double time);
 
-/// The signed distance from x to the nearest wall at the walls' present time, +max where there is none. Within one
-/// support of the wall it is that of the shape to the interpolation in cells of h/4; beyond, a lower bound not below
-/// the support.
+/// The signed distance from x to the nearest wall at the walls' present time [m]; +max where there is none. Within one
+/// support h of the wall it is interpolated in cells of h/4. Farther away it is a lower bound that is at least h.
 Real wall_distance(const Walls& walls, const Vec3& x);
 /// Distance, normal and velocity of the nearest wall.
 WallContact wall_contact(const Walls& walls, const Vec3& x);
 
-/// Remembers where each wall was last asked: particles in cell order ask the same page of blocks many times running.
-/// For one thread.
+/// Remembers the page of blocks of each wall that was last asked for. Particles in cell order ask for the same page
+/// many times in a row. For one thread.
 struct WallCursor {
     explicit WallCursor(const Walls& walls) : at(walls.list.size()) {}
     std::vector<WallMap::Cursor> at;
@@ -84,10 +83,10 @@ WallEffect wall_effect(const Walls& walls, const Vec3& x, WallCursor& cursor);
 /// The effects at all points.
 void find_wall_effects(const Walls& walls, const std::vector<Vec3>& points, std::vector<WallEffect>& effects);
 
-/// Keeps what the wall's pressure let through at `least` [m] from the wall: moves the particle there along the normal
-/// and takes away the velocity towards the wall. A particle that leaves the wall is never held. `before` says how near
-/// the walls were a step earlier, and `dt` and `wall_speed` how near they can have come since: most particles need no
-/// look.
+/// Keeps particles that the wall's pressure let through at `least` [m] from the wall. It moves them there along the
+/// normal and takes away their velocity towards the wall. A particle that leaves the wall is never held. `before` says
+/// how near the walls were a step earlier. `dt` [s] and `wall_speed` [m/s] bound how near they can have come since, so
+/// that most particles need no look.
 void hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before,
                     double dt, double wall_speed);
 

@@ -110,8 +110,8 @@ class Reader {
 
 /// What follows from tables that have just been read: numbers of elements, shapes and samples of bodies, weights of
 /// surfels.
-void rebind(Simulation& s) {
-    Solids& solids = s.solids;
+void rebind(Simulation& sim) {
+    Solids& solids = sim.solids;
     solids.element_of.clear();
     for (Index i = 0; i < solids.elements.size(); ++i) number_element(solids.elements.id[i], i, solids);
     solids.softening.flow.plastic.resize(solids.elements.size());
@@ -119,9 +119,9 @@ void rebind(Simulation& s) {
         if (body.scene_shape) continue;
         body.shape.reset();
     }
-    s.embedded.begin.assign(s.embedded.size() + 1, 0);
-    s.embedded.weight.clear();
-    bind_matter(std::vector<std::uint8_t>(solids.bodies.size(), 1), matter_of(s));
+    sim.embedded.begin.assign(sim.embedded.size() + 1, 0);
+    sim.embedded.weight.clear();
+    bind_matter(std::vector<std::uint8_t>(solids.bodies.size(), 1), matter_of(sim));
 }
 
 /// What of a body is state.
@@ -189,8 +189,8 @@ void visit_bonds(Stream& stream, S& bonds) {
 
 /// Tables whose rows are no longer those that the scene makes.
 template <class Stream, class S>
-void visit_altered(Stream& stream, S& s) {
-    auto& solids = s.solids;
+void visit_altered(Stream& stream, S& state) {
+    auto& solids = state.solids;
     stream.value("next_body", solids.next_body);
     stream.records("bodies", solids.bodies, sizeof(std::int32_t));
     for (auto& body : solids.bodies) visit_altered_body(stream, body);
@@ -201,43 +201,43 @@ void visit_altered(Stream& stream, S& s) {
     for_each_array_of(Life::made, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     visit_bonds(stream, solids.elements.bonds);
     visit_cracks(stream, solids.cracks);
-    for_each_array(s.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
-    visit_fields(stream, "embedded.families", s.embedded.families, &SurfelFamily::first, &SurfelFamily::base,
+    for_each_array(state.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
+    visit_fields(stream, "embedded.families", state.embedded.families, &SurfelFamily::first, &SurfelFamily::base,
                  &SurfelFamily::shift);
 }
 
 /// What of breaking solids is state. Rates may be those of bonds of a few steps before.
 template <class Stream, class S>
-void visit_breaking(Stream& stream, S& s) {
-    auto& bonds = s.elements.bonds;
-    stream.value("cracks.step", s.cracks.step);
-    stream.array("cracks.laws", s.laws);
-    stream.array("cracks.rates", s.rates);
+void visit_breaking(Stream& stream, S& solids) {
+    auto& bonds = solids.elements.bonds;
+    stream.value("cracks.step", solids.cracks.step);
+    stream.array("cracks.laws", solids.laws);
+    stream.array("cracks.rates", solids.rates);
     stream.value("cracks.weakened", bonds.weakened);
-    bool follow = s.rates_version + bonds.weakened == bonds.version;
+    bool follow = solids.rates_version + bonds.weakened == bonds.version;
     stream.value("cracks.rates_follow", follow);
-    if constexpr (!std::is_const_v<S>) s.rates_version = follow ? bonds.version - bonds.weakened : 0;
+    if constexpr (!std::is_const_v<S>) solids.rates_version = follow ? bonds.version - bonds.weakened : 0;
 }
 
 template <class Stream, class S>
-void visit_solids(Stream& stream, S& s) {
-    for (auto& body : s.bodies) visit_body(stream, body);
-    for (auto& handle : s.handles) stream.array("solid.anchor", handle.anchor);
-    stream.value("solid.last_dt", s.last_dt);
-    stream.value("solid.stretch2", s.stretch2);
-    if (s.elements.breaks) visit_breaking(stream, s);
-    for_each_array_of(Life::state, s.elements, [&](const char* name, auto& array) { stream.array(name, array); });
-    for_each_array(s.contacts.nodes, [&](const char* name, auto& array) { stream.array(name, array); });
-    if (!s.softening.any) return;
-    stream.array("solid.rest", s.elements.rest);
-    stream.array("solid.depth", s.elements.depth);
+void visit_solids(Stream& stream, S& solids) {
+    for (auto& body : solids.bodies) visit_body(stream, body);
+    for (auto& handle : solids.handles) stream.array("solid.anchor", handle.anchor);
+    stream.value("solid.last_dt", solids.last_dt);
+    stream.value("solid.stretch2", solids.stretch2);
+    if (solids.elements.breaks) visit_breaking(stream, solids);
+    for_each_array_of(Life::state, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
+    for_each_array(solids.contacts.nodes, [&](const char* name, auto& array) { stream.array(name, array); });
+    if (!solids.softening.any) return;
+    stream.array("solid.rest", solids.elements.rest);
+    stream.array("solid.depth", solids.elements.depth);
     // Rates are those found with the bonds of that time.
-    stream.array("solid.laws", s.laws);
-    stream.array("solid.rates", s.rates);
-    bool current = s.rates_version == s.elements.bonds.version;
+    stream.array("solid.laws", solids.laws);
+    stream.array("solid.rates", solids.rates);
+    bool current = solids.rates_version == solids.elements.bonds.version;
     stream.value("solid.rates_current", current);
-    if constexpr (!std::is_const_v<S>) s.rates_version = current ? s.elements.bonds.version : 0;
-    stream.array("solid.flow", s.softening.flow.plastic);
+    if constexpr (!std::is_const_v<S>) solids.rates_version = current ? solids.elements.bonds.version : 0;
+    stream.array("solid.flow", solids.softening.flow.plastic);
 }
 
 /// What follows from the state of solids that has just been read: the neighbours of bodies that have frozen anew.
@@ -252,53 +252,53 @@ void find_refrozen(Solids& solids) {
 /// One list of what a checkpoint holds, for writing (S const) and reading. What is read is checked before anything
 /// follows from it.
 template <class Stream, class S>
-void visit_state(Stream& stream, S& s) {
+void visit_state(Stream& stream, S& state) {
     constexpr bool kReads = !std::is_const_v<S>;
-    stream.value("frame", s.clock.frame);
-    stream.value("step", s.clock.step);
-    stream.value("time", s.clock.time);
-    stream.value("last_dt", s.clock.last_dt);
-    stream.value("next_id", s.next_id);
-    for (auto& e : s.emitters) {
+    stream.value("frame", state.clock.frame);
+    stream.value("step", state.clock.step);
+    stream.value("time", state.clock.time);
+    stream.value("last_dt", state.clock.last_dt);
+    stream.value("next_id", state.next_id);
+    for (auto& e : state.emitters) {
         stream.value("layer", e.layer);
         stream.value("next", e.next);
         stream.value("due", e.due);
         stream.value("blocked", e.blocked);
         stream.value("pushing", e.pushing);
     }
-    for_each_array(s.particles, [&](const char* name, auto& array) { stream.array(name, array); });
+    for_each_array(state.particles, [&](const char* name, auto& array) { stream.array(name, array); });
     if constexpr (kReads) {
-        check_clock(s, stream.file());
-        check_particles(s, stream.file());
+        check_clock(state, stream.file());
+        check_particles(state, stream.file());
     }
-    stream.value("altered", s.solids.altered);
-    if (s.solids.altered) visit_altered(stream, s);
+    stream.value("altered", state.solids.altered);
+    if (state.solids.altered) visit_altered(stream, state);
     if constexpr (kReads) {
-        if (s.solids.altered) {
-            check_altered(s, stream.at_start(), stream.file());
-            rebind(s);
+        if (state.solids.altered) {
+            check_altered(state, stream.at_start(), stream.file());
+            rebind(state);
         }
-        adopt_particles(s.problem.scene, s.problem.smoothing, s.particles, s.solids);
-        locate_particles(s.particles, s.solids);
+        adopt_particles(state.problem.scene, state.problem.smoothing, state.particles, state.solids);
+        locate_particles(state.particles, state.solids);
     }
-    if (!s.solids.empty()) visit_solids(stream, s.solids);
+    if (!state.solids.empty()) visit_solids(stream, state.solids);
     if constexpr (kReads) {
-        check_solids(s, stream.file());
-        if (s.solids.softening.any) find_refrozen(s.solids);
+        check_solids(state, stream.file());
+        if (state.solids.softening.any) find_refrozen(state.solids);
     }
-    if (!s.solids.empty()) {
-        stream.value("mixed.next_id", s.mixed_surface.animated.next_id);
-        stream.array("mixed.lift", s.mixed_surface.animated.lift);
-        stream.value("mixed.unmeasured", s.mixed_surface.animated.unmeasured);
-        for_each_array(s.mixed_surface.animated, [&](const char* name, auto& array) { stream.array(name, array); });
-        for_each_array(s.mixed_surface.zombies, [&](const char* name, auto& array) { stream.array(name, array); });
-        for_each_array(s.mixed_surface.refrozen, [&](const char* name, auto& array) { stream.array(name, array); });
+    if (!state.solids.empty()) {
+        stream.value("mixed.next_id", state.mixed_surface.animated.next_id);
+        stream.array("mixed.lift", state.mixed_surface.animated.lift);
+        stream.value("mixed.unmeasured", state.mixed_surface.animated.unmeasured);
+        for_each_array(state.mixed_surface.animated, [&](const char* name, auto& array) { stream.array(name, array); });
+        for_each_array(state.mixed_surface.zombies, [&](const char* name, auto& array) { stream.array(name, array); });
+        for_each_array(state.mixed_surface.refrozen, [&](const char* name, auto& array) { stream.array(name, array); });
     }
-    stream.value("surface.next_id", s.surface.next_id);
-    stream.array("surface.lift", s.surface.lift);
-    stream.value("surface.unmeasured", s.surface.unmeasured);
-    for_each_array(s.surface, [&](const char* name, auto& array) { stream.array(name, array); });
-    if constexpr (kReads) check_surfaces(s, stream.file());
+    stream.value("surface.next_id", state.surface.next_id);
+    stream.array("surface.lift", state.surface.lift);
+    stream.value("surface.unmeasured", state.surface.unmeasured);
+    for_each_array(state.surface, [&](const char* name, auto& array) { stream.array(name, array); });
+    if constexpr (kReads) check_surfaces(state, stream.file());
 }
 
 /// All that reading a checkpoint writes.
@@ -312,18 +312,19 @@ struct State {
     MixedSurface mixed_surface;
     SurfaceState surface;
 };
-State state_of(const Simulation& s) {
-    return {s.clock, s.next_id, s.emitters, s.particles, s.solids, s.embedded, s.mixed_surface, s.surface};
+State state_of(const Simulation& sim) {
+    return {sim.clock,  sim.next_id,  sim.emitters,      sim.particles,
+            sim.solids, sim.embedded, sim.mixed_surface, sim.surface};
 }
-void put_back(State&& from, Simulation& s) {
-    s.clock = from.clock;
-    s.next_id = from.next_id;
-    s.emitters = std::move(from.emitters);
-    s.particles = std::move(from.particles);
-    s.solids = std::move(from.solids);
-    s.embedded = std::move(from.embedded);
-    s.mixed_surface = std::move(from.mixed_surface);
-    s.surface = std::move(from.surface);
+void put_back(State&& from, Simulation& sim) {
+    sim.clock = from.clock;
+    sim.next_id = from.next_id;
+    sim.emitters = std::move(from.emitters);
+    sim.particles = std::move(from.particles);
+    sim.solids = std::move(from.solids);
+    sim.embedded = std::move(from.embedded);
+    sim.mixed_surface = std::move(from.mixed_surface);
+    sim.surface = std::move(from.surface);
 }
 
 fs::path folder_of(const fs::path& out) { return out / kFolder; }
@@ -378,39 +379,39 @@ void read_header(const std::string& simulation_hash, std::size_t emitters, Reade
 
 /// parse_checkpoint, of this frame where one is given.
 void read_checkpoint(std::string_view bytes, const std::string& file, const std::string& simulation_hash,
-                     std::optional<int> frame, Simulation& s) {
+                     std::optional<int> frame, Simulation& sim) {
     const std::string_view body = body_of(bytes, file);
-    State before = state_of(s);
+    State before = state_of(sim);
     try {
         Reader r(body, file, before.solids);
-        read_header(simulation_hash, s.emitters.size(), r);
-        visit_state(r, s);
+        read_header(simulation_hash, sim.emitters.size(), r);
+        visit_state(r, sim);
         if (!r.at_end()) throw CacheError("{}: is longer than its content", file);
-        if (frame && s.clock.frame != *frame) throw CacheError("{}: holds frame {}", file, s.clock.frame);
+        if (frame && sim.clock.frame != *frame) throw CacheError("{}: holds frame {}", file, sim.clock.frame);
     } catch (...) {
-        put_back(std::move(before), s);
+        put_back(std::move(before), sim);
         throw;
     }
-    move_walls(s.walls, s.clock.time);
+    move_walls(sim.walls, sim.clock.time);
 }
 
 }  // namespace
 
-std::string print_checkpoint(const Simulation& s, const std::string& simulation_hash) {
+std::string print_checkpoint(const Simulation& sim, const std::string& simulation_hash) {
     Writer w;
     w.bytes() = kMagic;
     w.value("format", kCheckpointFormat);
     w.value("precision", static_cast<std::uint32_t>(sizeof(Real)));
     w.text("hash", simulation_hash);
-    w.value("emitters", static_cast<std::uint64_t>(s.emitters.size()));
-    visit_state(w, s);
+    w.value("emitters", static_cast<std::uint64_t>(sim.emitters.size()));
+    visit_state(w, sim);
     w.bytes() += hash_hex(w.bytes());
     return std::move(w.bytes());
 }
 
 void parse_checkpoint(std::string_view bytes, const std::string& file, const std::string& simulation_hash,
-                      Simulation& s) {
-    read_checkpoint(bytes, file, simulation_hash, {}, s);
+                      Simulation& sim) {
+    read_checkpoint(bytes, file, simulation_hash, {}, sim);
 }
 
 std::vector<int> list_checkpoints(const fs::path& out) {
@@ -434,7 +435,7 @@ void write_checkpoint(const fs::path& out, int frame, std::string_view bytes) {
     }
 }
 
-bool restore_checkpoint(const fs::path& out, int last, const std::string& simulation_hash, Simulation& s) {
+bool restore_checkpoint(const fs::path& out, int last, const std::string& simulation_hash, Simulation& sim) {
     make_subfolder(out, kFolder);
     remove_stale_temporaries(folder_of(out));
     for (const int frame : list_checkpoints(out)) {
@@ -442,7 +443,7 @@ bool restore_checkpoint(const fs::path& out, int last, const std::string& simula
         const std::string name = file_of(out, frame).filename().string();
         try {
             read_checkpoint(read_inside(folder_of(out), name, UINT64_MAX), file_of(out, frame).string(),
-                            simulation_hash, frame, s);
+                            simulation_hash, frame, sim);
             return true;
         } catch (const CacheError& e) {
             log_warning("{}; set aside, going on from an earlier state", e.what());

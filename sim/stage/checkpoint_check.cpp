@@ -91,9 +91,9 @@ void check_unique(const Check& check, const char* name, std::vector<std::int64_t
     check.require(std::ranges::adjacent_find(ids) == ids.end(), name, "holds one id twice");
 }
 
-void check_bodies(const Check& check, const Simulation& s, const Solids& at_start) {
-    const Solids& solids = s.solids;
-    const scene::Scene& scene = s.problem.scene;
+void check_bodies(const Check& check, const Simulation& sim, const Solids& at_start) {
+    const Solids& solids = sim.solids;
+    const scene::Scene& scene = sim.problem.scene;
     const auto count = static_cast<std::int64_t>(solids.elements.size());
     std::vector<std::int64_t> ids;
     std::vector<Index> listed(solids.elements.size(), 0);
@@ -134,19 +134,19 @@ void check_bodies(const Check& check, const Simulation& s, const Solids& at_star
 }
 
 /// What a scene makes of elements, and later steps do not change.
-void check_elements(const Check& check, const Simulation& s) {
-    const Elements& e = s.solids.elements;
+void check_elements(const Check& check, const Simulation& sim) {
+    const Elements& e = sim.solids.elements;
     const std::size_t n = e.size();
     for_each_array_of(Life::made, e, [&](const char* name, const auto& array) {
         check.length(name, array, n);
         check.values(name, array, "holds what is no number", [](const auto& v) { return is_finite(v); });
     });
-    std::vector<std::int64_t> ids = s.particles.id;
+    std::vector<std::int64_t> ids = sim.particles.id;
     std::ranges::sort(ids);
     check.values("solid.id", e.id, "names a particle that is not there",
                  [&](std::int64_t id) { return std::ranges::binary_search(ids, id); });
     check_unique(check, "solid.id", e.id);
-    check.range("solid.owner", e.owner, 0, static_cast<std::int64_t>(s.solids.bodies.size()));
+    check.range("solid.owner", e.owner, 0, static_cast<std::int64_t>(sim.solids.bodies.size()));
     for (Index i = 0; e.softens && i < n; ++i) check.require(e.law[i] == i, "solid.law", "is not every element's own");
     check.values("solid.rest", e.rest, "lies beyond all scenes", [](const Quad& q) { return is_near(xyz(q)); });
     check.values("solid.mass", e.mass, "holds what is no mass", is_positive);
@@ -178,8 +178,8 @@ void check_bonds(const Check& check, const Bonds& bonds, std::size_t elements) {
                   "bonds.flat", "differs from 'bonds.moment'");
 }
 
-void check_embedded(const Check& check, const Simulation& s) {
-    const EmbeddedSurface& e = s.embedded;
+void check_embedded(const Check& check, const Simulation& sim) {
+    const EmbeddedSurface& e = sim.embedded;
     check.lengths(e, e.size());
     check_finite(check, e);
     for (const auto& [name, array] : {std::pair("embedded.place", &e.rest.position),
@@ -187,10 +187,11 @@ void check_embedded(const Check& check, const Simulation& s) {
                                       {"embedded.axis2", &e.rest.axis2},
                                       {"embedded.first", &e.first}})
         check_places(check, name, *array);
-    check.require(e.size() == 0 || s.problem.scene.surface.enabled, "embedded.owner", "is of a scene without surface");
-    check.range("embedded.owner", e.owner, 0, static_cast<std::int64_t>(s.solids.bodies.size()));
+    check.require(e.size() == 0 || sim.problem.scene.surface.enabled, "embedded.owner",
+                  "is of a scene without surface");
+    check.range("embedded.owner", e.owner, 0, static_cast<std::int64_t>(sim.solids.bodies.size()));
     check.values("embedded.owner", e.owner, "names a body without rest shape",
-                 [&](std::int32_t owner) { return s.solids.bodies[static_cast<std::size_t>(owner)].shaped(); });
+                 [&](std::int32_t owner) { return sim.solids.bodies[static_cast<std::size_t>(owner)].shaped(); });
     check.range("embedded.sheet", e.sheet, 0, std::numeric_limits<std::int32_t>::max());
     check.range("embedded.beyond", e.beyond, 0, 2);
     std::vector<Index> first;
@@ -222,11 +223,11 @@ void check_contacts(const Check& check, const Solids& solids) {
 }
 
 /// Every particle that an own stress moves has an element, and they agree on its phase.
-void check_phases(const Check& check, const Simulation& s) {
-    const Particles& p = s.particles;
-    const Elements& e = s.solids.elements;
+void check_phases(const Check& check, const Simulation& sim) {
+    const Particles& p = sim.particles;
+    const Elements& e = sim.solids.elements;
     for (std::size_t k = 0; k < p.size(); ++k) {
-        const Index i = s.solids.element(p.id[k]);
+        const Index i = sim.solids.element(p.id[k]);
         check.require(i != kNone || !is_elastic(p.phase[k]), "phase", "is a solid's where there is no solid");
         if (i == kNone) continue;
         check.require(e.phase_of(i) == p.phase[k], e.softens ? "solid.phase" : "phase",
@@ -234,8 +235,8 @@ void check_phases(const Check& check, const Simulation& s) {
     }
 }
 
-void check_softening(const Check& check, const Simulation& s) {
-    const Solids& solids = s.solids;
+void check_softening(const Check& check, const Simulation& sim) {
+    const Solids& solids = sim.solids;
     const std::size_t bodies = solids.bodies.size();
     check.length("solid.rest", solids.elements.rest, solids.elements.size());
     check.length("solid.depth", solids.elements.depth, solids.elements.size());
@@ -245,7 +246,7 @@ void check_softening(const Check& check, const Simulation& s) {
     check.length_or_none("solid.rates", solids.rates, bodies);
     const bool current = solids.rates_version == solids.elements.bonds.version;
     check.require(!current || solids.laws.size() == bodies, "solid.laws", "is not there for the rates of now");
-    check.require(!current || s.problem.strategy.implicit_solids || solids.rates.size() == bodies, "solid.rates",
+    check.require(!current || sim.problem.strategy.implicit_solids || solids.rates.size() == bodies, "solid.rates",
                   "is not there for the laws of now");
     check.values("solid.laws", solids.laws, "has a direction, which matter that melts has not",
                  [](const StressLaw& law) { return law.anisotropy == kNone; });
@@ -254,7 +255,7 @@ void check_softening(const Check& check, const Simulation& s) {
                  [](const Symmetric& v) { return is_finite(v); });
 }
 
-void check_surface(const Check& check, const SurfaceState& surface, const Simulation& s) {
+void check_surface(const Check& check, const SurfaceState& surface, const Simulation& sim) {
     check.lengths(surface, surface.size());
     check_finite(check, surface);
     check_places(check, "position", surface.surfels.position);
@@ -264,16 +265,16 @@ void check_surface(const Check& check, const SurfaceState& surface, const Simula
     check.range("id", surface.id, 0, kLargestSurfelId);
     check.range("next_id", surface.next_id, 0, kLargestSurfelId);
     check.values("lift", surface.lift, "holds what is no length", [](Real v) { return std::abs(v) < kFarthest; });
-    check.require(surface.lift.size() <= s.problem.scene.materials.size(), "lift", "has more rows than materials");
+    check.require(surface.lift.size() <= sim.problem.scene.materials.size(), "lift", "has more rows than materials");
     check.range("unmeasured", surface.unmeasured, 0, std::numeric_limits<std::int32_t>::max());
 }
 
 /// Ids of all bodies, ascending: those that the scene makes, and those that have split off.
-std::vector<std::int32_t> body_ids(const Simulation& s) {
+std::vector<std::int32_t> body_ids(const Simulation& sim) {
     std::vector<std::int32_t> ids;
-    const std::size_t made = s.problem.scene.bodies.size() + s.problem.scene.emitters.size();
+    const std::size_t made = sim.problem.scene.bodies.size() + sim.problem.scene.emitters.size();
     for (std::size_t b = 0; b < made; ++b) ids.push_back(static_cast<std::int32_t>(b));
-    for (const SolidBody& body : s.solids.bodies)
+    for (const SolidBody& body : sim.solids.bodies)
         if (body.shaped()) ids.push_back(body.id);
     std::ranges::sort(ids);
     return ids;
@@ -287,17 +288,17 @@ void check_body_ids(const Check& check, const char* name, const std::vector<std:
 
 }  // namespace
 
-void check_clock(const Simulation& s, const std::string& file) {
+void check_clock(const Simulation& sim, const std::string& file) {
     const Check check{file};
-    const Clock& c = s.clock;
-    const scene::Frames& frames = s.problem.scene.frames;
+    const Clock& c = sim.clock;
+    const scene::Frames& frames = sim.problem.scene.frames;
     check.range("frame", c.frame, frames.first, std::numeric_limits<int>::max());
     check.range("step", c.step, 0, std::numeric_limits<std::int64_t>::max() / 2);
     check.require(c.time >= frame_time(frames, c.frame) && c.time < kLongest, "time", "is not that of the frame");
     check.require(c.last_dt >= 0 && c.last_dt <= c.time, "last_dt", "is longer than the run");
-    for (std::size_t k = 0; k < s.emitters.size(); ++k) {
-        const EmitterState& e = s.emitters[k];
-        const scene::Emitter& source = s.problem.scene.emitters[k];
+    for (std::size_t k = 0; k < sim.emitters.size(); ++k) {
+        const EmitterState& e = sim.emitters[k];
+        const scene::Emitter& source = sim.problem.scene.emitters[k];
         check.require(e.layer >= 0 && e.blocked >= 0, "layer", "is below zero");
         check.require(e.next >= source.start && std::isfinite(e.next), "next", "is before the source starts");
         // The last step released what was due at its start.
@@ -306,15 +307,15 @@ void check_clock(const Simulation& s, const std::string& file) {
     }
 }
 
-void check_particles(const Simulation& s, const std::string& file) {
+void check_particles(const Simulation& sim, const std::string& file) {
     const Check check{file};
-    const Particles& p = s.particles;
+    const Particles& p = sim.particles;
     check.lengths(p, p.size());
     check_finite(check, p);
-    check.range("next_id", s.next_id, static_cast<std::int64_t>(p.size()), kMostIds);
-    check.range("id", p.id, 0, s.next_id);
+    check.range("next_id", sim.next_id, static_cast<std::int64_t>(p.size()), kMostIds);
+    check.range("id", p.id, 0, sim.next_id);
     check_unique(check, "id", p.id);
-    check.range("material", p.material, 0, static_cast<std::int64_t>(s.problem.scene.materials.size()));
+    check.range("material", p.material, 0, static_cast<std::int64_t>(sim.problem.scene.materials.size()));
     check.range("phase", p.phase, 0, static_cast<std::int64_t>(Phase::viscoelastic) + 1);
     check_places(check, "position", p.position);
     check_places(check, "surface_position", p.surface_position);
@@ -324,24 +325,24 @@ void check_particles(const Simulation& s, const std::string& file) {
     check.values("melt", p.melt, "is not between 0 and 1", [](Real b) { return b >= 0 && b <= 1; });
 }
 
-void check_altered(const Simulation& s, const Solids& at_start, const std::string& file) {
+void check_altered(const Simulation& sim, const Solids& at_start, const std::string& file) {
     const Check check{file};
-    check_elements(check, s);
-    check_bodies(check, s, at_start);
-    check_bonds(check, s.solids.elements.bonds, s.solids.elements.size());
-    check_embedded(check, s);
-    check_cracks(s, file);
+    check_elements(check, sim);
+    check_bodies(check, sim, at_start);
+    check_bonds(check, sim.solids.elements.bonds, sim.solids.elements.size());
+    check_embedded(check, sim);
+    check_cracks(sim, file);
 }
 
-void check_solids(const Simulation& s, const std::string& file) {
+void check_solids(const Simulation& sim, const std::string& file) {
     const Check check{file};
-    const Solids& solids = s.solids;
-    check_body_ids(check, "body", s.particles.body, body_ids(s));
+    const Solids& solids = sim.solids;
+    check_body_ids(check, "body", sim.particles.body, body_ids(sim));
     for_each_array_of(Life::state, solids.elements, [&](const char* name, const auto& array) {
         check.length(name, array, solids.elements.size());
         check.values(name, array, "holds what is no number", [](const auto& v) { return is_finite(v); });
     });
-    check_phases(check, s);
+    check_phases(check, sim);
     check.values("solid.displacement", solids.elements.displacement, "lies beyond all scenes",
                  [](const Quad& q) { return is_near(xyz(q)); });
     for (const SolidBody& body : solids.bodies) {
@@ -357,26 +358,26 @@ void check_solids(const Simulation& s, const std::string& file) {
     for (const Handle& handle : solids.handles)
         check.length_or_none("solid.anchor", handle.anchor, handle.elements.size());
     if (solids.empty()) return;
-    check.require(solids.last_dt >= 0 && solids.last_dt <= s.clock.time, "solid.last_dt", "is longer than the run");
+    check.require(solids.last_dt >= 0 && solids.last_dt <= sim.clock.time, "solid.last_dt", "is longer than the run");
     check.require(solids.stretch2 >= 0 && std::isfinite(solids.stretch2), "solid.stretch2", "is no stretch");
     check_contacts(check, solids);
-    if (solids.softening.any) check_softening(check, s);
+    if (solids.softening.any) check_softening(check, sim);
 }
 
-void check_surfaces(const Simulation& s, const std::string& file) {
+void check_surfaces(const Simulation& sim, const std::string& file) {
     const Check check{file};
-    const std::vector<std::int32_t> ids = body_ids(s);
-    check_surface(check, s.surface, s);
-    check_body_ids(check, "body", s.surface.body, ids);
-    if (s.solids.empty()) return;
-    const MixedSurface& mixed = s.mixed_surface;
-    check_surface(check, mixed.animated, s);
+    const std::vector<std::int32_t> ids = body_ids(sim);
+    check_surface(check, sim.surface, sim);
+    check_body_ids(check, "body", sim.surface.body, ids);
+    if (sim.solids.empty()) return;
+    const MixedSurface& mixed = sim.mixed_surface;
+    check_surface(check, mixed.animated, sim);
     check_body_ids(check, "body", mixed.animated.body, ids);
     check.lengths(mixed.zombies, mixed.zombies.size());
     check_finite(check, mixed.zombies);
     check_places(check, "zombie.position", mixed.zombies.position);
     check.range("zombie.component", mixed.zombies.component, 0,
-                static_cast<std::int64_t>(s.problem.scene.materials.size()));
+                static_cast<std::int64_t>(sim.problem.scene.materials.size()));
     check_body_ids(check, "zombie.body", mixed.zombies.body, ids);
     check.lengths(mixed.refrozen, mixed.refrozen.size());
     check_finite(check, mixed.refrozen);

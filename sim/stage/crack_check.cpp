@@ -47,7 +47,8 @@ struct CrackChecks {
             require(array.size() == t.size(), "triangles of cracks have columns of different lengths");
         });
         for (std::size_t k = 0; k < t.size(); ++k) {
-            require(is_vertex(t.a[k]) && is_vertex(t.b[k]) && is_vertex(t.c[k]), "a triangle of a crack has no such vertex");
+            require(is_vertex(t.a[k]) && is_vertex(t.b[k]) && is_vertex(t.c[k]),
+                    "a triangle of a crack has no such vertex");
             require(is_crack(t.crack[k]), "a triangle is of no crack");
             require(t.behind[k] >= 0, "a triangle of a crack is before its front");
         }
@@ -65,12 +66,12 @@ struct CrackChecks {
 
 }  // namespace
 
-void check_cracks(const Simulation& s, const std::string& file) {
-    const CrackChecks check{file, s.solids.cracks};
-    check.sources(s.solids.breaking);
+void check_cracks(const Simulation& sim, const std::string& file) {
+    const CrackChecks check{file, sim.solids.cracks};
+    check.sources(sim.solids.breaking);
     check.fronts();
     check.sheets();
-    check.crossings(s.solids.elements.size());
+    check.crossings(sim.solids.elements.size());
 }
 
 }  // namespace thixo

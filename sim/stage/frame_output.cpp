@@ -25,51 +25,53 @@ std::vector<float> floats(const std::vector<T>& a) {
     return collect<float>(a.size(), [&](std::size_t i) { return static_cast<float>(a[i]); });
 }
 
-PointSet particle_points(const Simulation& s) {
-    const Particles& p = s.particles;
+PointSet particle_points(const Simulation& sim) {
+    const Particles& p = sim.particles;
     const std::size_t n = p.size();
     PointSet points;
     points.count = n;
     points.add("P", floats(p.position));
     points.add("v", collect<Vec3f>(n, [&](std::size_t i) {
-                   const Quad& v = s.sweep.motion[i];
+                   const Quad& v = sim.sweep.motion[i];
                    return Vec3f(static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z));
                }));
     points.add("id", p.id);
-    const Real spacing = s.problem.smoothing.spacing;
+    const Real spacing = sim.problem.smoothing.spacing;
     points.add("pscale", collect<float>(n, [&](std::size_t i) {
                    return static_cast<float>((p.has.spacing ? p.spacing[i] : spacing) / 2);
                }));
     points.add("density", floats(p.density));
-    points.add("pressure", collect<float>(n, [&](std::size_t i) { return static_cast<float>(shown_pressure(s, i)); }));
+    points.add("pressure",
+               collect<float>(n, [&](std::size_t i) { return static_cast<float>(shown_pressure(sim, i)); }));
     points.add("temperature", floats(p.temperature));
     points.add("body", p.body);
     points.add("material", p.material);
     points.add("kind", collect<std::int32_t>(n, [&](std::size_t i) { return is_elastic(p.phase[i]) ? 1 : 0; }));
-    if (s.solids.softening.any) points.add("phase", floats(p.melt));  // 0 solid, 1 liquid
+    if (sim.solids.softening.any) points.add("phase", floats(p.melt));  // 0 solid, 1 liquid
     return points;
 }
 
-PointSet surfel_points(const Simulation& simulation) {
-    const SurfaceState& s = simulation.surface;
+PointSet surfel_points(const Simulation& sim) {
+    const SurfaceState& surface = sim.surface;
     PointSet points;
-    points.count = s.size();
-    points.add("P", floats(s.surfels.position));
-    points.add("N", floats(s.surfels.normal));
-    points.add("t1", floats(s.surfels.axis1));
-    points.add("t2", floats(s.surfels.axis2));
-    points.add("id", s.id);
-    points.add("pscale", collect<float>(s.size(), [&](std::size_t i) {
-                   return static_cast<float>(std::max(s.surfels.axis1[i].norm(), s.surfels.axis2[i].norm()));
-               }));
-    points.add("body", s.body);
-    points.add("rest", floats(s.rest));
-    points.add("v", floats(s.velocity));
-    points.add("temperature", floats(s.temperature));
-    const EmbeddedSurface& embedded = simulation.embedded;
+    points.count = surface.size();
+    points.add("P", floats(surface.surfels.position));
+    points.add("N", floats(surface.surfels.normal));
+    points.add("t1", floats(surface.surfels.axis1));
+    points.add("t2", floats(surface.surfels.axis2));
+    points.add("id", surface.id);
+    points.add(
+        "pscale", collect<float>(surface.size(), [&](std::size_t i) {
+            return static_cast<float>(std::max(surface.surfels.axis1[i].norm(), surface.surfels.axis2[i].norm()));
+        }));
+    points.add("body", surface.body);
+    points.add("rest", floats(surface.rest));
+    points.add("v", floats(surface.velocity));
+    points.add("temperature", floats(surface.temperature));
+    const EmbeddedSurface& embedded = sim.embedded;
     if (embedded.size() > 0)
-        points.add("sheet", collect<std::int32_t>(s.size(), [&](std::size_t i) {
-                       return i < simulation.embedded_source.size() ? embedded.sheet[simulation.embedded_source[i]] : 0;
+        points.add("sheet", collect<std::int32_t>(surface.size(), [&](std::size_t i) {
+                       return i < sim.embedded_source.size() ? embedded.sheet[sim.embedded_source[i]] : 0;
                    }));
     return points;
 }
@@ -80,8 +82,8 @@ float reach_of_cracks(const Solids& solids, const SolidBody& body) {
     return own == solids.breaking.end() ? 0 : static_cast<float>(3 * own->surfel);
 }
 
-std::vector<FrameBody> frame_bodies(const Simulation& s) {
-    const scene::Scene& scene = s.problem.scene;
+std::vector<FrameBody> frame_bodies(const Simulation& sim) {
+    const scene::Scene& scene = sim.problem.scene;
     std::vector<FrameBody> bodies;
     const auto add = [&](const std::string& name, const std::string& material, int parent) {
         bodies.push_back({.id = static_cast<int>(bodies.size()), .parent = parent, .name = name, .material = material});
@@ -89,17 +91,18 @@ std::vector<FrameBody> frame_bodies(const Simulation& s) {
     for (const scene::Body& b : scene.bodies) add(b.name, b.material, -1);
     for (const scene::Emitter& e : scene.emitters) add(e.name, e.material, -1);
     std::vector<std::optional<TrimNode>> of_source(scene.bodies.size());
-    const std::vector<std::vector<std::int32_t>> crack_sheets = crack_sheets_of(s.embedded, s.solids.bodies.size());
-    for (std::size_t b = 0; b < s.solids.bodies.size(); ++b) {
-        const SolidBody& body = s.solids.bodies[b];
+    const std::vector<std::vector<std::int32_t>> crack_sheets = crack_sheets_of(sim.embedded, sim.solids.bodies.size());
+    for (std::size_t b = 0; b < sim.solids.bodies.size(); ++b) {
+        const SolidBody& body = sim.solids.bodies[b];
         if (!body.shaped()) continue;
         const auto source = static_cast<std::size_t>(body.source);
         if (body.parent < 0)
-            of_source[source] = b < s.embedded.trim.size() ? s.embedded.trim[b] : std::nullopt;
+            of_source[source] = b < sim.embedded.trim.size() ? sim.embedded.trim[b] : std::nullopt;
         else
             add(scene.bodies[source].name, scene.bodies[source].material, body.parent);
         if (body.skin == Skin::embedded)
-            bodies[static_cast<std::size_t>(body.id)].trim = trim_of_fragment(of_source[source], body, crack_sheets[b], reach_of_cracks(s.solids, body));
+            bodies[static_cast<std::size_t>(body.id)].trim =
+                trim_of_fragment(of_source[source], body, crack_sheets[b], reach_of_cracks(sim.solids, body));
     }
     return bodies;
 }
@@ -130,15 +133,15 @@ struct Sums {
     }
 };
 
-FrameTotals totals(const Simulation& s) {
-    const Particles& p = s.particles;
-    const Vec3d gravity = s.problem.scene.world.gravity;
+FrameTotals totals(const Simulation& sim) {
+    const Particles& p = sim.particles;
+    const Vec3d gravity = sim.problem.scene.world.gravity;
     const Sums sum = parallel_sum<Sums>(
         p.size(),
         [&](std::size_t i) {
             const double m = p.mass[i];
             const Vec3d x = p.position[i].cast<double>();
-            const Quad& q = s.sweep.motion[i];
+            const Quad& q = sim.sweep.motion[i];
             const Vec3d v(q.x, q.y, q.z);
             const double rest_density = p.mass[i] / p.rest_volume[i];
             return Sums{m,
@@ -160,17 +163,17 @@ FrameTotals totals(const Simulation& s) {
         t.momentum[a] = sum.momentum[static_cast<Eigen::Index>(a)];
         t.angular_momentum[a] = sum.angular[static_cast<Eigen::Index>(a)];
     }
-    const Real radius = static_cast<Real>(s.problem.scene.surface.radius) * s.problem.smoothing.spacing;
-    if (s.embedded.size() > 0) {
+    const Real radius = static_cast<Real>(sim.problem.scene.surface.radius) * sim.problem.smoothing.spacing;
+    if (sim.embedded.size() > 0) {
         // Sheets reach past their edges. The volume of matter that has not begun to melt is that of its elements.
         const double unmolten = parallel_sum(p.size(), [&](std::size_t i) {
-            const Index e = s.solids.element(p.id[i]);
+            const Index e = sim.solids.element(p.id[i]);
             if (e == kNone) return 0.0;
-            return s.solids.owner(e).skin == Skin::embedded ? static_cast<double>(p.mass[i] / p.density[i]) : 0.0;
+            return sim.solids.owner(e).skin == Skin::embedded ? static_cast<double>(p.mass[i] / p.density[i]) : 0.0;
         });
-        t.surface_volume = unmolten + surface_volume(s.mixed_surface.animated, p, s.walls, radius);
-    } else if (s.surface.size() > 0) {
-        t.surface_volume = surface_volume(s.surface, p, s.walls, radius);
+        t.surface_volume = unmolten + surface_volume(sim.mixed_surface.animated, p, sim.walls, radius);
+    } else if (sim.surface.size() > 0) {
+        t.surface_volume = surface_volume(sim.surface, p, sim.walls, radius);
     }
     return t;
 }
@@ -189,16 +192,16 @@ std::vector<DrawnBoundary> store_boundaries(const scene::Scene& scene, CacheWrit
     return drawn;
 }
 
-Frame make_frame(const Simulation& s, const std::vector<DrawnBoundary>& boundaries) {
+Frame make_frame(const Simulation& sim, const std::vector<DrawnBoundary>& boundaries) {
     Frame frame;
-    frame.number = s.clock.frame;
-    frame.time = s.clock.time;
-    frame.spacing = s.problem.scene.solver.spacing;
-    frame.particles = particle_points(s);
-    frame.surfels = surfel_points(s);
-    frame.bodies = frame_bodies(s);
-    for (const DrawnBoundary& b : boundaries) frame.obstacles.push_back(frame_obstacle(b, s.clock.time));
-    frame.totals = totals(s);
+    frame.number = sim.clock.frame;
+    frame.time = sim.clock.time;
+    frame.spacing = sim.problem.scene.solver.spacing;
+    frame.particles = particle_points(sim);
+    frame.surfels = surfel_points(sim);
+    frame.bodies = frame_bodies(sim);
+    for (const DrawnBoundary& b : boundaries) frame.obstacles.push_back(frame_obstacle(b, sim.clock.time));
+    frame.totals = totals(sim);
     return frame;
 }
 

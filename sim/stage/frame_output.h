@@ -20,6 +20,6 @@ struct DrawnBoundary {
 std::vector<DrawnBoundary> store_boundaries(const scene::Scene& scene, CacheWriter& cache);
 
 /// The frame of the present time. Requires evaluate() at this time. Totals are sums in double over v(t).
-Frame make_frame(const Simulation& s, const std::vector<DrawnBoundary>& boundaries);
+Frame make_frame(const Simulation& sim, const std::vector<DrawnBoundary>& boundaries);
 
 }  // namespace thixo

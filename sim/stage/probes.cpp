@@ -23,13 +23,13 @@ using scene::Quantity;
 
 const char* const kFile = "probes.csv";
 
-Vec3d velocity(const Simulation& s, std::size_t i) {
-    const Quad& v = s.sweep.motion[i];
+Vec3d velocity(const Simulation& sim, std::size_t i) {
+    const Quad& v = sim.sweep.motion[i];
     return {v.x, v.y, v.z};
 }
 
-double quantity(const Simulation& s, Quantity what, std::size_t i) {
-    const Particles& p = s.particles;
+double quantity(const Simulation& sim, Quantity what, std::size_t i) {
+    const Particles& p = sim.particles;
     switch (what) {
         case Quantity::one:
             return 1;
@@ -38,19 +38,19 @@ double quantity(const Simulation& s, Quantity what, std::size_t i) {
         case Quantity::density:
             return static_cast<double>(p.density[i]);
         case Quantity::pressure:
-            return static_cast<double>(shown_pressure(s, i));
+            return static_cast<double>(shown_pressure(sim, i));
         case Quantity::temperature:
             return static_cast<double>(p.temperature[i]);
         case Quantity::speed:
-            return velocity(s, i).norm();
+            return velocity(sim, i).norm();
         case Quantity::energy:
-            return 0.5 * velocity(s, i).squaredNorm();
+            return 0.5 * velocity(sim, i).squaredNorm();
         case Quantity::velocity_x:
-            return velocity(s, i).x();
+            return velocity(sim, i).x();
         case Quantity::velocity_y:
-            return velocity(s, i).y();
+            return velocity(sim, i).y();
         case Quantity::velocity_z:
-            return velocity(s, i).z();
+            return velocity(sim, i).z();
         case Quantity::x:
             return static_cast<double>(p.position[i].x());
         case Quantity::y:
@@ -66,16 +66,16 @@ bool counts(const Probes::Entry& e, const Particles& p, std::size_t i) {
     return !e.region || e.region->distance(p.position[i]) <= 0;
 }
 
-std::optional<double> at_point(const Simulation& s, const Probes::Entry& e) {
-    const Smoothing& smoothing = s.problem.smoothing;
+std::optional<double> at_point(const Simulation& sim, const Probes::Entry& e) {
+    const Smoothing& smoothing = sim.problem.smoothing;
     const Vec3 x = e.probe.position.cast<Real>();
     double weight = 0, sum = 0;
-    s.grid.for_each_neighbour(x, smoothing.support, [&](Index j, Real r2) {
-        if (j >= s.particles.size()) j = s.sweep.ghosts.source[j - s.particles.size()];
-        if (e.material >= 0 && s.particles.material[j] != e.material) return;
-        const double w = static_cast<double>(s.particles.rest_volume[j] * smoothing.density.value(r2));
+    sim.grid.for_each_neighbour(x, smoothing.support, [&](Index j, Real r2) {
+        if (j >= sim.particles.size()) j = sim.sweep.ghosts.source[j - sim.particles.size()];
+        if (e.material >= 0 && sim.particles.material[j] != e.material) return;
+        const double w = static_cast<double>(sim.particles.rest_volume[j] * smoothing.density.value(r2));
         weight += w;
-        sum += w * quantity(s, e.probe.quantity, j);
+        sum += w * quantity(sim, e.probe.quantity, j);
     });
     if (!(weight > 0)) return std::nullopt;
     return sum / weight;
@@ -85,24 +85,24 @@ struct Moment {
     double mass = 0, sum = 0;
     Moment operator+(const Moment& b) const { return {mass + b.mass, sum + b.sum}; }
 };
-Moment moment(const Simulation& s, const Probes::Entry& e) {
+Moment moment(const Simulation& sim, const Probes::Entry& e) {
     return parallel_sum<Moment>(
-        s.particles.size(),
+        sim.particles.size(),
         [&](std::size_t i) {
-            if (!counts(e, s.particles, i)) return Moment{};
-            const double m = static_cast<double>(s.particles.mass[i]);
-            return Moment{m, m * quantity(s, e.probe.quantity, i)};
+            if (!counts(e, sim.particles, i)) return Moment{};
+            const double m = static_cast<double>(sim.particles.mass[i]);
+            return Moment{m, m * quantity(sim, e.probe.quantity, i)};
         },
         Moment{});
 }
 
-std::optional<double> extent(const Simulation& s, const Probes::Entry& e) {
-    const Vec3d way = e.probe.direction.normalized();
+std::optional<double> extent(const Simulation& sim, const Probes::Entry& e) {
+    const Vec3d direction = e.probe.direction.normalized();
     std::vector<std::pair<double, double>> reach;  // coordinate, mass
     double mass = 0;
-    for (std::size_t i = 0; i < s.particles.size(); ++i) {
-        if (!counts(e, s.particles, i)) continue;
-        reach.emplace_back(way.dot(s.particles.position[i].cast<double>()), s.particles.mass[i]);
+    for (std::size_t i = 0; i < sim.particles.size(); ++i) {
+        if (!counts(e, sim.particles, i)) continue;
+        reach.emplace_back(direction.dot(sim.particles.position[i].cast<double>()), sim.particles.mass[i]);
         mass += reach.back().second;
     }
     if (reach.empty()) return std::nullopt;
@@ -135,30 +135,30 @@ Probes make_probes(const scene::Scene& scene) {
     return probes;
 }
 
-std::vector<std::optional<double>> measure(Simulation& s) {
-    Probes& probes = s.probes;
+std::vector<std::optional<double>> measure(Simulation& sim) {
+    Probes& probes = sim.probes;
     std::vector<std::optional<double>> values;
     for (std::size_t k = 0; k < probes.list.size(); ++k) {
         const Probes::Entry& e = probes.list[k];
         switch (e.probe.measure) {
             case Measure::point:
-                values.push_back(at_point(s, e));
+                values.push_back(at_point(sim, e));
                 break;
             case Measure::extent:
-                values.push_back(extent(s, e));
+                values.push_back(extent(sim, e));
                 break;
             case Measure::total:
-                values.push_back(moment(s, e).sum);
+                values.push_back(moment(sim, e).sum);
                 break;
             case Measure::mean: {
-                const Moment m = moment(s, e);
+                const Moment m = moment(sim, e);
                 values.push_back(m.mass > 0 ? std::optional(m.sum / m.mass) : std::nullopt);
                 break;
             }
             case Measure::flux: {
-                const scene::Frames& frames = s.problem.scene.frames;
+                const scene::Frames& frames = sim.problem.scene.frames;
                 const double span =
-                    s.clock.frame > frames.first ? s.clock.time - frame_time(frames, s.clock.frame - 1) : 0;
+                    sim.clock.frame > frames.first ? sim.clock.time - frame_time(frames, sim.clock.frame - 1) : 0;
                 values.push_back(span > 0 ? probes.passed[k] / span : 0);
                 break;
             }
@@ -168,10 +168,10 @@ std::vector<std::optional<double>> measure(Simulation& s) {
     return values;
 }
 
-void begin_probe_file(const std::filesystem::path& out, const Simulation& s, int frame) {
-    if (s.probes.list.empty()) return;
+void begin_probe_file(const std::filesystem::path& out, const Simulation& sim, int frame) {
+    if (sim.probes.list.empty()) return;
     require_own(out / kFile, [](std::string_view bytes) { return bytes.starts_with("frame,time"); });
-    std::string text = header(s.probes);
+    std::string text = header(sim.probes);
     if (std::ifstream old(out / kFile); old) {
         std::string line;
         std::getline(old, line);
@@ -181,10 +181,10 @@ void begin_probe_file(const std::filesystem::path& out, const Simulation& s, int
     write_whole(out / kFile, text);
 }
 
-void append_probes(const std::filesystem::path& out, Simulation& s) {
-    if (s.probes.list.empty()) return;
-    std::string line = fmt::format("{},{}", s.clock.frame, s.clock.time);
-    for (const std::optional<double>& value : measure(s)) line += value ? fmt::format(",{}", *value) : ",";
+void append_probes(const std::filesystem::path& out, Simulation& sim) {
+    if (sim.probes.list.empty()) return;
+    std::string line = fmt::format("{},{}", sim.clock.frame, sim.clock.time);
+    for (const std::optional<double>& value : measure(sim)) line += value ? fmt::format(",{}", *value) : ",";
     if (!append_line(out / kFile, line)) throw ResourceError("{}: cannot be written", (out / kFile).string());
 }
 

@@ -18,11 +18,11 @@ Probes make_probes(const scene::Scene& scene);
 ///     mean    sum m a / sum m,   total  sum m a   over particles in the region, in double
 ///     extent  coordinate along the direction that the given share of the mass does not exceed [m]
 ///     flux    mass a second [kg/s]
-std::vector<std::optional<double>> measure(Simulation& s);
+std::vector<std::optional<double>> measure(Simulation& sim);
 
 /// probes.csv has a line a frame: `frame,time` and one column a probe; an empty cell is no value. Where a run continues
 /// from `frame`, later lines are dropped. A scene without probes has no such file. Throws ResourceError.
-void begin_probe_file(const std::filesystem::path& out, const Simulation& s, int frame);
-void append_probes(const std::filesystem::path& out, Simulation& s);
+void begin_probe_file(const std::filesystem::path& out, const Simulation& sim, int frame);
+void append_probes(const std::filesystem::path& out, Simulation& sim);
 
 }  // namespace thixo

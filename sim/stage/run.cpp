@@ -76,16 +76,16 @@ int estimate(const scene::Scene& scene, int last) {
     return kDone;
 }
 
-std::string note(const Simulation& s) {
-    return fmt::format("{} particles, {} steps", s.particles.size(), s.stats.steps);
+std::string note(const Simulation& sim) {
+    return fmt::format("{} particles, {} steps", sim.particles.size(), sim.stats.steps);
 }
 
-void write_frame(Simulation& s, CacheWriter& cache, const std::vector<DrawnBoundary>& boundaries, const fs::path& out,
+void write_frame(Simulation& sim, CacheWriter& cache, const std::vector<DrawnBoundary>& boundaries, const fs::path& out,
                  double started) {
-    const Frame frame = make_frame(s, boundaries);
+    const Frame frame = make_frame(sim, boundaries);
     cache.write_frame(frame);
-    append_probes(out, s);
-    append_stats(out, s, frame.totals, wall_seconds() - started);
+    append_probes(out, sim);
+    append_stats(out, sim, frame.totals, wall_seconds() - started);
 }
 
 /// A run's cache: new, discarded, or continued; and the simulation where it goes on.
@@ -96,9 +96,9 @@ struct Start {
 };
 Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimArgs& args) {
     const fs::path out = args.out;
-    Simulation s = make_simulation(scene);
-    s.problem.scene_path = args.scene;
-    if (const double memory = memory_of(final_size(scene, s)); memory > machine_memory())
+    Simulation sim = make_simulation(scene);
+    sim.problem.scene_path = args.scene;
+    if (const double memory = memory_of(final_size(scene, sim)); memory > machine_memory())
         log_warning(
             "this simulation may need {} of memory at its last frame, and this machine has {}; raise "
             "solver.spacing, or let emitters stop earlier",
@@ -106,12 +106,12 @@ Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimA
     if (!CacheReader::exists(out) || args.restart) {
         remove_checkpoints(out);
         CacheWriter cache = args.restart ? CacheWriter::restart(out, identity) : CacheWriter::create(out, identity);
-        return {std::move(cache), std::move(s), false};
+        return {std::move(cache), std::move(sim), false};
     }
     const int kept = CacheReader(out).last_sound(scene.frames.first);
-    const bool restored = restore_checkpoint(out, kept, identity.simulation_hash, s);
-    CacheWriter cache = CacheWriter::resume(out, identity, restored ? s.clock.frame : scene.frames.first - 1);
-    return {std::move(cache), std::move(s), restored};
+    const bool restored = restore_checkpoint(out, kept, identity.simulation_hash, sim);
+    CacheWriter cache = CacheWriter::resume(out, identity, restored ? sim.clock.frame : scene.frames.first - 1);
+    return {std::move(cache), std::move(sim), restored};
 }
 
 }  // namespace
@@ -142,38 +142,38 @@ int run_simulation(const SimArgs& args) {
     const FolderLock lock(out);
     double started = wall_seconds();
     Start begin = start(scene, identity, args);
-    Simulation& s = begin.simulation;
+    Simulation& sim = begin.simulation;
     CacheWriter& cache = begin.cache;
     const std::vector<DrawnBoundary> boundaries = store_boundaries(scene, cache);
     scene::store_images(scene.look, cache);
     cache.require_assets();
-    progress.update(begin.from_checkpoint ? s.clock.frame - first + 1 : 0,
+    progress.update(begin.from_checkpoint ? sim.clock.frame - first + 1 : 0,
                     begin.from_checkpoint ? "continued" : "from the start");
-    begin_probe_file(out, s, begin.from_checkpoint ? s.clock.frame : first - 1);
-    begin_stats_file(out, begin.from_checkpoint ? s.clock.frame : first - 1);
+    begin_probe_file(out, sim, begin.from_checkpoint ? sim.clock.frame : first - 1);
+    begin_stats_file(out, begin.from_checkpoint ? sim.clock.frame : first - 1);
     if (!begin.from_checkpoint) {
-        refresh_surface(s);
-        evaluate(s);
-        write_frame(s, cache, boundaries, out, started);
-        progress.update(1, note(s));
+        refresh_surface(sim);
+        evaluate(sim);
+        write_frame(sim, cache, boundaries, out, started);
+        progress.update(1, note(sim));
     }
     catch_interrupts();
     // The state of the last finished frame, kept for an interruption: written then, and every so many frames.
-    std::string state = args.initial ? std::string() : print_checkpoint(s, identity.simulation_hash);
-    while (s.clock.frame < last) {
-        const int frame = s.clock.frame;
-        s.stats = StepStats{};
+    std::string state = args.initial ? std::string() : print_checkpoint(sim, identity.simulation_hash);
+    while (sim.clock.frame < last) {
+        const int frame = sim.clock.frame;
+        sim.stats = StepStats{};
         started = wall_seconds();
-        if (!advance_frame(s, [] { return interrupted() != 0; })) {
+        if (!advance_frame(sim, [] { return interrupted() != 0; })) {
             write_checkpoint(out, frame, state);
             progress.finish();
             throw InterruptedError(interrupted());
         }
-        write_frame(s, cache, boundaries, out, started);
-        state = print_checkpoint(s, identity.simulation_hash);
-        if ((s.clock.frame - first) % scene.solver.checkpoint_every == 0 || s.clock.frame == last)
-            write_checkpoint(out, s.clock.frame, state);
-        progress.update(s.clock.frame - first + 1, note(s));
+        write_frame(sim, cache, boundaries, out, started);
+        state = print_checkpoint(sim, identity.simulation_hash);
+        if ((sim.clock.frame - first) % scene.solver.checkpoint_every == 0 || sim.clock.frame == last)
+            write_checkpoint(out, sim.clock.frame, state);
+        progress.update(sim.clock.frame - first + 1, note(sim));
     }
     if (last == scene.frames.last) cache.finish();
     progress.finish();

@@ -42,14 +42,14 @@ std::vector<Mould> make_moulds(const scene::Scene& scene) {
     return moulds;
 }
 
-/// Twice the largest mean speed between two keys of a motion, of what is at most `reach` [m] from the axes it turns
-/// about: smooth motions are at most that much faster in the middle [m/s].
+/// A bound on the speed of a motion at `reach` [m] from the axes that it turns about [m/s]. It is twice the largest
+/// mean speed between two keys: smooth motions are at most that much faster in the middle.
 double fastest_of(const std::vector<scene::Key>& keys, double reach) {
     double fastest = 0;
     for (std::size_t k = 1; k < keys.size(); ++k) {
         const Quatd from = rotation_from_degrees(keys[k - 1].rotate), to = rotation_from_degrees(keys[k].rotate);
-        const double way = (keys[k].position - keys[k - 1].position).norm() + from.angularDistance(to) * reach;
-        fastest = std::max(fastest, 2 * way / (keys[k].time - keys[k - 1].time));
+        const double distance = (keys[k].position - keys[k - 1].position).norm() + from.angularDistance(to) * reach;
+        fastest = std::max(fastest, 2 * distance / (keys[k].time - keys[k - 1].time));
     }
     return fastest;
 }
@@ -110,7 +110,7 @@ double drop_height(const scene::Scene& scene) {
     return std::isfinite(top) && std::isfinite(bottom) ? std::max(0.0, top - bottom) : 0;
 }
 
-/// Matter is placed within the domain; a body that reaches beyond a periodic face would lose that part.
+/// Throws InputError where a body reaches beyond a periodic face: it would lose that part.
 void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Periodic& periodic, Real spacing) {
     const auto box = shape.bounds();
     for (int a = 0; a < 3; ++a) {
@@ -124,26 +124,26 @@ void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Peri
     }
 }
 
-void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, const Simulation& s) {
+void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, const Simulation& sim) {
     for (const Vec3& x : sites)
-        if (wall_distance(s.walls, x) < 0)
+        if (wall_distance(sim.walls, x) < 0)
             throw InputError(
                 "{}: body '{}' starts inside a wall at ({:.4g}, {:.4g}, {:.4g}) m; move it out of the wall",
                 body.shape.where, body.name, x.x(), x.y(), x.z());
 }
 
-/// Particles of a hexagonal lattice: of a liquid each is what a site of the packing stands for, the mass of a solid is
-/// that of its shape.
+/// Particles of a hexagonal lattice. In a liquid each has the volume that a site of the packing stands for. In a solid
+/// they share the volume of the shape.
 SampledVolume pack_body(const Shape& shape, bool solid, const std::function<bool(const Vec3&)>& free,
-                        const Simulation& s) {
-    const Real d = s.problem.smoothing.spacing;
+                        const Simulation& sim) {
+    const Real d = sim.problem.smoothing.spacing;
     SampledVolume sites;
-    sites.position = pack_shape(shape, d, free, s.problem.periodic);
+    sites.position = pack_shape(shape, d, free, sim.problem.periodic);
     const std::size_t count = sites.position.size();
     if (count == 0) return sites;
     const Real volume =
         solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count))
-              : cube(d) * static_cast<Real>(packing_stretch(d, s.problem.periodic).prod());
+              : cube(d) * static_cast<Real>(packing_stretch(d, sim.problem.periodic).prod());
     sites.volume.assign(count, volume);
     sites.spacing.assign(count, d);
     return sites;
@@ -171,18 +171,18 @@ Vec3d centre_of_mass(const SampledVolume& sites) {
     return sum / volume;
 }
 
-/// The bodies whose particles are there, by their boxes: with thousands of bodies only a few are near a new one.
+/// The bodies whose particles are placed, with their boxes. Of thousands of bodies only a few are near a new one.
 class PlacedBodies {
   public:
     /// Positions of all particles that may be within `reach` [m] of the shape.
-    std::vector<Vec3> near(const Shape& shape, Real reach, const Simulation& s) const {
+    std::vector<Vec3> near(const Shape& shape, Real reach, const Simulation& sim) const {
         const auto box = shape.bounds();
         std::vector<Vec3> found;
         for (const Placed& b : list_) {
             if (box && ((b.lower.array() > box->upper.array() + reach).any() ||
                         (b.upper.array() < box->lower.array() - reach).any()))
                 continue;
-            const auto from = s.particles.position.begin();
+            const auto from = sim.particles.position.begin();
             found.insert(found.end(), from + static_cast<std::ptrdiff_t>(b.first),
                          from + static_cast<std::ptrdiff_t>(b.last));
         }
@@ -206,9 +206,9 @@ class PlacedBodies {
     std::vector<Placed> list_;
 };
 
-void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulation& s) {
-    const scene::Scene& scene = s.problem.scene;
-    const Real d = s.problem.smoothing.spacing;
+void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulation& sim) {
+    const scene::Scene& scene = sim.problem.scene;
+    const Real d = sim.problem.smoothing.spacing;
     const int material = index_of(scene.materials, body.material, "material");
     const scene::Material& matter = scene.materials[static_cast<std::size_t>(material)];
     const double melt = matter.melting.any()     ? matter.melting.fraction(body.temperature)
@@ -216,42 +216,42 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
                                                  : 1;
     const bool solid = melt < 1;
     const Shape shape = make_shape(scene, body.shape);
-    refuse_beyond_faces(body, shape, s.problem.periodic, d);
+    refuse_beyond_faces(body, shape, sim.problem.periodic, d);
     PointGrid others;
-    if (!solid) others.build(placed.near(shape, kBodyRoom * d, s), d);
+    if (!solid) others.build(placed.near(shape, kBodyRoom * d, sim), d);
     const auto free = [&](const Vec3& x) {
         if (solid) return true;  // a solid is whole, or refused
-        if (wall_distance(s.walls, x) < kWallRoom * d) return false;
+        if (wall_distance(sim.walls, x) < kWallRoom * d) return false;
         bool taken = false;
         others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
         return !taken;
     };
-    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_body(shape, solid, free, s)
+    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_body(shape, solid, free, sim)
                                                                                    : sample_solid(body, shape, d);
     const std::size_t count = sites.position.size();
     if (count == 0)
         throw InputError(
             "{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
             body.shape.where, body.name, d);
-    if (solid) refuse_overlap(body, sites.position, s);
+    if (solid) refuse_overlap(body, sites.position, sim);
     const Vec3d centre = centre_of_mass(sites);
-    const std::size_t first = s.particles.size();
+    const std::size_t first = sim.particles.size();
     if (first + count > kMostParticles)
         throw InputError("{}: with body '{}' the scene has {} particles, and {} are possible; raise solver.spacing",
                          body.shape.where, body.name, first + count, kMostParticles);
-    resize_table(s.particles, first + count);
-    Particles& p = s.particles;
+    resize_table(sim.particles, first + count);
+    Particles& p = sim.particles;
     for (std::size_t k = 0; k < count; ++k) {
         const std::size_t i = first + k;
-        p.id[i] = s.next_id++;
-        p.position[i] = s.problem.periodic.wrapped(sites.position[k]);
+        p.id[i] = sim.next_id++;
+        p.position[i] = sim.problem.periodic.wrapped(sites.position[k]);
         if (p.has.surface) p.surface_position[i] = p.position[i];
         p.velocity[i] =
             (body.velocity + body.angular_velocity.cross(sites.position[k].cast<double>() - centre)).cast<Real>();
-        p.acceleration[i] = s.problem.outside.gravity;
+        p.acceleration[i] = sim.problem.outside.gravity;
         p.rest_volume[i] = sites.volume[k];
         if (p.has.spacing) p.spacing[i] = sites.spacing[k];
-        p.density[i] = s.problem.materials[static_cast<std::size_t>(material)].density;
+        p.density[i] = sim.problem.materials[static_cast<std::size_t>(material)].density;
         p.mass[i] = p.density[i] * p.rest_volume[i];
         p.temperature[i] = body.temperature;
         p.material[i] = material;
@@ -296,9 +296,9 @@ Simulation make_simulation(const scene::Scene& scene) {
                     .periodic = make_periodic(scene.world, smoothing.support),
                     .expected_speed = speed,
                     .emitters = {}};
-    Simulation s{.problem = std::move(problem), .walls = std::move(walls)};
+    Simulation sim{.problem = std::move(problem), .walls = std::move(walls)};
     for (std::size_t k = 0; k < scene.materials.size(); ++k) {
-        MaterialParams& m = s.problem.materials[k];
+        MaterialParams& m = sim.problem.materials[k];
         const scene::Material& source = scene.materials[k];
         const bool melts = source.melting.any();
         m.tension = static_cast<Real>(melts ? source.melting.liquid.surface_tension : source.surface_tension);
@@ -308,33 +308,33 @@ Simulation make_simulation(const scene::Scene& scene) {
         });
         m.viscosity = melts ? static_cast<Real>(source.melting.liquid.viscosity) : flows ? m.viscosity : Real(0);
     }
-    choose_viscosity_solver(scene.solver, smoothing, speed, s.problem.materials);
-    s.clock.frame = scene.frames.first;
-    s.probes = make_probes(scene);
-    s.particles.has = {.surface = scene.surface.enabled,
-                       .implicit_pressure = strategy.incompressible,
-                       .implicit_viscosity = std::ranges::any_of(
-                           s.problem.materials, [](const MaterialParams& m) { return m.implicit_viscosity > 0; }),
-                       .spacing = std::ranges::any_of(scene.bodies, [](const scene::Body& b) {
-                           return b.sampling.lattice == scene::Lattice::octree;
-                       })};
+    choose_viscosity_solver(scene.solver, smoothing, speed, sim.problem.materials);
+    sim.clock.frame = scene.frames.first;
+    sim.probes = make_probes(scene);
+    sim.particles.has = {.surface = scene.surface.enabled,
+                         .implicit_pressure = strategy.incompressible,
+                         .implicit_viscosity = std::ranges::any_of(
+                             sim.problem.materials, [](const MaterialParams& m) { return m.implicit_viscosity > 0; }),
+                         .spacing = std::ranges::any_of(scene.bodies, [](const scene::Body& b) {
+                             return b.sampling.lattice == scene::Lattice::octree;
+                         })};
     PlacedBodies placed;
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), placed, s);
-    s.solids = make_solids(scene, smoothing, s.particles);
-    make_phases(scene, smoothing, s.particles, s.solids);
-    locate_particles(s.particles, s.solids);
-    if (scene.surface.enabled) s.embedded = make_embedded_surface(scene, s.solids);
-    make_breaking(scene, s.embedded, s.solids);
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), placed, sim);
+    sim.solids = make_solids(scene, smoothing, sim.particles);
+    make_phases(scene, smoothing, sim.particles, sim.solids);
+    locate_particles(sim.particles, sim.solids);
+    if (scene.surface.enabled) sim.embedded = make_embedded_surface(scene, sim.solids);
+    make_breaking(scene, sim.embedded, sim.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(
-            scene.emitters[e], s.problem.materials[static_cast<std::size_t>(material)], smoothing.spacing);
+            scene.emitters[e], sim.problem.materials[static_cast<std::size_t>(material)], smoothing.spacing);
         layout.material = material;
         layout.body = static_cast<int>(scene.bodies.size() + e);
-        s.problem.emitters.push_back(std::move(layout));
-        s.emitters.push_back({.next = scene.emitters[e].start});
+        sim.problem.emitters.push_back(std::move(layout));
+        sim.emitters.push_back({.next = scene.emitters[e].start});
     }
-    return s;
+    return sim;
 }
 
 Size estimate_size(const scene::Scene& scene) {

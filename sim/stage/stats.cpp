@@ -16,11 +16,11 @@ namespace {
 constexpr const char* kFile = "stats.jsonl";
 constexpr const char* kLead = "{\"frame\":";
 
-nlohmann::ordered_json solves(const SolveStats& s) {
-    return {{"iterations", s.solves ? static_cast<double>(s.iterations) / s.solves : 0},
-            {"iterations_max", s.most},
-            {"residual_max", s.residual},
-            {"cut_off", s.cut_off}};
+nlohmann::ordered_json solves(const SolveStats& solve) {
+    return {{"iterations", solve.solves ? static_cast<double>(solve.iterations) / solve.solves : 0},
+            {"iterations_max", solve.most},
+            {"residual_max", solve.residual},
+            {"cut_off", solve.cut_off}};
 }
 
 }  // namespace
@@ -30,15 +30,15 @@ void begin_stats_file(const std::filesystem::path& out, int frame) {
     if (std::ifstream old(out / kFile); old) write_whole(out / kFile, lines_of_frames(old, kLead, frame));
 }
 
-void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds) {
-    const StepStats& t = s.stats;
+void append_stats(const std::filesystem::path& out, const Simulation& sim, const FrameTotals& totals, double seconds) {
+    const StepStats& t = sim.stats;
     std::int64_t blocked = 0;
-    for (const EmitterState& e : s.emitters) blocked += e.blocked;
+    for (const EmitterState& e : sim.emitters) blocked += e.blocked;
     nlohmann::ordered_json line = {
-        {"frame", s.clock.frame},
-        {"time", s.clock.time},
-        {"particles", s.particles.size()},
-        {"surfels", s.surface.size()},
+        {"frame", sim.clock.frame},
+        {"time", sim.clock.time},
+        {"particles", sim.particles.size()},
+        {"surfels", sim.surface.size()},
         {"steps", t.steps},
         {"dt_min", t.steps ? t.smallest_dt : 0},
         {"dt_max", t.largest_dt},
@@ -73,23 +73,23 @@ void append_stats(const std::filesystem::path& out, const Simulation& s, const F
           {"volume", totals.surface_volume},
           {"particle_volume", totals.particle_volume}}},
     };
-    if (s.problem.strategy.incompressible)
+    if (sim.problem.strategy.incompressible)
         line["solves"] = {{"density", solves(t.density)}, {"divergence", solves(t.divergence)}};
-    if (!s.solids.empty()) {
+    if (!sim.solids.empty()) {
         line["solids"] = {{"sub_steps", t.solid_sub_steps},
-                          {"stretch", std::sqrt(s.solids.stretch2)},
-                          {"contact_nodes", s.solids.contacts.nodes.size()}};
-        if (s.problem.strategy.implicit_solids)
+                          {"stretch", std::sqrt(sim.solids.stretch2)},
+                          {"contact_nodes", sim.solids.contacts.nodes.size()}};
+        if (sim.problem.strategy.implicit_solids)
             line["solids"].update(
                 {{"newton", t.solid_newton}, {"iterations", t.solid_iterations}, {"unconverged", t.solid_unconverged}});
         line["seconds"]["solids"] = t.solids_seconds;
         line["seconds"]["contact"] = t.contact_seconds;
     }
-    if (!s.solids.breaking.empty()) {
+    if (!sim.solids.breaking.empty()) {
         line["cracks"] = {{"begun", t.cracks_begun},
                           {"fragments", t.fragments},
-                          {"fronts", s.solids.cracks.fronts.size()},
-                          {"bodies", s.solids.bodies.size()}};
+                          {"fronts", sim.solids.cracks.fronts.size()},
+                          {"bodies", sim.solids.bodies.size()}};
         line["seconds"]["cracks"] = t.cracks_seconds;
     }
     if (!append_line(out / kFile, line.dump()))

@@ -13,6 +13,6 @@ void begin_stats_file(const std::filesystem::path& out, int frame);
 
 /// Appends one JSON object to out/stats.jsonl: frame, counts, steps, dt, the limit that set it, seconds by part,
 /// density error, surface report. A line that cannot be written is a warning: the run does not depend on it.
-void append_stats(const std::filesystem::path& out, const Simulation& s, const FrameTotals& totals, double seconds);
+void append_stats(const std::filesystem::path& out, const Simulation& sim, const FrameTotals& totals, double seconds);
 
 }  // namespace thixo

@@ -13,16 +13,16 @@ namespace thixo {
 
 /// How the matter of a scene body breaks, resolved at set-up.
 struct Breaking {
-    std::int32_t source = 0;  // the scene body
-    Real arrest = 0;          // [1]
-    Real speed = 0;           // of a crack at its strength [m/s]
-    Real history = 0;         // over a particle's width [1]
-    Real opaque = 0;          // kappa h/2: distance behind a front at which a crack is opaque for q = 0 [m]
+    std::int32_t source = 0;      // the scene body
+    Real arrest = 0;              // [1]
+    Real speed = 0;               // of a crack at its strength [m/s]
+    Real history = 0;             // over a particle's width [1]
+    Real opaque = 0;              // kappa h/2: distance behind a front at which a crack is opaque for q = 0 [m]
     Real support = 0, width = 0;  // of a particle [m]
-    Real row = 0;             // distance of nodes and of rows of sheets [m]
-    Real surfel = 0;          // radius of the body's surfels; 0: it has none [m]
-    Shape shape;              // of the whole body, in the world at time 0
-    Vec3 origin{0, 0, 0};     // of the material frame there [m]
+    Real row = 0;                 // distance of nodes and of rows of sheets [m]
+    Real surfel = 0;              // radius of the body's surfels; 0: it has none [m]
+    Shape shape;                  // of the whole body, in the world at time 0
+    Vec3 origin{0, 0, 0};         // of the material frame there [m]
     /// Signed distance of a place of the material frame to the surface of the whole body [m].
     Real distance(const Vec3& m) const { return shape.distance(m + origin); }
     Vec3 outward(const Vec3& m) const { return shape.gradient(m + origin, width / 16); }
@@ -60,10 +60,10 @@ struct Crack {
 
 /// The sheets as triangles, by which sight through cracks is decided. Vertices are shared: sheets have no holes.
 struct CrackTriangles {
-    std::vector<Index> a, b, c;       // vertices
-    std::vector<std::int32_t> crack;  // its row
-    std::vector<Real> behind;         // distance to the front, never less than it was [m]
-    std::vector<std::uint8_t> drawn;  // 1: surfels of both sheets are laid
+    std::vector<Index> a, b, c;         // vertices
+    std::vector<std::int32_t> crack;    // its row
+    std::vector<Real> behind;           // distance to the front, never less than it was [m]
+    std::vector<std::uint8_t> drawn;    // 1: surfels of both sheets are laid
     std::vector<std::uint8_t> settled;  // 1: surfels about it were bound when it was opaque
     std::size_t size() const { return a.size(); }
 };
@@ -100,8 +100,8 @@ void for_each_field(T& t, F&& f) requires requires {
 }
 
 inline constexpr Real kUnbreakable = std::numeric_limits<Real>::max();  // Elements::strength
-inline constexpr std::int32_t kFirstCrackSheet = 1 << 20;  // no shape has as many sheets
-inline constexpr Real kParted = std::numeric_limits<Real>::max();  // CrackTriangles::behind where no front is left
+inline constexpr std::int32_t kFirstCrackSheet = 1 << 20;               // no shape has as many sheets
+inline constexpr Real kParted = std::numeric_limits<Real>::max();       // CrackTriangles::behind where no front is left
 
 /// State; part of a checkpoint.
 struct Cracks {

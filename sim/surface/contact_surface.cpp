@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "sim/bonds/element_fit.h"
+#include "sim/contact/broad.h"
 #include "sim/contact/contact.h"
 
 namespace thixo {
@@ -47,7 +48,7 @@ struct DrawnBody {
     }
     /// False where no element is near enough for x to lie inside.
     bool may_hold(const Vec3& x) const {
-        if ((x.array() < box.lower.array()).any() || (x.array() > box.upper.array()).any()) return false;
+        if (gap_of(box, {x, x}) > 0) return false;
         return near_matter(solids, solids.bodies[number], solids.contacts.grid[number], x);
     }
     bool holds(const Vec3& x, ElementFit& fit) const {
@@ -63,33 +64,47 @@ struct DrawnBody {
     }
 };
 
+/// All bodies, in the order of the solids. A body without elements or without a shape holds nothing: its box is empty.
 std::vector<DrawnBody> drawn_bodies(const EmbeddedSurface& embedded, Solids& solids) {
     Contacts& c = solids.contacts;
     const Elements& e = solids.elements;
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
     c.place.resize(e.size());
     c.grid.resize(solids.bodies.size());
+    const Real stretch = static_cast<Real>(std::sqrt(std::max(1.0, solids.stretch2)));
     std::vector<DrawnBody> bodies;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
-        Box3 box{Vec3::Constant(std::numeric_limits<Real>::max()), Vec3::Constant(std::numeric_limits<Real>::lowest())};
-        std::vector<Vec3> place;
-        place.reserve(body.size());
-        for (const Index i : body.elements) {
-            place.push_back(c.place[i] = poses[b].turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + poses[b].place);
-            box.lower = box.lower.cwiseMin(c.place[i]);
-            box.upper = box.upper.cwiseMax(c.place[i]);
+        DrawnBody drawn{embedded, solids, b, poses[b], 0, 0, {Vec3::Constant(1), Vec3::Constant(-1)}};
+        if (!body.empty() && body.shape) {
+            const Extent extent = extent_of(body, poses[b], e, c.place);
+            const StressLaw& law = solids.laws[b];
+            drawn.width = extent.width;
+            drawn.modulus = law.mu * (3 * law.lambda + 2 * law.mu) / (law.lambda + law.mu);
+            const Real reach = extent.width * stretch;
+            drawn.box = {extent.box.lower.array() - reach, extent.box.upper.array() + reach};
         }
-        const Real width = std::cbrt(e.volume[body.typical]);
-        const Real reach = width * static_cast<Real>(std::sqrt(std::max(1.0, solids.stretch2)));
-        box.lower.array() -= reach;
-        box.upper.array() += reach;
-        c.grid[b].build(place, e.support[body.typical]);
-        const StressLaw& law = solids.laws[b];
-        const Real modulus = law.mu * (3 * law.lambda + 2 * law.mu) / (law.lambda + law.mu);
-        bodies.push_back({embedded, solids, b, poses[b], width, modulus, box});
+        bodies.push_back(drawn);
     }
     return bodies;
+}
+
+/// The bodies that may hold a surfel of each body: the boxes of the one's surfels and of the other's matter touch.
+/// Builds the grids of bodies that have partners.
+Partners drawn_partners(const std::vector<DrawnBody>& bodies, const EmbeddedSurface& embedded,
+                        const std::vector<Index>& source, const SurfelCloud& cloud, Solids& solids) {
+    std::vector<Box3> boxes;
+    for (const DrawnBody& body : bodies) boxes.push_back(body.box);
+    for (std::size_t i = 0; i < source.size(); ++i) {
+        const auto owner = static_cast<std::size_t>(embedded.owner[source[i]]);
+        if (boxes[owner].lower.x() > boxes[owner].upper.x()) continue;
+        boxes[owner].lower = boxes[owner].lower.cwiseMin(cloud.position[i]);
+        boxes[owner].upper = boxes[owner].upper.cwiseMax(cloud.position[i]);
+    }
+    const Partners partners = touching_partners(boxes);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (!partners.of(b).empty()) build_grid(static_cast<std::int32_t>(b), solids);
+    return partners;
 }
 
 struct Drawn {
@@ -167,32 +182,39 @@ void move_surfel(const Drawn& to, std::size_t i, SurfelCloud& cloud) {
     cloud.normal[i] = to.normal;
 }
 
-/// The walls and bodies that a group of surfels may have entered.
-struct Near {
-    std::vector<std::size_t> walls, bodies;
-};
-void find_near(const std::vector<Vec3>& place, std::size_t begin, std::size_t end, const Walls& walls,
-               const std::vector<DrawnBody>& bodies, WallCursor& cursor, Near& near) {
+Box3 box_of(const std::vector<Vec3>& place, std::size_t begin, std::size_t end) {
     Box3 box{place[begin], place[begin]};
     for (std::size_t i = begin + 1; i < end; ++i) {
         box.lower = box.lower.cwiseMin(place[i]);
         box.upper = box.upper.cwiseMax(place[i]);
     }
+    return box;
+}
+/// Finds the walls near a box.
+void find_near_walls(const Box3& box, const Walls& walls, WallCursor& cursor, std::vector<std::size_t>& near) {
     const Vec3 middle = (box.lower + box.upper) / 2;
     const Real reach = (box.upper - box.lower).norm() / 2;
-    near.walls.clear();
-    near.bodies.clear();
+    near.clear();
     for (std::size_t w = 0; w < walls.list.size(); ++w) {
         const Wall& wall = walls.list[w];
         Vec3 n;
         // Distances are exact beside the wall alone.
         const Real d = wall.map.distance(wall.to_wall(middle), n, cursor.at[w]);
-        if (!(d > reach + Real(0.1) * wall.map.support())) near.walls.push_back(w);
+        if (!(d > reach + Real(0.1) * wall.map.support())) near.push_back(w);
     }
-    for (std::size_t b = 0; b < bodies.size(); ++b)
-        if ((box.upper.array() >= bodies[b].box.lower.array()).all() &&
-            (box.lower.array() <= bodies[b].box.upper.array()).all())
-            near.bodies.push_back(b);
+}
+/// Finds the bodies near a box that touch one of the owners of its surfels, ascending. `owner(i)` is that of surfel i.
+template <class Owner>
+void find_near_bodies(const Box3& box, std::size_t begin, std::size_t end, Owner&& owner, const Partners& partners,
+                      const std::vector<DrawnBody>& bodies, std::vector<std::size_t>& near) {
+    near.clear();
+    for (std::size_t i = begin; i < end; ++i) {
+        if (i > begin && owner(i) == owner(i - 1)) continue;
+        for (const std::int32_t b : partners.of(owner(i)))
+            if (gap_of(box, bodies[static_cast<std::size_t>(b)].box) <= 0) near.push_back(static_cast<std::size_t>(b));
+    }
+    std::ranges::sort(near);
+    near.erase(std::ranges::unique(near).begin(), near.end());
 }
 
 }  // namespace
@@ -201,36 +223,40 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
                    Solids& solids, SurfaceState& surface) {
     const bool meet = solids.bodies.size() > 1 && !solids.laws.empty();
     if (!meet && walls.list.empty()) return;
-    const std::vector<DrawnBody> bodies = meet ? drawn_bodies(embedded, solids) : std::vector<DrawnBody>{};
     SurfelCloud& cloud = surface.surfels;
+    const auto owner_of = [&](std::size_t i) { return static_cast<std::size_t>(embedded.owner[source[i]]); };
+    const std::vector<DrawnBody> bodies = meet ? drawn_bodies(embedded, solids) : std::vector<DrawnBody>{};
+    const Partners partners = meet ? drawn_partners(bodies, embedded, source, cloud, solids) : Partners{};
     parallel_chunks(
         source.size(),
         [&](std::size_t begin, std::size_t end, std::size_t) {
             ElementFit fit;
             WallCursor cursor(walls);
             // Most surfels, and their neighbours, are far from all other matter.
-            Near near;
-            find_near(cloud.position, begin, end, walls, bodies, cursor, near);
-            if (near.walls.empty() && near.bodies.empty()) return;
+            const Box3 box = box_of(cloud.position, begin, end);
+            std::vector<std::size_t> near_walls, near_bodies;
+            find_near_walls(box, walls, cursor, near_walls);
+            if (meet) find_near_bodies(box, begin, end, owner_of, partners, bodies, near_bodies);
+            if (near_walls.empty() && near_bodies.empty()) return;
             for (std::size_t i = begin; i < end; ++i) {
                 const Index root = source[i];
-                const auto owner = static_cast<std::size_t>(embedded.owner[root]);
+                const std::size_t owner = owner_of(i);
                 const Real width = std::cbrt(solids.elements.volume[solids.bodies[owner].typical]);
                 std::optional<bool> past_edge;
                 const auto drawn = [&] {
                     if (!past_edge)
                         past_edge =
-                            embedded.beyond[root] &&
+                            embedded.beyond[root] && solids.bodies[owner].shape &&
                             std::abs(solids.bodies[owner].shape->distance(embedded.first[root])) > kOwnSurface * width;
                     return Drawn{cloud.position[i], cloud.normal[i], *past_edge};
                 };
-                for (const std::size_t b : near.bodies) {
+                for (const std::size_t b : near_bodies) {
                     const DrawnBody& other = bodies[b];
                     if (other.number == owner || !other.may_hold(cloud.position[i])) continue;
                     if (const auto to = on_contact_surface(bodies[owner], other, drawn(), fit))
                         move_surfel(*to, i, cloud);
                 }
-                for (const std::size_t w : near.walls) {
+                for (const std::size_t w : near_walls) {
                     const Wall& wall = walls.list[w];
                     Vec3 n;
                     if (!(wall.map.distance(wall.to_wall(cloud.position[i]), n, cursor.at[w]) < 0)) continue;

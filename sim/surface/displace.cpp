@@ -8,17 +8,20 @@ namespace {
 
 constexpr Real kLevel = Real(0.005);  // eps of surfels, in h^2
 
-/// The particles about a place, packed for sums in the order of a grid of them.
+/// The particles about a place, packed for sums in the order of a grid of them. `places` is an array of their table.
 struct Carriers {
     PointGrid grid;
     std::vector<Real> weight, x, y, z, extra, component;  // by slot, padded for lanes
 
     template <class F>
-    Carriers(const std::vector<Vec3>& places, Real support, const Particles& p, F&& vector_of) {
-        grid.build(places, support);
-        for (auto* a : {&weight, &x, &y, &z, &extra, &component}) a->resize(places.size() + PointGrid::kPadding, 0);
-        parallel_for(places.size(), [&](std::size_t s) {
-            const Index j = grid.index(static_cast<Index>(s));
+    Carriers(const std::vector<Vec3>& places, Real support, const ParticleRows& particles, F&& vector_of) {
+        std::vector<Vec3> scratch;
+        grid.build(particles.values(places, scratch), support);
+        const std::size_t n = particles.size();
+        const Particles& p = particles.table();
+        for (auto* a : {&weight, &x, &y, &z, &extra, &component}) a->resize(n + PointGrid::kPadding, 0);
+        parallel_for(n, [&](std::size_t s) {
+            const Index j = particles.row(grid.index(static_cast<Index>(s)));
             const Vec3 v = vector_of(j);
             weight[s] = p.rest_volume[j];
             x[s] = v.x();
@@ -98,15 +101,16 @@ Vec3 LocalMotion::turned(const Vec3& normal) const {
     return n.allFinite() ? n : normal;
 }
 
-void for_each_motion(const std::vector<Vec3>& places, const Particles& particles,
+void for_each_motion(const std::vector<Vec3>& places, const ParticleRows& particles,
                      const std::vector<std::int32_t>& component, Real support, Real level,
                      const std::function<void(std::size_t, const LocalMotion&)>& act) {
-    const Carriers carriers(particles.surface_position, support, particles,
-                            [&](Index j) -> Vec3 { return particles.position[j] - particles.surface_position[j]; });
+    const Particles& p = particles.table();
+    const Carriers carriers(p.surface_position, support, particles,
+                            [&](Index j) -> Vec3 { return p.position[j] - p.surface_position[j]; });
     parallel_for(places.size(), [&](std::size_t i) { act(i, motion_at(places[i], component[i], carriers, level)); });
 }
 
-void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
+void displace(SurfaceState& surface, const ParticleRows& particles, const std::vector<std::int32_t>& component,
               Real support, Real longest) {
     SurfelCloud& cloud = surface.surfels;
     // Discs stretch with their matter: otherwise a stretched or squashed solid would show gaps between them.
@@ -131,9 +135,10 @@ void displace(SurfaceState& surface, const Particles& particles, const std::vect
                     });
 }
 
-void interpolate_attributes(SurfaceState& surface, const Particles& particles,
+void interpolate_attributes(SurfaceState& surface, const ParticleRows& particles,
                             const std::vector<std::int32_t>& component, Real support) {
-    const Carriers carriers(particles.position, support, particles, [&](Index j) { return particles.velocity[j]; });
+    const Particles& p = particles.table();
+    const Carriers carriers(p.position, support, particles, [&](Index j) { return p.velocity[j]; });
     parallel_for(surface.size(), [&](std::size_t i) {
         Lanes w{}, heat{}, vx{}, vy{}, vz{};
         Real most = 0;
@@ -156,7 +161,7 @@ void interpolate_attributes(SurfaceState& surface, const Particles& particles,
         if (nearest == kNone || !(weight > 0)) return;
         surface.velocity[i] = Vec3(sum_of(vx), sum_of(vy), sum_of(vz)) / weight;
         surface.temperature[i] = sum_of(heat) / weight;
-        surface.body[i] = particles.body[carriers.grid.index(nearest)];
+        surface.body[i] = p.body[particles.row(carriers.grid.index(nearest))];
     });
 }
 

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "sim/state/particles.h"
+#include "sim/state/particle_rows.h"
 #include "sim/surface/surface.h"
 
 namespace thixo {
@@ -18,7 +18,7 @@ struct LocalMotion {
 
 /// Calls act(i, motion) for every place, in parallel. The motion is that of `displace`, with `level` as eps over h^2
 /// [1]. At a free surface particles spread by 0.03 h^2 across it: eps damps that part of G by eps/0.03.
-void for_each_motion(const std::vector<Vec3>& places, const Particles& particles,
+void for_each_motion(const std::vector<Vec3>& places, const ParticleRows& particles,
                      const std::vector<std::int32_t>& component, Real support, Real level,
                      const std::function<void(std::size_t, const LocalMotion&)>& act);
 
@@ -32,13 +32,13 @@ void for_each_motion(const std::vector<Vec3>& places, const Particles& particles
 /// The axes then need not be at right angles. No axis grows beyond `longest` [m]. Reads particles.surface_position
 /// (old) and position (new). `component` is that of each surfel; particles of other components (materials) have no
 /// effect.
-void displace(SurfaceState& surface, const Particles& particles, const std::vector<std::int32_t>& component,
+void displace(SurfaceState& surface, const ParticleRows& particles, const std::vector<std::int32_t>& component,
               Real support, Real longest);
 
 /// Sets velocity and temperature of every surfel by normalised interpolation of the particles in reach,
 ///     sum A_j w_j / sum w_j
 /// and its body by the nearest. Surfels with no particle in reach keep their values.
-void interpolate_attributes(SurfaceState& surface, const Particles& particles,
+void interpolate_attributes(SurfaceState& surface, const ParticleRows& particles,
                             const std::vector<std::int32_t>& component, Real support);
 
 }  // namespace thixo

@@ -14,57 +14,59 @@ namespace {
 
 constexpr int kEnough = 4;  // least number of elements whose weights a surfel needs
 
-constexpr int kWays = 16;
-Real way_angle(int w) { return static_cast<Real>(2 * kPi * w / kWays); }
+constexpr int kDirections = 16;
+Real direction_angle(int w) { return static_cast<Real>(2 * kPi * w / kDirections); }
 
 /// A disc of a face of a body.
 struct FaceDisc {
     const Shape& shape;
     Vec3 centre, axis1, axis2;
 
-    Vec3 way(Real angle) const { return std::cos(angle) * axis1 + std::sin(angle) * axis2; }
+    Vec3 direction(Real angle) const { return std::cos(angle) * axis1 + std::sin(angle) * axis2; }
     /// Whether x lies on the body, to a part of the disc's radius.
     bool on_body(const Vec3& x, Real part = Real(0.1)) const {
         return std::abs(shape.distance(x)) <= part * axis1.norm();
     }
 };
 
-/// How the body's edges cut a disc with its centre on the body. Among equally short ways, the one with the longest
-/// other axis is chosen. From a centre on an edge many ways lead off the body, and one leads straight.
+/// How the body's edges cut a disc with its centre on the body. Among directions with equally near edges, the one with
+/// the longest other axis is chosen. From a centre on an edge many directions lead off the body, and one leads
+/// straight.
 EdgeCut edge_cut(const FaceDisc& disc) {
-    std::array<Real, kWays> reach{};
-    for (int w = 0; w < kWays; ++w) {
-        const Vec3 way = disc.way(way_angle(w));
+    std::array<Real, kDirections> reach{};
+    for (int w = 0; w < kDirections; ++w) {
+        const Vec3 direction = disc.direction(direction_angle(w));
         Real r = 1;
-        while (r > Real(0.15) && !disc.on_body(disc.centre + r * way)) r -= Real(0.05);
+        while (r > Real(0.15) && !disc.on_body(disc.centre + r * direction)) r -= Real(0.05);
         reach[static_cast<std::size_t>(w)] = r;
     }
     const Real least = *std::ranges::min_element(reach);
     EdgeCut cut{0, least, -1};
-    for (int w = 0; w < kWays; ++w) {
-        const auto at = [&](int k) { return reach[static_cast<std::size_t>(k % kWays)]; };
-        const Real across = std::min(at(w + kWays / 4), at(w + 3 * kWays / 4));
+    for (int w = 0; w < kDirections; ++w) {
+        const auto at = [&](int k) { return reach[static_cast<std::size_t>(k % kDirections)]; };
+        const Real across = std::min(at(w + kDirections / 4), at(w + 3 * kDirections / 4));
         if (at(w) > least + Real(0.01) || across <= cut.across) continue;
-        cut.angle = way_angle(w);
+        cut.angle = direction_angle(w);
         cut.across = across;
     }
     return cut;
 }
 
-/// The same for a disc with its centre past the edge: it goes the shortest way to the body, and a little on. Equally
-/// short ways lie on both sides of the straight one, which is their mean.
+/// The same for a disc with its centre past the edge: it moves to the body by the shortest shift, and a little on.
+/// Equally short shifts lie on both sides of the straight one, which is their mean.
 EdgeCut edge_cut_past(const FaceDisc& disc) {
     constexpr Real kOn = Real(0.15);
     for (Real r = Real(0.05); r < 1; r += Real(0.05)) {
-        Real c = 0, s = 0;
-        for (int w = 0; w < kWays; ++w) {
-            if (!disc.on_body(disc.centre + r * disc.way(way_angle(w)), Real(0.02) + Real(0.08) * r * r)) continue;
-            c += std::cos(way_angle(w));
-            s += std::sin(way_angle(w));
+        Real cosine = 0, sine = 0;
+        for (int w = 0; w < kDirections; ++w) {
+            if (!disc.on_body(disc.centre + r * disc.direction(direction_angle(w)), Real(0.02) + Real(0.08) * r * r))
+                continue;
+            cosine += std::cos(direction_angle(w));
+            sine += std::sin(direction_angle(w));
         }
-        if (std::hypot(c, s) < Real(0.01)) continue;
-        const Real angle = std::atan2(s, c);
-        const Vec3 there = disc.centre + (r + kOn) * disc.way(angle);
+        if (std::hypot(cosine, sine) < Real(0.01)) continue;
+        const Real angle = std::atan2(sine, cosine);
+        const Vec3 there = disc.centre + (r + kOn) * disc.direction(angle);
         if (!disc.on_body(there)) continue;
         EdgeCut cut = edge_cut({disc.shape, there, disc.axis1, disc.axis2});
         cut.shift_angle = angle;
@@ -100,14 +102,14 @@ bool screen_weights(const SurfelCloud& rest, Index i, const ElementSight& sight,
 
 /// Appends the weights of surfel i, of all elements within its support of its middle or of an end of its axes. Returns
 /// whether a crack weakens any.
-bool append_weights(const PointGrid& grid, const SolidBody& body, const EmbeddedSurface& s, Index i,
+bool append_weights(const PointGrid& grid, const SolidBody& body, const EmbeddedSurface& embedded, Index i,
                     const ElementSight& sight, std::vector<SurfelWeight>& out) {
     const std::size_t begin = out.size();
-    const Real support = s.support[i];
+    const Real support = embedded.support[i];
     const Poly6 w(support);
     Real sum[3] = {0, 0, 0};
-    const Vec3& m = s.rest.position[i];
-    const Vec3 place[3] = {m, m + s.rest.axis1[i], m + s.rest.axis2[i]};
+    const Vec3& m = embedded.rest.position[i];
+    const Vec3 place[3] = {m, m + embedded.rest.axis1[i], m + embedded.rest.axis2[i]};
     for (int k = 0; k < 3; ++k)
         grid.for_each_neighbour(place[k], support, [&](Index near, Real r2) {
             const Index element = body.elements[near];
@@ -118,7 +120,7 @@ bool append_weights(const PointGrid& grid, const SolidBody& body, const Embedded
             weight = w.value(r2);
             sum[k] += weight;
         });
-    const bool screened = sight && screen_weights(s.rest, i, sight, begin, out);
+    const bool screened = sight && screen_weights(embedded.rest, i, sight, begin, out);
     if (screened) {
         std::ranges::fill(sum, Real(0));
         for (std::size_t k = begin; k < out.size(); ++k)
@@ -139,7 +141,7 @@ struct FoundWeights {
     std::vector<std::uint8_t> screened;
 };
 FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which, const ElementSight& sight,
-                          const EmbeddedSurface& s) {
+                          const EmbeddedSurface& embedded) {
     const std::size_t count = which.size();
     std::vector<std::vector<SurfelWeight>> found((count + kChunk - 1) / kChunk);
     FoundWeights out;
@@ -148,8 +150,8 @@ FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which,
     parallel_chunks(count, [&](std::size_t begin, std::size_t stop, std::size_t c) {
         for (std::size_t k = begin; k < stop; ++k) {
             const Index i = which[k];
-            const auto owner = static_cast<std::size_t>(s.owner[i]);
-            out.screened[k] = append_weights(s.grid[owner], solids.bodies[owner], s, i, sight, found[c]);
+            const auto owner = static_cast<std::size_t>(embedded.owner[i]);
+            out.screened[k] = append_weights(embedded.grid[owner], solids.bodies[owner], embedded, i, sight, found[c]);
             out.end[k] = found[c].size();
         }
     });
@@ -162,36 +164,36 @@ FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which,
 }
 
 /// Replaces the weights of the surfels `which`, ascending; all others stay.
-void replace_weights(const std::vector<Index>& which, const FoundWeights& found, EmbeddedSurface& s) {
+void replace_weights(const std::vector<Index>& which, const FoundWeights& found, EmbeddedSurface& embedded) {
     std::vector<std::size_t> begin{0};
     std::vector<SurfelWeight> weight;
     std::size_t next = 0;
-    for (Index i = 0; i < s.size(); ++i) {
+    for (Index i = 0; i < embedded.size(); ++i) {
         const bool fresh = next < which.size() && which[next] == i;
-        const auto& from = fresh ? found.weight : s.weight;
-        const std::size_t first = fresh ? (next == 0 ? 0 : found.end[next - 1]) : s.begin[i];
-        const std::size_t last = fresh ? found.end[next] : s.begin[i + 1];
+        const auto& from = fresh ? found.weight : embedded.weight;
+        const std::size_t first = fresh ? (next == 0 ? 0 : found.end[next - 1]) : embedded.begin[i];
+        const std::size_t last = fresh ? found.end[next] : embedded.begin[i + 1];
         weight.insert(weight.end(), from.begin() + static_cast<std::ptrdiff_t>(first),
                       from.begin() + static_cast<std::ptrdiff_t>(last));
         begin.push_back(weight.size());
         next += fresh ? 1 : 0;
     }
-    s.begin.swap(begin);
-    s.weight.swap(weight);
-    s.screened.resize(s.size(), 0);
-    for (std::size_t k = 0; k < which.size(); ++k) s.screened[which[k]] = found.screened[k];
+    embedded.begin.swap(begin);
+    embedded.weight.swap(weight);
+    embedded.screened.resize(embedded.size(), 0);
+    for (std::size_t k = 0; k < which.size(); ++k) embedded.screened[which[k]] = found.screened[k];
 }
 
 Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
 
 /// The surfels of cracks whose other side belongs to the same body, ascending. Both sides are laid at one place.
-std::vector<Index> closed_faces(const EmbeddedSurface& s, std::int32_t owner) {
+std::vector<Index> closed_faces(const EmbeddedSurface& embedded, std::int32_t owner) {
     std::vector<Index> faces;
-    for (Index i = 0; i < s.size(); ++i)
-        if (s.owner[i] == owner && s.sheet[i] >= kFirstCrackSheet) faces.push_back(i);
+    for (Index i = 0; i < embedded.size(); ++i)
+        if (embedded.owner[i] == owner && embedded.sheet[i] >= kFirstCrackSheet) faces.push_back(i);
     const auto key = [&](Index i) {
-        const Vec3& m = s.rest.position[i];
-        return std::tuple(s.sheet[i] / 2, m.x(), m.y(), m.z());
+        const Vec3& m = embedded.rest.position[i];
+        return std::tuple(embedded.sheet[i] / 2, m.x(), m.y(), m.z());
     };
     std::ranges::sort(faces, [&](Index a, Index b) { return std::pair(key(a), a) < std::pair(key(b), b); });
     std::vector<Index> both;
@@ -202,13 +204,13 @@ std::vector<Index> closed_faces(const EmbeddedSurface& s, std::int32_t owner) {
 }
 
 /// Finds how a body's new surfels, from row `first` on, lie about its edges.
-void find_edges(const Shape& shape, double spacing, std::size_t first, EmbeddedSurface& s) {
-    parallel_for(s.size() - first, [&](std::size_t k) {
+void find_edges(const Shape& shape, double spacing, std::size_t first, EmbeddedSurface& embedded) {
+    parallel_for(embedded.size() - first, [&](std::size_t k) {
         const std::size_t i = first + k;
-        const Vec3& x = s.first[i];
-        const FaceDisc disc{shape, x, s.rest.axis1[i], s.rest.axis2[i]};
-        s.beyond[i] = std::abs(shape.distance(x)) > Real(0.02 * spacing);
-        s.edge[i] = s.beyond[i] ? edge_cut_past(disc) : edge_cut(disc);
+        const Vec3& x = embedded.first[i];
+        const FaceDisc disc{shape, x, embedded.rest.axis1[i], embedded.rest.axis2[i]};
+        embedded.beyond[i] = std::abs(shape.distance(x)) > Real(0.02 * spacing);
+        embedded.edge[i] = embedded.beyond[i] ? edge_cut_past(disc) : edge_cut(disc);
     });
 }
 
@@ -246,37 +248,37 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
     return out;
 }
 
-void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& s) {
-    const std::size_t first = s.size();
-    resize_table(s, first + cloud.size());
-    s.begin.resize(s.size() + 1, s.begin.back());
+void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& embedded) {
+    const std::size_t first = embedded.size();
+    resize_table(embedded, first + cloud.size());
+    embedded.begin.resize(embedded.size() + 1, embedded.begin.back());
     for (std::size_t k = 0; k < cloud.size(); ++k) {
         const std::size_t i = first + k;
-        s.rest.position[i] = cloud.position[k] - origin;
-        s.rest.axis1[i] = cloud.axis1[k];
-        s.rest.axis2[i] = cloud.axis2[k];
-        s.rest.normal[i] = cloud.normal[k];
-        s.owner[i] = owner;
-        s.first[i] = cloud.position[k];
+        embedded.rest.position[i] = cloud.position[k] - origin;
+        embedded.rest.axis1[i] = cloud.axis1[k];
+        embedded.rest.axis2[i] = cloud.axis2[k];
+        embedded.rest.normal[i] = cloud.normal[k];
+        embedded.owner[i] = owner;
+        embedded.first[i] = cloud.position[k];
     }
 }
 
-void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& s,
+void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& embedded,
                   const ElementSight& sight) {
     std::vector<Index> which;
-    for (Index i = 0; i < s.size(); ++i)
-        if (bodies[static_cast<std::size_t>(s.owner[i])]) which.push_back(i);
-    s.grid.resize(solids.bodies.size());
-    s.trim.resize(solids.bodies.size());
+    for (Index i = 0; i < embedded.size(); ++i)
+        if (bodies[static_cast<std::size_t>(embedded.owner[i])]) which.push_back(i);
+    embedded.grid.resize(solids.bodies.size());
+    embedded.trim.resize(solids.bodies.size());
     for (std::size_t b = 0; b < solids.bodies.size(); ++b)
-        if (bodies[b]) s.grid[b] = {};
-    bind_some_surfels(solids, which, s, sight);
+        if (bodies[b]) embedded.grid[b] = {};
+    bind_some_surfels(solids, which, embedded, sight);
 }
 
-void bind_some_surfels(const Solids& solids, const std::vector<Index>& which, EmbeddedSurface& s,
+void bind_some_surfels(const Solids& solids, const std::vector<Index>& which, EmbeddedSurface& embedded,
                        const ElementSight& sight) {
     std::vector<Real> widest(solids.bodies.size(), 0);
-    for (const Index i : which) widest[static_cast<std::size_t>(s.owner[i])] = 1;
+    for (const Index i : which) widest[static_cast<std::size_t>(embedded.owner[i])] = 1;
     std::vector<PointGrid> near(solids.bodies.size());
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
@@ -286,28 +288,31 @@ void bind_some_surfels(const Solids& solids, const std::vector<Index>& which, Em
     }
     parallel_for(which.size(), [&](std::size_t k) {
         const Index i = which[k];
-        const auto b = static_cast<std::size_t>(s.owner[i]);
-        s.support[i] = weights_support(near[b], s.rest.position[i], disc_of(s.rest, i), near[b].cell());
+        const auto b = static_cast<std::size_t>(embedded.owner[i]);
+        embedded.support[i] =
+            weights_support(near[b], embedded.rest.position[i], disc_of(embedded.rest, i), near[b].cell());
     });
     // The grid's cells must hold the widest reach.
     for (const Index i : which) {
-        Real& reach = widest[static_cast<std::size_t>(s.owner[i])];
-        reach = std::max(reach, reach_of_pieces(s, i));
+        Real& reach = widest[static_cast<std::size_t>(embedded.owner[i])];
+        reach = std::max(reach, reach_of_pieces(embedded, i));
     }
     for (std::size_t b = 0; b < solids.bodies.size(); ++b)
-        if (widest[b] > 0 && !(s.grid[b].cell() >= widest[b]))
-            s.grid[b].build(rest_places(solids.bodies[b], solids.elements), widest[b]);
-    replace_weights(which, find_weights(solids, which, sight, s), s);
+        if (widest[b] > 0 && !(embedded.grid[b].cell() >= widest[b]))
+            embedded.grid[b].build(rest_places(solids.bodies[b], solids.elements), widest[b]);
+    replace_weights(which, find_weights(solids, which, sight, embedded), embedded);
 }
 
-std::optional<Shape> shape_of_surfels(const EmbeddedSurface& s, const SolidBody& body, std::int32_t index) {
+std::optional<Shape> shape_of_surfels(const EmbeddedSurface& embedded, const SolidBody& body, std::int32_t index) {
     constexpr std::size_t kFewest = 16;  // surfels_of_points needs as many
     TriangleMesh points;
-    const std::vector<Index> closed = closed_faces(s, index);
-    for (std::size_t i = 0; i < s.size(); ++i) {
-        if (s.owner[i] != index || s.beyond[i] || std::ranges::binary_search(closed, static_cast<Index>(i))) continue;
-        points.vertices.push_back((s.rest.position[i] + body.origin).cast<float>());
-        points.normals.push_back(s.rest.normal[i].cast<float>());
+    const std::vector<Index> closed = closed_faces(embedded, index);
+    for (std::size_t i = 0; i < embedded.size(); ++i) {
+        if (embedded.owner[i] != index || embedded.beyond[i] ||
+            std::ranges::binary_search(closed, static_cast<Index>(i)))
+            continue;
+        points.vertices.push_back((embedded.rest.position[i] + body.origin).cast<float>());
+        points.normals.push_back(embedded.rest.normal[i].cast<float>());
     }
     if (points.vertices.size() < kFewest) return std::nullopt;
     return point_shape(std::move(points));

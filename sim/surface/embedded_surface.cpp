@@ -86,8 +86,8 @@ struct PieceElements {
     std::vector<Index> element;
 
     void find(const Field& field) {
-        const EmbeddedSurface& s = field.embedded;
-        const auto owner = static_cast<std::size_t>(s.owner[field.root]);
+        const EmbeddedSurface& embedded = field.embedded;
+        const auto owner = static_cast<std::size_t>(embedded.owner[field.root]);
         const SolidBody& body = field.solids.bodies[owner];
         x.clear(), y.clear(), z.clear(), element.clear();
         const auto add = [&](Index i) {
@@ -95,12 +95,14 @@ struct PieceElements {
             x.push_back(m.x), y.push_back(m.y), z.push_back(m.z);
             element.push_back(i);
         };
-        if (s.screened[field.root]) {
+        if (embedded.screened[field.root]) {
             // Beside a crack: those that the surfel itself sees.
-            for (std::size_t k = s.begin[field.root]; k < s.begin[field.root + 1]; ++k) add(s.weight[k].element);
+            for (std::size_t k = embedded.begin[field.root]; k < embedded.begin[field.root + 1]; ++k)
+                add(embedded.weight[k].element);
         } else {
-            s.grid[owner].for_each_neighbour(s.rest.position[field.root], reach_of_pieces(s, field.root),
-                                             [&](Index near, Real) { add(body.elements[near]); });
+            embedded.grid[owner].for_each_neighbour(embedded.rest.position[field.root],
+                                                    reach_of_pieces(embedded, field.root),
+                                                    [&](Index near, Real) { add(body.elements[near]); });
         }
         // Padded with elements out of all reach.
         constexpr Real kFar = Real(1e18);
@@ -152,22 +154,22 @@ Drawn displaced(const Field& field, const Disc& rest, const Carried& middle, con
     return d;
 }
 
-Disc rest_disc(const EmbeddedSurface& s, std::size_t root) {
-    return {s.rest.position[root], s.rest.axis1[root], s.rest.axis2[root]};
+Disc rest_disc(const EmbeddedSurface& embedded, std::size_t root) {
+    return {embedded.rest.position[root], embedded.rest.axis1[root], embedded.rest.axis2[root]};
 }
 
 /// The displaced original surfel, by its stored weights.
 Drawn displaced_root(const Field& field) {
-    const EmbeddedSurface& s = field.embedded;
+    const EmbeddedSurface& embedded = field.embedded;
     Carried middle, end1, end2;
-    for (std::size_t k = s.begin[field.root]; k < s.begin[field.root + 1]; ++k) {
-        const SurfelWeight& w = s.weight[k];
+    for (std::size_t k = embedded.begin[field.root]; k < embedded.begin[field.root + 1]; ++k) {
+        const SurfelWeight& w = embedded.weight[k];
         const AffineMotion& motion = field.solids.motions[w.element];
         middle.add(w.at, motion);
         end1.add(w.along1, motion);
         end2.add(w.along2, motion);
     }
-    return displaced(field, rest_disc(s, field.root), middle, end1, end2, s.id(field.root));
+    return displaced(field, rest_disc(embedded, field.root), middle, end1, end2, embedded.id(field.root));
 }
 
 /// Whether a disc splits, and the angle of its longest direction from the first axis.

@@ -129,8 +129,9 @@ std::optional<Vec3> displacement_at(const EmbeddedSurface& embedded, const Solid
 
 /// Bound of the distance between a surfel and the elements of its pieces and of the ends of their axes [m]. Pieces lie
 /// within 1.25 axes of it (1/2 + 0.6/2 + ...) either way, and their axes are no longer.
-inline Real reach_of_pieces(const EmbeddedSurface& s, std::size_t surfel) {
-    return s.support[surfel] + Real(2.8) * std::max(s.rest.axis1[surfel].norm(), s.rest.axis2[surfel].norm());
+inline Real reach_of_pieces(const EmbeddedSurface& embedded, std::size_t surfel) {
+    return embedded.support[surfel] +
+           Real(2.8) * std::max(embedded.rest.axis1[surfel].norm(), embedded.rest.axis2[surfel].norm());
 }
 
 inline constexpr Real kSplitStretch = 2;  // squared stretch

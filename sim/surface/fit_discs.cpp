@@ -65,12 +65,12 @@ class Heights {
         : cloud_(cloud), reach_(reach) {
         grid_.build(cloud.position, reach);
         for (auto* a : {&nx_, &ny_, &nz_, &component_}) a->resize(cloud.size() + PointGrid::kPadding, 0);
-        parallel_for(cloud.size(), [&](std::size_t s) {
-            const Index i = grid_.index(static_cast<Index>(s));
-            nx_[s] = cloud.normal[i].x();
-            ny_[s] = cloud.normal[i].y();
-            nz_[s] = cloud.normal[i].z();
-            component_[s] = static_cast<Real>(component[i]);
+        parallel_for(cloud.size(), [&](std::size_t slot) {
+            const Index i = grid_.index(static_cast<Index>(slot));
+            nx_[slot] = cloud.normal[i].x();
+            ny_[slot] = cloud.normal[i].y();
+            nz_[slot] = cloud.normal[i].z();
+            component_[slot] = static_cast<Real>(component[i]);
         });
         own_ = &component;
     }
@@ -78,9 +78,10 @@ class Heights {
         const Vec3& n = cloud_.normal[i];
         const Lanes same = all_lanes(static_cast<Real>((*own_)[i])), limit = all_lanes(square(reach_));
         Lanes count{}, sum{};
-        for_each_near_run(grid_, cloud_.position[i], reach_, [&](Index s, Lanes x, Lanes y, Lanes z, Lanes r2) {
-            const Lanes agree = load_lanes(&nx_[s]) * n.x() + load_lanes(&ny_[s]) * n.y() + load_lanes(&nz_[s]) * n.z();
-            const auto counts = (r2 < limit) & (agree >= Real(0.7)) & (load_lanes(&component_[s]) == same);
+        for_each_near_run(grid_, cloud_.position[i], reach_, [&](Index slot, Lanes x, Lanes y, Lanes z, Lanes r2) {
+            const Lanes agree =
+                load_lanes(&nx_[slot]) * n.x() + load_lanes(&ny_[slot]) * n.y() + load_lanes(&nz_[slot]) * n.z();
+            const auto counts = (r2 < limit) & (agree >= Real(0.7)) & (load_lanes(&component_[slot]) == same);
             const Lanes height = x * n.x() + y * n.y() + z * n.z();
             count += counts ? all_lanes(1) : Lanes{};
             sum += counts ? (height < 0 ? -height : height) : Lanes{};
@@ -143,11 +144,11 @@ class Edges {
     Nearest nearest(Index i, Real radius) const {
         Nearest edge;
         if (!(notes_.melt[i] < 1)) return edge;
-        for_each(i, [&](Real depth, const Vec3& way) {
-            const Real rate = way.norm() * radius;
+        for_each(i, [&](Real depth, const Vec3& tangent) {
+            const Real rate = tangent.norm() * radius;
             if (depth >= edge.to * rate) return;
             edge.to = depth / rate;
-            edge.towards = way.normalized();
+            edge.towards = tangent.normalized();
         });
         return edge;
     }
@@ -161,8 +162,8 @@ class Edges {
         Cut cut{1, 1, edge.towards};
         if (!(edge.to < 1)) return cut;
         const Vec3 side = cloud_.normal[i].cross(edge.towards);
-        for_each(i, [&](Real depth, const Vec3& way) {
-            const Real rate = std::abs(way.dot(side));
+        for_each(i, [&](Real depth, const Vec3& tangent) {
+            const Real rate = std::abs(tangent.dot(side));
             if (rate > Real(0.5)) cut.across = std::min(cut.across, depth / (rate * radius));
         });
         const bool corner = cut.across < 1;

@@ -49,7 +49,7 @@ NearWalls walls_near(const Walls& walls, const Vec3& x, Real support) {
 
 struct Image {
     Vec3 position;
-    Index particle;
+    Index particle;  // the member of ParticleRows
     std::array<Index, 3> mirrors;
 };
 
@@ -74,7 +74,7 @@ void mirror(std::vector<Image>& images, std::vector<WallPlane>& planes, const Ne
 }
 
 /// Copies the chosen images in cell order.
-FieldPoints in_cell_order(const std::vector<Image>& images, const Particles& particles, Real support,
+FieldPoints in_cell_order(const std::vector<Image>& images, const ParticleRows& particles, Real support,
                           std::vector<std::array<Index, 3>>* mirrors) {
     const std::size_t n = images.size();
     std::vector<Vec3> position(n);
@@ -94,9 +94,9 @@ FieldPoints in_cell_order(const std::vector<Image>& images, const Particles& par
         const Image& from = images[order[k]];
         points.position[k] = from.position;
         points.particle[k] = from.particle;
-        points.weight[k] = particles.rest_volume[from.particle];
+        points.weight[k] = particles.table().rest_volume[particles.row(from.particle)];
         if (!mirrors) continue;
-        points.weight[k] *= particles.melt[from.particle];
+        points.weight[k] *= particles.table().melt[particles.row(from.particle)];
         (*mirrors)[k] = from.mirrors;
     }
     points.grid.build(points.position, support);
@@ -105,17 +105,18 @@ FieldPoints in_cell_order(const std::vector<Image>& images, const Particles& par
 
 }  // namespace
 
-LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real support) {
+LiquidPoints gather_liquid(const ParticleRows& particles, const Walls& walls, Real support) {
     const std::size_t n = particles.size();
+    const Particles& p = particles.table();
     std::vector<NearWalls> near(n);
     parallel_for(
-        n, [&](std::size_t i) { near[i] = walls_near(walls, particles.position[i], support); }, 32);
+        n, [&](std::size_t i) { near[i] = walls_near(walls, p.position[particles.row(i)], support); }, 32);
     LiquidPoints points;
     points.particle_wall.resize(n);
     std::int32_t last = -1;
     for (Index i = 0; i < n; ++i) {
         points.particle_wall[i] = near[i].plane[0];
-        last = std::max(last, particles.material[i]);
+        last = std::max(last, p.material[particles.row(i)]);
     }
     points.part.resize(static_cast<std::size_t>(last + 1));
     std::vector<Image> own, images;
@@ -123,9 +124,10 @@ LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real 
         own.clear();
         images.clear();
         for (Index i = 0; i < n; ++i) {
-            if (particles.material[i] != component) continue;
-            own.push_back({particles.position[i], i, {kNone, kNone, kNone}});
-            if (near[i].count > 0) mirror(images, points.planes, near[i], particles.position[i], i, support);
+            if (p.material[particles.row(i)] != component) continue;
+            const Vec3& x = p.position[particles.row(i)];
+            own.push_back({x, i, {kNone, kNone, kNone}});
+            if (near[i].count > 0) mirror(images, points.planes, near[i], x, i, support);
         }
         LiquidPart& part = points.part[static_cast<std::size_t>(component)];
         part.own = in_cell_order(own, particles, support, nullptr);

@@ -8,7 +8,7 @@
 
 #include "pipeline/geometry/point_grid.h"
 #include "sim/space/walls.h"
-#include "sim/state/particles.h"
+#include "sim/state/particle_rows.h"
 
 namespace thixo {
 
@@ -25,7 +25,7 @@ struct FieldPoints {
     std::vector<Vec3> position;    // [m]
     std::vector<Real> weight;      // V0 phi_j [m^3], see set_colours; padded with PointGrid::kPadding zeros
     std::vector<Real> dispersion;  // how far matter has dispersed, 0 to 1, see set_colours; padded in the same way
-    std::vector<Index> particle;
+    std::vector<Index> particle;   // the member of ParticleRows
     PointGrid grid;
     std::size_t size() const { return position.size(); }
 };
@@ -44,9 +44,9 @@ struct LiquidPart {
 struct LiquidPoints {
     std::vector<LiquidPart> part;          // by component: points of different components do not interact
     std::vector<WallPlane> planes;         // walls that particles are mirrored in
-    std::vector<Real> particle_fill;       // s_j = sum of V0 w over a particle's neighbours and images [1], by particle
-    std::vector<Vec3> particle_slope;      // gradient of particle_fill in space [1/m], by particle: points inwards
-    std::vector<WallPlane> particle_wall;  // the nearest wall, where it is nearer than a support; by particle
+    std::vector<Real> particle_fill;       // s_j = sum of V0 w over a particle's neighbours and images [1], by member
+    std::vector<Vec3> particle_slope;      // gradient of particle_fill in space [1/m], by member: points inwards
+    std::vector<WallPlane> particle_wall;  // the nearest wall, where it is nearer than a support; by member
 
     /// Whether an image of these mirrors counts at x. It counts down to `depth` [m] behind its walls: deeper, a thin
     /// wall would be wet on its far side.
@@ -60,7 +60,7 @@ struct LiquidPoints {
 };
 
 /// Gathers the particles and their images; weights are V0. `support` h [m].
-LiquidPoints gather_liquid(const Particles& particles, const Walls& walls, Real support);
+LiquidPoints gather_liquid(const ParticleRows& particles, const Walls& walls, Real support);
 
 /// Gives every point its phi_j:
 ///     phi_j = max(1, s_flat/s_j),   s_j = sum_k V0_k w_poly6(x_j - x_k, h) over the component

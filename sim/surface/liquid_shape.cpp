@@ -21,23 +21,23 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
     const LiquidPart* of = part(component);
     if (!of) return sample;
     const Poly6 w(support);
-    FieldSums s;
+    FieldSums sums;
     const Real *weight = of->own.weight.data(), *dispersion = of->own.dispersion.data();
     for_each_near_run(of->own.grid, x, support, [&](Index slot, Lanes dx, Lanes dy, Lanes dz, Lanes r2) {
         const Lanes q = positive(1 - r2 * w.h2_inv), slope = load_lanes(weight + slot) * q * q, value = slope * q;
-        s.value += value;
-        s.dispersion += value * load_lanes(dispersion + slot);
-        s.gx += slope * dx;
-        s.gy += slope * dy;
-        s.gz += slope * dz;
-        s.cx += value * dx;
-        s.cy += value * dy;
-        s.cz += value * dz;
+        sums.value += value;
+        sums.dispersion += value * load_lanes(dispersion + slot);
+        sums.gx += slope * dx;
+        sums.gy += slope * dy;
+        sums.gz += slope * dz;
+        sums.cx += value * dx;
+        sums.cy += value * dy;
+        sums.cz += value * dz;
     });
-    sample.value = w.scale * sum_of(s.value);
-    Real apart = w.scale * sum_of(s.dispersion);
-    sample.gradient = 6 * w.scale * w.h2_inv * Vec3(sum_of(s.gx), sum_of(s.gy), sum_of(s.gz));
-    sample.centre = w.scale * Vec3(sum_of(s.cx), sum_of(s.cy), sum_of(s.cz));
+    sample.value = w.scale * sum_of(sums.value);
+    Real apart = w.scale * sum_of(sums.dispersion);
+    sample.gradient = 6 * w.scale * w.h2_inv * Vec3(sum_of(sums.gx), sum_of(sums.gy), sum_of(sums.gz));
+    sample.centre = w.scale * Vec3(sum_of(sums.cx), sum_of(sums.cy), sum_of(sums.cz));
     of->images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
         if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
         sample.near_wall = true;
@@ -117,8 +117,8 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
     });
     if (out == Vec3(0, 0, 0)) return pair;
     const bool lines = own != Vec3(0, 0, 0);
-    const Vec3 way = (lines ? own : out).normalized();
-    Vec3 beside = x + Real(0.5) * spacing * way;
+    const Vec3 direction = (lines ? own : out).normalized();
+    Vec3 beside = x + Real(0.5) * spacing * direction;
     pair.first = plane_from(beside);
     // Where another wall is nearer, the look-up is farther from that one, and in a corner from a third.
     for (int other = 0; lines && other < 2 && pair.first.normal.dot(n) > -kAcross; ++other) {

@@ -100,22 +100,21 @@ SurfaceReport update_mixed_surface(const EmbeddedSurface& embedded, Solids& soli
 
     take_temperatures(particles, setting.support, embedded, source, shown);
 
-    Particles matter = particles;  // the particles that have an animated surface
-    std::vector<Index> members;
+    std::vector<Index> members;  // the particles that have an animated surface
     for (Index k = 0; k < particles.size(); ++k) {
         const Index i = solids.element(particles.id[k]);
         const auto owner = i == kNone ? 0 : static_cast<std::size_t>(solids.elements.owner[i]);
         if (i != kNone && solids.bodies[owner].skin == Skin::embedded) continue;
         members.push_back(k);
         // Its surfels are already at their present places.
-        if (i != kNone && newly_melting[owner]) matter.surface_position[k] = matter.position[k];
+        if (i != kNone && newly_melting[owner]) particles.surface_position[k] = particles.position[k];
     }
-    keep_table_rows(matter, members);
     SurfaceReport report;
     if (!members.empty() || state.animated.size() > 0)
-        report = update_surface(state.animated, matter, setting, &state.zombies);
+        report = update_surface(state.animated, particles, setting, &state.zombies, &members);
+    else
+        particles.surface_position = particles.position;
     follow_refrozen(solids, particles, setting.support, state.animated, state.refrozen, state.zombies);
-    particles.surface_position = particles.position;
     for_each_pair(shown, state.animated,
                   [](auto& array, const auto& from) { array.insert(array.end(), from.begin(), from.end()); });
     shown.next_id = state.animated.next_id;

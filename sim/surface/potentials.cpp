@@ -68,8 +68,8 @@ void pack(Surroundings& around, const WorkingSurfels& all) {
     // The last entry pads runs: no normal agrees with zero.
     around.place[all.size()] = around.facing[all.size()] = {0, 0, 0, 0};
     parallel_for(all.size(), [&](std::size_t i) {
-        const Vec3 &s = all.position[i], &n = all.normal[i];
-        around.place[i] = {s.x(), s.y(), s.z(), 0};
+        const Vec3 &place = all.position[i], &n = all.normal[i];
+        around.place[i] = {place.x(), place.y(), place.z(), 0};
         around.facing[i] = {n.x(), n.y(), n.z(), 0};
     });
 }
@@ -152,7 +152,7 @@ struct IterationParams {
 /// Moves surfel i by a step, with `smooth` as f_smooth along the normal. Returns how far a point of its disc moves.
 Real step(const WorkingSurfels& all, Index i, const Pull& pull, Real smooth, Real smoothness,
           const IterationParams& iteration) {
-    Vec3 &s = all.position[i], &n = all.normal[i];
+    Vec3 &place = all.position[i], &n = all.normal[i];
     const Real radius = all.radius[i], most_lag = iteration.most_lag, damping = iteration.damping;
     const scene::Surface& k = iteration.params;
     const Real k_guide = Real(k.guide), k_attract = Real(k.attract) * smoothness,
@@ -172,7 +172,7 @@ Real step(const WorkingSurfels& all, Index i, const Pull& pull, Real smooth, Rea
     if (beyond > 0) tangent_force -= beyond * pull.towards;  // no neighbour pushes a surfel over the edge of its sheet
     const Vec3 move = damping * (n * normal_force + tangent_force) + pull.slide;
     const Vec3 old_n = n;
-    s += move;
+    place += move;
     const Vec3 turned = k_guide * pull.n_guide + k_smooth * pull.n_smooth + k_ext * pull.mould.outward;
     if (pull.coat)
         n = pull.n_guide;

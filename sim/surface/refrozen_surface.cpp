@@ -86,12 +86,16 @@ std::vector<std::int32_t> bound_owner(const Solids& solids, const Particles& par
         }
     PointGrid grid;
     grid.build(melted, support);
+    std::vector<std::pair<std::int32_t, std::int32_t>> bound;  // id and index of a body
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b)
+        if (solids.bodies[b].skin == Skin::rebound)
+            bound.emplace_back(solids.bodies[b].id, static_cast<std::int32_t>(b));
+    std::ranges::sort(bound);
     std::vector<std::int32_t> owner(animated.size(), -1);
     parallel_for(animated.size(), [&](std::size_t i) {
-        for (std::size_t b = 0; b < solids.bodies.size(); ++b)
-            if (solids.bodies[b].skin == Skin::rebound && solids.bodies[b].id == animated.body[i])
-                owner[i] = static_cast<std::int32_t>(b);
-        if (owner[i] < 0) return;
+        const auto found = std::ranges::lower_bound(bound, std::pair(animated.body[i], std::int32_t(0)));
+        if (found == bound.end() || found->first != animated.body[i]) return;
+        owner[i] = found->second;
         bool free = true;
         grid.for_each_neighbour(animated.surfels.position[i], support, [&](Index k, Real) {
             free = free && material[k] != solids.bodies[static_cast<std::size_t>(owner[i])].material;

@@ -263,16 +263,19 @@ Proposal beside_surfel(Index i, Surround around, const SurfaceState& surface, co
 /// A proposal on the surface nearest to a particle, where it is near and uncovered. The search goes outwards along the
 /// field's slope, or into the wall beside the particle. Solid particles propose only where a tear has laid them bare:
 /// the surface of a solid is its own, not the field's.
-Proposal over_particle(Index j, const Particles& particles, const LiquidShape& shape, const Cover& cover, Real radius) {
+Proposal over_particle(std::size_t member, const ParticleRows& particles, const LiquidShape& shape, const Cover& cover,
+                       Real radius) {
     constexpr Real kSurfaceFill = Real(0.85);  // outermost particles have about 0.7, the next layer 0.95
+    const Particles& all = particles.table();
+    const Index j = particles.row(member);
     Proposal p;
-    p.component = particles.material[j];
-    p.body = particles.body[j];
+    p.component = all.material[j];
+    p.body = all.body[j];
     p.radius = radius;
-    p.melt = particles.melt[j];
-    const Vec3& x = particles.position[j];
-    const WallPlane& wall = shape.points.particle_wall[j];
-    if (const Real distance = wall.distance(x); particles.melt[j] > 0 && distance > 0 && distance < shape.spacing) {
+    p.melt = all.melt[j];
+    const Vec3& x = all.position[j];
+    const WallPlane& wall = shape.points.particle_wall[member];
+    if (const Real distance = wall.distance(x); p.melt > 0 && distance > 0 && distance < shape.spacing) {
         p.position = x - wall.normal * (distance + shape.wall_depth());
         p.normal = -wall.normal;
         if (cover.covers(p, radius)) return p;
@@ -281,9 +284,9 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
         if (p.good) return p;
     }
     p.position = x;
-    if (shape.points.particle_fill[j] > kSurfaceFill) return p;
+    if (shape.points.particle_fill[member] > kSurfaceFill) return p;
     // Off the particle's centre: a lone particle has no slope there.
-    const Vec3& slope = shape.points.particle_slope[j];
+    const Vec3& slope = shape.points.particle_slope[member];
     p.normal = slope.norm() * shape.support > Real(1e-3) ? Vec3(-slope.normalized()) : Vec3(0, 0, 1);
     p.position += Real(0.5) * shape.spacing * p.normal;
     if (cover.covers(p, Real(0.8) * radius)) return p;  // most are, and need no closer look
@@ -292,7 +295,7 @@ Proposal over_particle(Index j, const Particles& particles, const LiquidShape& s
     if (!(at.gradient.squaredNorm() > square(kLeastSlope))) return p;
     p.normal = at.outward();
     fit(p, shape, radius);
-    p.good = !cover.covers(p, particles.melt[j] > 0 ? p.radius : std::max(p.radius, shape.spacing));
+    p.good = !cover.covers(p, p.melt > 0 ? p.radius : std::max(p.radius, shape.spacing));
     return p;
 }
 
@@ -397,8 +400,8 @@ std::size_t remove_lost_and_crowded(SurfaceState& surface, SurfelNotes& notes, R
 
 }  // namespace
 
-ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape, const Particles& particles,
-                        const scene::Surface& params) {
+ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape,
+                        const ParticleRows& particles, const scene::Surface& params) {
     constexpr std::size_t kGrain = 32;
     const Real full = Real(params.radius) * shape.spacing, per_radius = Real(params.support);
     ResampleReport report;
@@ -411,9 +414,7 @@ ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidS
     const bool listed_all = notes.lists.size() == now.size();
     Cover cover(surface, notes, 2 * full);
     std::vector<Proposal> proposals(particles.size());
-    const auto seed = [&](std::size_t j) {
-        proposals[j] = over_particle(static_cast<Index>(j), particles, shape, cover, full);
-    };
+    const auto seed = [&](std::size_t k) { proposals[k] = over_particle(k, particles, shape, cover, full); };
     parallel_for(particles.size(), seed, kGrain);
     accept(surface, notes, proposals, cover, full);
     // Only surfels with a new neighbour can have gained or lost a gap. In the first round that may be any.

@@ -46,7 +46,7 @@ struct ResampleReport {
 /// New surfels lie on the smooth surface of their neighbours, so that they do not pop, or on the iso-surface where they
 /// have too few. Between the two distances nothing changes: a surface at rest keeps its surfels. New ids follow the
 /// order of the surfels and particles that they come from.
-ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape, const Particles& particles,
-                        const scene::Surface& params);
+ResampleReport resample(SurfaceState& surface, SurfelNotes& notes, const LiquidShape& shape,
+                        const ParticleRows& particles, const scene::Surface& params);
 
 }  // namespace thixo

@@ -26,14 +26,16 @@ void sort_by_cell_and_id(SurfaceState& surface, Real support) {
 }
 
 /// b of every surfel: the normalised interpolation of the particles' (6.6.6).
-std::vector<Real> melt_of(const SurfaceState& surface, const Particles& particles,
+std::vector<Real> melt_of(const SurfaceState& surface, const ParticleRows& particles,
                           const std::vector<std::int32_t>& component, Real support) {
     std::vector<Real> melt(surface.size(), 1);
-    if (std::ranges::all_of(particles.melt, [](Real b) { return b == 1; })) return melt;
+    const Particles& p = particles.table();
+    bool all_liquid = true;
+    for (std::size_t k = 0; k < particles.size() && all_liquid; ++k) all_liquid = p.melt[particles.row(k)] == 1;
+    if (all_liquid) return melt;
     interpolate(
         surface.surfels.position, particles, support,
-        [&](std::size_t i, Index j) { return particles.material[j] == component[i]; },
-        [&](Index j) { return particles.melt[j]; },
+        [&](std::size_t i, Index j) { return p.material[j] == component[i]; }, [&](Index j) { return p.melt[j]; },
         [&](std::size_t i, double b) { melt[i] = std::min(static_cast<Real>(b), Real(1)); });
     return melt;
 }
@@ -61,7 +63,8 @@ void blend_with_solid(const SurfelCloud& displaced, SurfelCloud& cloud, SurfelNo
 }  // namespace
 
 SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const SurfaceSetting& setting,
-                             Zombies* zombies) {
+                             Zombies* zombies, const std::vector<Index>* members) {
+    const ParticleRows matter(particles, members);
     const Walls& walls = setting.walls;
     const scene::Surface& params = setting.params;
     const Real spacing = setting.spacing, support = setting.support;
@@ -75,14 +78,14 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
         lap = now;
     };
     SurfelNotes notes;
-    notes.component = components(surface, particles);
+    notes.component = components(surface, matter);
     notes.lost.assign(surface.size(), 0);
-    displace(surface, particles, notes.component, support, kLongestDisc * full_radius);
-    notes.melt = melt_of(surface, particles, notes.component, support);
-    if (zombies) displace_zombies(particles, support, *zombies);
+    displace(surface, matter, notes.component, support, kLongestDisc * full_radius);
+    notes.melt = melt_of(surface, matter, notes.component, support);
+    if (zombies) displace_zombies(matter, support, *zombies);
     book(report.seconds.displacing);
 
-    LiquidPoints points = gather_liquid(particles, walls, support);
+    LiquidPoints points = gather_liquid(matter, walls, support);
     set_colours(points, support);
     for (std::size_t c = 0; c < std::min(points.part.size(), surface.lift.size()); ++c)
         points.part[c].lift = surface.lift[c];
@@ -98,7 +101,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     });
     book(report.seconds.field);
     const auto refill = [&] {
-        const ResampleReport r = resample(surface, notes, shape, particles, params);
+        const ResampleReport r = resample(surface, notes, shape, matter, params);
         report.inserted += r.inserted;
         report.deleted += r.deleted;
         book(report.seconds.resampling);
@@ -120,13 +123,13 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
     book(report.seconds.fitting);
     const bool steady = 100 * (report.inserted + report.deleted) < surface.size();
-    hold_volume(surface, particles, notes, full_radius, spacing, steady);
+    hold_volume(surface, matter, notes, full_radius, spacing, steady);
     book(report.seconds.volume);
     if (zombies) {
         project_zombies(surface, notes.component, notes.melt, Real(params.support) * full_radius, *zombies);
         take_rest_of_zombies(*zombies, notes.component, notes.melt, support, surface);
     }
-    interpolate_attributes(surface, particles, notes.component, support);
+    interpolate_attributes(surface, matter, notes.component, support);
     sort_by_cell_and_id(surface, Real(params.support) * full_radius);
     particles.surface_position = particles.position;
     book(report.seconds.texture);

@@ -83,8 +83,9 @@ struct SurfaceSetting {
 
 /// Brings the surface up to date with the particles: displace, deform by the potentials, constrain, resample. The first
 /// call (no surfels yet) makes one surfel for each surface particle and refines. Sets particles.surface_position =
-/// position. Where matter has melted, `zombies` move with the surface and give surfels their m0.
+/// position. Where matter has melted, `zombies` move with the surface and give surfels their m0. With `members`, which
+/// ascend, the surface is that of these particles alone.
 SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const SurfaceSetting& setting,
-                             Zombies* zombies = nullptr);
+                             Zombies* zombies = nullptr, const std::vector<Index>* members = nullptr);
 
 }  // namespace thixo

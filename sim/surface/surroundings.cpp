@@ -72,13 +72,13 @@ void SurfelLists::build(const SurfelPlaces& surfels, const std::vector<Real>& ra
     grid_.build(surfels.position, per_radius * widest + margin);
     for (auto* a : {&nx_, &ny_, &nz_}) a->resize(n + PointGrid::kPadding, 0);
     component_.resize(n);
-    parallel_for(n, [&](std::size_t s) {
-        const Index i = grid_.index(static_cast<Index>(s));
+    parallel_for(n, [&](std::size_t slot) {
+        const Index i = grid_.index(static_cast<Index>(slot));
         const Vec3& normal = surfels.normal[i];
-        component_[s] = surfels.component[i];
-        nx_[s] = normal.x();
-        ny_[s] = normal.y();
-        nz_[s] = normal.z();
+        component_[slot] = surfels.component[i];
+        nx_[slot] = normal.x();
+        ny_[slot] = normal.y();
+        nz_[slot] = normal.z();
     });
     blocks_.resize((n + kBlock - 1) / kBlock);
     begin_.resize(n);

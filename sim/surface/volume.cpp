@@ -101,11 +101,12 @@ std::vector<double> volume_by_component(const UpToWalls& surface, const SurfelCl
 
 }  // namespace
 
-std::vector<std::int32_t> components(const SurfaceState& surface, const Particles& particles) {
+std::vector<std::int32_t> components(const SurfaceState& surface, const ParticleRows& particles) {
     std::vector<std::pair<std::int32_t, std::int32_t>> material_of;
-    for (std::size_t j = 0; j < particles.size(); ++j)
-        if (j == 0 || particles.body[j] != particles.body[j - 1])
-            material_of.emplace_back(particles.body[j], particles.material[j]);
+    const Particles& p = particles.table();
+    for (std::size_t k = 0; k < particles.size(); ++k)
+        if (const Index j = particles.row(k); k == 0 || p.body[j] != p.body[particles.row(k - 1)])
+            material_of.emplace_back(p.body[j], p.material[j]);
     std::sort(material_of.begin(), material_of.end());
     std::vector<std::int32_t> component(surface.size());
     parallel_for(surface.size(), [&](std::size_t i) {
@@ -126,7 +127,7 @@ std::vector<double> volume_by_component(const SurfaceState& surface, const std::
     return volume_by_component(up_to_the_walls(surface.surfels, wall_of), surface.surfels, component, radius);
 }
 
-double surface_volume(const SurfaceState& surface, const Particles& particles, const Walls& walls, Real radius) {
+double surface_volume(const SurfaceState& surface, const ParticleRows& particles, const Walls& walls, Real radius) {
     const auto volume = volume_by_component(surface, components(surface, particles), walls, radius);
     return std::accumulate(volume.begin(), volume.end(), 0.0);
 }
@@ -138,8 +139,8 @@ double matter_volume(const Particles& p, std::size_t j) {
     return b * unstrained + (1 - b) * std::clamp(now, 0.5 * unstrained, unstrained);
 }
 
-void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
-                 bool steady) {
+void hold_volume(SurfaceState& surface, const ParticleRows& particles, const SurfelNotes& notes, Real radius,
+                 Real spacing, bool steady) {
     if (steady && surface.unmeasured > 0) {
         --surface.unmeasured;
         return;
@@ -158,8 +159,9 @@ void hold_volume(SurfaceState& surface, const Particles& particles, const Surfel
     Real largest = 0;
     for (std::size_t c = 0; c < volume.size(); ++c) {
         const auto in_c = static_cast<std::int32_t>(c);
-        const double matter = parallel_sum(particles.size(), [&](std::size_t j) {
-            return particles.material[j] == in_c ? matter_volume(particles, j) : 0.0;
+        const double matter = parallel_sum(particles.size(), [&](std::size_t k) {
+            const Index j = particles.row(k);
+            return particles.table().material[j] == in_c ? matter_volume(particles.table(), j) : 0.0;
         });
         const auto area_of = [&](const std::vector<Real>& part) {
             return parallel_sum(component.size(), [&](std::size_t i) {

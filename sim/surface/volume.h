@@ -10,7 +10,7 @@ namespace thixo {
 
 /// The component of every surfel: the material of its body, so that liquids of one material join where they meet. A
 /// body without particles has component -1, which no particle has.
-std::vector<std::int32_t> components(const SurfaceState& surface, const Particles& particles);
+std::vector<std::int32_t> components(const SurfaceState& surface, const ParticleRows& particles);
 
 /// Volume [m^3] that the surfels of each component enclose, up to the walls. The coat reaches a little into the walls,
 /// so that no film of air is visible there; that part does not count. `radius` r_s of a full surfel [m]. Throws
@@ -19,7 +19,7 @@ std::vector<double> volume_by_component(const SurfaceState& surface, const std::
                                         const Walls& walls, Real radius);
 
 /// The sum of that.
-double surface_volume(const SurfaceState& surface, const Particles& particles, const Walls& walls, Real radius);
+double surface_volume(const SurfaceState& surface, const ParticleRows& particles, const Walls& walls, Real radius);
 
 /// Volume of a particle's matter [m^3]. A liquid's is its rest volume: its compression is the solver's error. A solid's
 /// is its compressed volume: otherwise the surface of the body's molten part would swell instead. A density below the
@@ -36,7 +36,7 @@ double matter_volume(const Particles& particles, std::size_t j);
 /// and shrink. V_particles is the sum of matter_volume. With `steady`, the surface has hardly changed: after a very
 /// small step the next three updates are skipped. A volume that is wrong by more than 15 % belongs to an open surface,
 /// and changes nothing.
-void hold_volume(SurfaceState& surface, const Particles& particles, const SurfelNotes& notes, Real radius, Real spacing,
-                 bool steady);
+void hold_volume(SurfaceState& surface, const ParticleRows& particles, const SurfelNotes& notes, Real radius,
+                 Real spacing, bool steady);
 
 }  // namespace thixo

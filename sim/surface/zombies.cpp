@@ -61,7 +61,7 @@ void add_zombie(const SurfelCloud& cloud, std::size_t i, const Vec3& rest, std::
     zombies.body.push_back(body);
 }
 
-void displace_zombies(const Particles& particles, Real support, Zombies& zombies) {
+void displace_zombies(const ParticleRows& particles, Real support, Zombies& zombies) {
     if (zombies.size() == 0) return;
     for_each_motion(zombies.position, particles, zombies.component, support, kLevel,
                     [&](std::size_t i, const LocalMotion& motion) {

@@ -1,6 +1,7 @@
 // Zombies: copies of surfels that carry the texture of a melting body. Dissertation 6.6.4 (Pauly et al. 2003).
 #pragma once
 
+#include "sim/state/particle_rows.h"
 #include "sim/surface/surface.h"
 
 namespace thixo {
@@ -30,7 +31,7 @@ void add_zombie(const SurfelCloud& cloud, std::size_t i, const Vec3& rest, std::
                 Zombies& zombies);
 
 /// Step 1 for zombies: `displace` does the same for surfels. Requires particles.surface_position of the last update.
-void displace_zombies(const Particles& particles, Real support, Zombies& zombies);
+void displace_zombies(const ParticleRows& particles, Real support, Zombies& zombies);
 
 /// Brings zombies back to within d, three tenths of `support`, of the present surface: F = 0 of the surfels of their
 /// component and side. One step along the normal n moves them as far as the matter there has melted:

@@ -20,7 +20,6 @@ MOST_LINES = 60
 MOST_FILES = 3  # that exist before; what is generated does not count
 GENERATED = {"docs/scene.md", "docs/scene.schema.json"}
 FILE = re.compile(r"^--- (\S+)\n\+\+\+ (\S+)\n", re.M)
-HUNK = re.compile(r"^@@ -(\d+)(?:,\d+)? \+(\d+)(?:,\d+)? @@\n", re.M)
 
 
 class Example:
@@ -41,23 +40,6 @@ def examples(text):
     return [e for e in map(Example, parts[1::2], parts[2::2]) if e.diff]
 
 
-def with_counts(diff):
-    """The diff as git reads it: file headers of its own form, and hunks that state how many lines they have."""
-    out = []
-    files = FILE.split(diff)
-    for old, new, body in zip(files[1::3], files[2::3], files[3::3]):
-        path = new.removeprefix("b/")
-        out.append(f"diff --git a/{path} b/{path}\n" + ("new file mode 100644\n" if old == "/dev/null" else "") + f"--- {old}\n+++ {new}\n")
-        hunks = HUNK.split(body)
-        for begin, end, lines in zip(hunks[1::3], hunks[2::3], hunks[3::3]):
-            marks = [line[:1] for line in lines.splitlines()]
-            before, after = (sum(mark != other for mark in marks) for other in "+-")
-            # Git holds a hunk that says line 1 to the file's beginning; all others it looks for.
-            first = max(int(begin), 2) if before else 0
-            out.append(f"@@ -{first},{before} +{end},{after} @@\n{lines}")
-    return "".join(out)
-
-
 def copy_of_repository(to):
     for name in source_rules.repository_files():
         target = to / name
@@ -66,9 +48,9 @@ def copy_of_repository(to):
 
 
 def apply(diff, folder):
-    """git's complaint; empty where the diff applies."""
+    """git's complaint about the diff as it stands on the page; empty where it applies."""
     # A context of one line is enough: comments may change beside it.
-    done = subprocess.run(["git", "apply", "-C1", "-"], cwd=folder, input=with_counts(diff), text=True, capture_output=True, check=False,
+    done = subprocess.run(["git", "apply", "-C1", "-"], cwd=folder, input=diff, text=True, capture_output=True, check=False,
                           env={**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.parent)})
     return done.stderr if done.returncode else ""
 
@@ -109,12 +91,11 @@ class Extending(unittest.TestCase):
                     self.assertEqual("", apply(example.diff, folder))
 
     def test_the_rules_see_what_is_wrong(self):
-        text = "## A force\n```diff\n--- a/x\n+++ b/x\n@@ -1 +1 @@\n one\n+two\n three\n--- /dev/null\n+++ b/y\n@@ -0,0 +1 @@\n+new\n```\n## Words\nno diff\n"
+        text = ("## A force\n```diff\n--- a/x\n+++ b/x\n@@ -2,2 +2,3 @@\n one\n+two\n three\n"
+                "--- /dev/null\n+++ b/y\n@@ -0,0 +1 @@\n+new\n```\n## Words\nno diff\n")
         found = examples(text)
         self.assertEqual(["A force"], [e.title for e in found])
         self.assertEqual({"x"}, found[0].existing_files())
-        self.assertIn("@@ -2,2 +1,3 @@\n one", with_counts(found[0].diff))
-        self.assertIn("@@ -0,0 +1,1 @@\n+new", with_counts(found[0].diff))
         with tempfile.TemporaryDirectory() as scratch:
             folder = pathlib.Path(scratch) / "tree"
             folder.mkdir()
@@ -124,6 +105,8 @@ class Extending(unittest.TestCase):
             self.assertEqual("new\n", (folder / "y").read_text())
             (folder / "x").write_text("zero\n")
             self.assertIn("x", apply(found[0].diff, folder))
+            (folder / "x").write_text("zero\none\nthree\n")
+            self.assertIn("corrupt patch", apply(found[0].diff.replace("-2,2 +2,3", "-2,4 +2,5"), folder))
 
 
 def run(command, folder, **settings):

@@ -73,7 +73,8 @@ RUNS = {
     "viscosity": Run("viscosity_bench", "viscous_step/1000"),
     "elastic": Run("solids_bench", "elastic_sub_step/1/30000|bare_sweep/30000|embedded_surface"),
     "cantilever": Run("solids_bench", "cantilever/6/5/30000/2", repetitions=1),
-    "contact": Run("contact_bench", "contact"),
+    "contact": Run("contact_bench", "contact/|contact_surface"),
+    "many bodies": Run("contact_bench", "contact_of_many", repetitions=1),
     "surface": Run("surface_bench", "glass_update/1/|pool_update|splash_update"),
     "geometry": Run("geometry_bench", "."),
     "cache": Run("cache_bench", "."),
@@ -164,6 +165,10 @@ FIGURES = [
            "the elastic sub-steps"),
     Figure("contact surface of two bodies", "contact", "surfels", counter("contact_surface/1", "surfels"), counter("contact_surface/1", "over_apart"),
            "the same surfaces apart"),
+    *[Figure(f"contact of {n} bodies, {what}", "many bodies", "us a body", counter(f"contact_of_many/{block}", key),
+             counter(f"contact_of_many/{block}", ratio), "30 bodies, by body", "1.5", ratio_at_most(1.5))
+      for n, block in ((300, "10/6/5"), (1000, "10/10/10"))
+      for what, key, ratio in (("forces", "us_per_body", "over_30"), ("surface", "surface_us_per_body", "surface_over_30"))],
     *[Figure(f"animated surface, {what}", "surface", "us a surfel", counter(name, "us_per_surfel"), inverse(counter(name, "times_published")),
              "dissertation, 6.7", "1/50", ratio_at_most(1 / 50))
       for name, what in (("glass_update/1", "poured into a glass"), ("pool_update", "a pool"), ("splash_update", "a splash"))],

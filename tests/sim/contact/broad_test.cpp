@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "pipeline/base/random.h"
 
 namespace thixo {
@@ -28,6 +30,21 @@ TEST(BroadPhase, FindsThePairsThatATestOfAllFinds) {
                     all.emplace_back(a, b);
         EXPECT_EQ(touching_pairs(boxes), all);
     }
+}
+
+TEST(BroadPhase, ListsThePartnersOfEachBoxInOrder) {
+    std::vector<Box3> boxes;
+    for (std::uint64_t k = 0; k < 200; ++k) boxes.push_back(random_box(k, 1, 0.3));
+    const auto pairs = touching_pairs(boxes);
+    const Partners partners = touching_partners(boxes);
+    ASSERT_EQ(partners.partner.size(), 2 * pairs.size());
+    for (std::int32_t k = 0; k < 200; ++k) {
+        const auto of = partners.of(static_cast<std::size_t>(k));
+        EXPECT_TRUE(std::ranges::is_sorted(of));
+        for (const std::int32_t other : of)
+            EXPECT_TRUE(std::ranges::binary_search(pairs, std::pair(std::min(k, other), std::max(k, other))));
+    }
+    EXPECT_TRUE(touching_partners({}).partner.empty());
 }
 
 }  // namespace

@@ -50,7 +50,8 @@ TEST(CrackTree, NoSegmentSlipsThroughASheet) {
             const double u = unit(k, use);
             return static_cast<Real>(exact ? std::floor(u * 19 + 1) / 20 : 0.01 + 0.98 * u);
         };
-        const Vec3 a(coordinate(1), coordinate(2), 1), b(exact ? a.x() : coordinate(3), exact ? a.y() : coordinate(4), -1);
+        const Vec3 a(coordinate(1), coordinate(2), 1),
+            b(exact ? a.x() : coordinate(3), exact ? a.y() : coordinate(4), -1);
         int crossings = 0;
         tree.for_each_crossing(a, b, [&](Index, const Vec3&) { ++crossings; });
         ASSERT_GE(crossings, 1) << "segment " << k;
@@ -87,7 +88,8 @@ TEST(CrackTree, TheNearestTriangleIsNearest) {
         ASSERT_TRUE(near.has_value());
         Real least = 2;
         for (Index row = 1; row < cracks.triangles.size(); row += 2)
-            if (const auto one = CrackTree(cracks, std::array{row}).nearest(x, 2, odd)) least = std::min(least, one->distance);
+            if (const auto one = CrackTree(cracks, std::array{row}).nearest(x, 2, odd))
+                least = std::min(least, one->distance);
         EXPECT_EQ(near->distance, least);
         EXPECT_EQ(near->triangle % 2, 1u);
         EXPECT_FALSE(tree.nearest(x, near->distance, odd).has_value()) << "closer than the reach, or none";

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/base/error.h"
 #include "pipeline/geometry/shapes.h"
 #include "sim/bonds/members.h"
 #include "sim/bonds/weights.h"
@@ -154,6 +155,49 @@ TEST(Fragments, StandInTheFrameWithIdParentAndSource) {
     std::vector<std::int64_t> ids = s.surface.id;
     std::ranges::sort(ids);
     EXPECT_EQ(std::ranges::adjacent_find(ids), ids.end()) << "ids of surfels are unique";
+}
+
+TEST(Fragments, ANewFaceHasTheTemperatureOfItsOwnBody) {
+    scene::Scene scene = block_scene();
+    scene.bodies.push_back(scene.bodies[0]);
+    scene.bodies[0].temperature = 20;
+    scene.bodies[1].name = "hot";
+    scene.bodies[1].shape.translate = {0.5, 0, 0};
+    scene.bodies[1].temperature = 80;
+    Simulation s = make_simulation(scene);
+    fixture::steps(s, 2, 1e-3);
+    const std::size_t before = s.embedded.size();
+    const std::size_t part = cut_body(1, plane(Vec3d(1, 0, 0), 0.5), matter_of(s));
+    ASSERT_GT(s.embedded.size(), before + 20) << "both sides of the cut have surfels";
+    for (std::size_t i = before; i < s.embedded.size(); ++i) EXPECT_EQ(s.embedded.temperature[i], 80);
+    refresh_surface(s);
+    const std::int32_t cold = s.solids.bodies[0].id, hot = s.solids.bodies[1].id, cut = s.solids.bodies[part].id;
+    for (std::size_t i = 0; i < s.surface.size(); ++i) {
+        ASSERT_TRUE(s.surface.body[i] == cold || s.surface.body[i] == hot || s.surface.body[i] == cut);
+        EXPECT_EQ(s.surface.temperature[i], s.surface.body[i] == cold ? 20 : 80);
+    }
+}
+
+TEST(Fragments, ASplitThatLeavesASideEmptyIsRefusedAndChangesNothing) {
+    Simulation s = make_simulation(block_scene());
+    fixture::steps(s, 2, 1e-3);
+    const std::string before = print_checkpoint(s, "hash");
+    const auto nothing = [](const Vec3&) { return false; };
+    const auto all = [](const Vec3&) { return true; };
+    EXPECT_THROW(split_body(0, nothing, matter_of(s)), InputError);
+    EXPECT_THROW(split_body(0, all, matter_of(s)), InputError);
+    // A plane that misses the block on either side.
+    EXPECT_THROW(cut_body(0, plane(Vec3d(1, 0, 0), -1), matter_of(s)), InputError);
+    EXPECT_THROW(cut_body(0, plane(Vec3d(1, 0, 0), 1), matter_of(s)), InputError);
+    EXPECT_EQ(s.solids.bodies.size(), 1u);
+    EXPECT_TRUE(print_checkpoint(s, "hash") == before);
+    fixture::steps(s, 2, 1e-3);
+
+    scene::Scene bare = block_scene();
+    bare.surface.enabled = false;
+    Simulation without = make_simulation(bare);
+    fixture::steps(without, 2, 1e-3);
+    EXPECT_THROW(cut_body(0, left_half(), matter_of(without)), InputError);
 }
 
 TEST(Fragments, AnElementAddedInMidRunBelongsToItsBody) {

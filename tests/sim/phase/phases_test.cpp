@@ -8,6 +8,7 @@
 #include <map>
 
 #include "pipeline/base/parallel.h"
+#include "sim/bonds/weights.h"
 #include "sim/loop/coupling.h"
 #include "sim/stage/checkpoint.h"
 #include "tests/sim/fixture.h"
@@ -464,6 +465,45 @@ TEST(Flowing, AViscoelasticJetHangsTogetherAndKeepsMomentum) {
     for (int k = 0; k < 6; ++k) advance_frame(s);
     EXPECT_LT((fixture::momentum(s.particles) - before).norm(), 1e-5 * fixture::motion(s.particles));
     for (const Phase phase : s.particles.phase) EXPECT_EQ(phase, Phase::viscoelastic);
+}
+
+TEST(Refrozen, BondsThatPersistKeepTheirVisibility) {
+    // A cracked block of rubber beside one of wax. When the wax has frozen in another shape, the neighbours of all
+    // bodies are found anew: the crack stays.
+    scene::Scene scene = fixture::empty_space();
+    scene.materials = {wax(), rubber()};
+    scene.bodies = {of(fixture::body("cracked", box({0, 0, 0}, {0.06, 0.05, 0.05})), "rubber"),
+                    of(fixture::body("frozen", box({0.2, 0, 0}, {0.05, 0.05, 0.05})), "wax")};
+    Simulation s = make_simulation(scene);
+    Elements& e = s.solids.elements;
+    const auto across = [&](Index i, Index j) {
+        return e.owner[i] == 0 && e.owner[j] == 0 && (e.rest[i].x < 0) != (e.rest[j].x < 0);
+    };
+    set_visibility(e, [&](Index i, Index j) { return across(i, j) ? Real(0.25) : Real(1); });
+    const std::vector<Real> weight = e.bonds.weight;
+    SolidBody& frozen = s.solids.bodies[1];
+    frozen.refrozen = true;
+    frozen.shape.reset();
+    // Its first and last element are close in the new shape: they have a new bond.
+    const Index first = frozen.elements.front(), last = frozen.elements.back();
+    e.rest[last] = quad(xyz(e.rest[first]) + Vec3(Real(0.005), 0, 0));
+    find_refrozen_neighbours(s.solids);
+
+    ASSERT_EQ(e.bonds.visibility.size(), e.bonds.neighbour.size());
+    std::size_t hidden = 0, made = 0;
+    for (Index i = 0; i < e.size(); ++i)
+        for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+            const Index j = e.bonds.neighbour[k];
+            if (j == i) continue;
+            const Real expected = across(i, j) ? Real(0.25) : Real(1);
+            EXPECT_EQ(e.bonds.visibility[k], expected);
+            EXPECT_EQ(e.bonds.weight[k], expected * e.bonds.base[k]);
+            hidden += expected < 1 ? 1 : 0;
+            made += i == first && j == last ? 1 : 0;
+            if (e.owner[i] == 0) EXPECT_EQ(e.bonds.weight[k], weight[k]) << "a body that has not changed";
+        }
+    EXPECT_GT(hidden, 100u);
+    EXPECT_EQ(made, 1u);
 }
 
 }  // namespace

@@ -7,16 +7,24 @@
 namespace thixo {
 namespace {
 
-constexpr Real kOut = Real(0.3);   // rows: how far outside of the body an end stands
-constexpr Real kSnap = Real(1.5);  // rows: between two sheets nearer than this there is hardly an element
+constexpr Real kOut = Real(0.3);    // rows: how far outside of the body an end stands
+constexpr Real kOver = Real(0.15);  // rows: how far beyond another sheet an end stands
+constexpr Real kSnap = Real(1.5);   // rows: between two sheets nearer than this there is hardly an element
 
 bool belongs(const CrackFront& front, const Breaking& breaking, const Cracks& cracks) {
     return cracks.cracks[static_cast<std::size_t>(front.crack)].source == breaking.source;
 }
 
-/// Puts a place outside of the body onto the level at which ends stand.
-Vec3 at_end_level(const Breaking& breaking, const Vec3& m) {
-    return m + (kOut * breaking.row - breaking.distance(m)) * breaking.outward(m);
+/// The normal of the sheet at node i of a front; zero where it has none.
+Vec3 sheet_normal(const CrackFront& front, std::size_t i) {
+    const std::size_t n = front.nodes.size();
+    const std::size_t next = i + 1 < n      ? i + 1
+                             : front.closed ? 0
+                                            : i,
+                      before = i > 0          ? i - 1
+                               : front.closed ? n - 1
+                                              : 0;
+    return front.nodes[i].heading.cross(front.nodes[next].tip() - front.nodes[before].tip()).normalized();
 }
 
 /// Whether a triangle is of the sheet just behind a node: it does not count as another sheet.
@@ -25,7 +33,22 @@ bool own_row(const Cracks& cracks, std::int32_t crack, Index triangle, Real row)
     return t.crack[triangle] == crack && t.behind[triangle] < Real(2.5) * row;
 }
 
-/// Ends a node that crosses a sheet of an earlier row, or comes near one.
+/// Whether a node runs towards a triangle.
+bool is_ahead(const CrackNode& node, Index triangle, const Cracks& cracks) {
+    const CrackTriangles& t = cracks.triangles;
+    const Vec3 middle =
+        (cracks.vertex[t.a[triangle]] + cracks.vertex[t.b[triangle]] + cracks.vertex[t.c[triangle]]) / 3;
+    return (middle - node.place).dot(node.heading) > 0;
+}
+
+/// The place `on`, or a little beyond it as seen from x.
+Vec3 beyond(const Vec3& x, const Vec3& on, Real by) {
+    const Vec3 way = on - x;
+    const Real length = way.norm();
+    return length > by ? Vec3(on + by / length * way) : on;
+}
+
+/// Ends a node that crosses a sheet of an earlier row, or has come near one.
 void meet_sheets(const CrackedMatter& matter, const CrackFront& front, CrackNode& node, Vec3& to,
                  const Cracks& cracks) {
     const Breaking& breaking = matter.breaking();
@@ -33,18 +56,29 @@ void meet_sheets(const CrackedMatter& matter, const CrackFront& front, CrackNode
     const Real length = way.norm();
     if (!(length > 0)) return;
     const auto other = [&](Index k) { return !own_row(cracks, front.crack, k, breaking.row); };
+    const auto ahead = [&](Index k) { return other(k) && is_ahead(node, k, cracks); };
     Real nearest = 2 * length;
-    matter.sheets().for_each_crossing(node.place, to + kOut * breaking.row / length * way,
+    matter.sheets().for_each_crossing(node.place, to + kOver * breaking.row / length * way,
                                       [&](Index k, const Vec3& at) {
                                           if (other(k)) nearest = std::min(nearest, (at - node.place).norm());
                                       });
     if (nearest < 2 * length) {
-        to = node.place + (nearest + kOut * breaking.row) / length * way;
+        to = node.place + (nearest + kOver * breaking.row) / length * way;
         node.state = NodeState::met;
-    } else if (const auto near = matter.sheets().nearest(to, kSnap * breaking.row, other)) {
-        to = near->place;
+    } else if (const auto near = matter.sheets().nearest(node.place, kSnap * breaking.row, ahead)) {
+        to = beyond(node.place, near->place, kOver * breaking.row);
         node.state = NodeState::met;
     }
+}
+
+/// Ends at other sheets stay there when the front beside them goes on.
+void stay_met(const CrackedMatter& matter, const CrackFront& front, const CrackNode& node, Vec3& to,
+              const Cracks& cracks) {
+    const Breaking& breaking = matter.breaking();
+    if (to == node.place) return;
+    const auto other = [&](Index k) { return !own_row(cracks, front.crack, k, breaking.row); };
+    if (const auto near = matter.sheets().nearest(to, 3 * breaking.row, other))
+        to = beyond(to, near->place, kOver * breaking.row);
 }
 
 struct Rank {
@@ -59,7 +93,7 @@ std::size_t apart(const CrackFront& front, std::size_t i, std::size_t k) {
 
 void meet_fronts(const Breaking& breaking, const std::vector<std::size_t>& which, std::vector<std::vector<Vec3>>& to,
                  Cracks& cracks) {
-    constexpr Real kMeet = Real(0.75);  // rows
+    constexpr Real kMeet = Real(1.5);  // rows: each may go one before they are compared again
     std::vector<Rank> ranks;
     for (std::size_t w = 0; w < which.size(); ++w)
         for (std::size_t i = 0; i < to[w].size(); ++i) ranks.push_back({w, i});
@@ -173,19 +207,39 @@ void take_out_nodes(CrackFront& front, const Breaking& breaking, Cracks& cracks)
 
 }  // namespace
 
+Vec3 at_end_level(const Breaking& breaking, const Vec3& normal, const Vec3& m) {
+    Vec3 place = m;
+    for (int k = 0; k < 3; ++k) {  // Newton's method: distances bend at edges
+        const Vec3 outward = breaking.outward(place);
+        Vec3 way = outward;
+        if (normal.allFinite()) way -= normal.dot(outward) * normal;
+        if (way.norm() < Real(0.3)) way = outward;  // the crack runs along the surface
+        way.normalize();
+        place += (kOut * breaking.row - breaking.distance(place)) / way.dot(outward) * way;
+    }
+    // At a corner the plane may not reach the level near by.
+    const Real off = breaking.distance(place) - kOut * breaking.row;
+    return std::abs(off) < kOut / 2 * breaking.row ? place : Vec3(place - off * breaking.outward(place));
+}
+
 void meet(const CrackedMatter& matter, const std::vector<std::size_t>& which, std::vector<std::vector<Vec3>>& to,
           Cracks& cracks) {
     const Breaking& breaking = matter.breaking();
+    meet_fronts(breaking, which, to, cracks);
     for (std::size_t w = 0; w < which.size(); ++w) {
         CrackFront& front = cracks.fronts[which[w]];
         for (std::size_t i = 0; i < front.nodes.size(); ++i) {
             CrackNode& node = front.nodes[i];
-            if (node.state == NodeState::inside) meet_sheets(matter, front, node, to[w][i], cracks);
-            if (node.state == NodeState::inside && breaking.distance(to[w][i]) > 0) node.state = NodeState::surface;
-            if (node.state == NodeState::surface && to[w][i] != node.place) to[w][i] = at_end_level(breaking, to[w][i]);
+            if (node.state == NodeState::met)
+                stay_met(matter, front, node, to[w][i], cracks);
+            else
+                meet_sheets(matter, front, node, to[w][i], cracks);
+            const bool outside = breaking.distance(to[w][i]) > 0;
+            if (node.state == NodeState::inside && outside) node.state = NodeState::surface;
+            if (to[w][i] != node.place && (node.state == NodeState::surface || outside))
+                to[w][i] = at_end_level(breaking, sheet_normal(front, i), to[w][i]);
         }
     }
-    meet_fronts(breaking, which, to, cracks);
 }
 
 void split_fronts(const Breaking& breaking, Cracks& cracks) {

@@ -7,12 +7,16 @@ namespace thixo {
 
 /// Marks nodes that a row takes out of the body, onto another sheet, or onto an oncoming part of a front. `to` are the
 /// new places of all nodes of the fronts `which`, by front; nodes that meet are moved together.
-/// - Left the body: the node ends on the surface, a third of a row outside.
+/// - Two nodes that are no neighbours and run against each other, nearer than one and a half rows: both end, at the mean
+///   of their places.
 /// - Crossed another sheet: it ends a little beyond. Came within one and a half rows of one: it ends on that sheet.
-/// - Two nodes that are no neighbours and run against each other, nearer than three quarters of a row: both end, at the
-///   mean of their places.
+/// - Left the body: the node ends on the surface, a third of a row outside.
 void meet(const CrackedMatter& matter, const std::vector<std::size_t>& which, std::vector<std::vector<Vec3>>& to,
           Cracks& cracks);
+
+/// A place near m on the level at which ends stand: a third of a row outside of the body. It is reached within the plane
+/// of this normal, or straight outwards where that plane lies along the surface.
+Vec3 at_end_level(const Breaking& breaking, const Vec3& normal, const Vec3& m);
 
 /// Splits fronts where nodes have ended: each run of nodes inside becomes a front of its own, with the ended nodes
 /// beside it as its ends. Fronts without a node inside terminate; so do closed ones that have shrunk to a row's length.

@@ -29,7 +29,7 @@ void see_matter(const Solids& solids, CrackScratch& scratch) {
 bool part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     follow_fronts(solids.breaking, solids.cracks);
     for (const CrackedMatter& matter : scratch.matter) find_crossings(matter, solids.elements, first, solids.cracks);
-    return weaken_bonds(weak_bonds(solids.breaking, solids.elements, solids.cracks), solids.elements);
+    return weaken_bonds(weak_bonds(solids.breaking, solids.elements, scratch.tension, solids.cracks), solids.elements);
 }
 
 std::size_t make_fragments(const Matter& matter) {
@@ -70,13 +70,14 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
     cracks.step = 1e30;
     if (solids.breaking.empty()) return report;
     find_stress(solids, scratch.stress);
+    find_tension(solids.elements, scratch.stress, scratch.tension);
     see_matter(solids, scratch);
     const auto first = static_cast<Index>(cracks.triangles.size());
     const std::size_t before = cracks.cracks.size();
     for (const CrackedMatter& own : scratch.matter) {
         PointGrid gaps;
         gaps.build(gaping_places(solids, own.breaking().source), 2 * own.breaking().row);
-        const FrontStep now{own, scratch.stress, gaps, dt};
+        const FrontStep now{own, scratch.stress, scratch.tension, gaps, dt};
         const Real load = begin_cracks(now, matter.seed, step, solids.elements, cracks);
         const Real fastest = move_fronts(now, cracks);
         if (row_is_due(own.breaking(), cracks)) {

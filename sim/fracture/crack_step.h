@@ -18,6 +18,7 @@ struct CrackReport {
 /// have grown or elements have changed.
 struct CrackScratch {
     std::vector<Symmetric> stress;
+    std::vector<Tension> tension;
     std::vector<CrackedMatter> matter;
     std::size_t triangles = 0, elements = 0;  // when it was made
 };

@@ -144,12 +144,11 @@ std::size_t begin_crack(const Vec3& m, const Vec3& axis, const Breaking& breakin
     if (at_surface) {
         // To the surface, within the plane of the crack.
         const Vec3 top = m - depth / std::max(in.dot(inward), Real(0.5)) * in;
-        const Vec3 out = -Real(0.3) * row * in;
-        CrackFront front = new_front(crack, false,
-                                     {{top + row * side + out, NodeState::surface},
-                                      {top + row * in, NodeState::inside},
-                                      {top - row * side + out, NodeState::surface}},
-                                     top, cracks);
+        const auto end = [&](Real way) { return at_end_level(breaking, axis, top + way * side); };
+        CrackFront front = new_front(
+            crack, false,
+            {{end(row), NodeState::surface}, {top + row * in, NodeState::inside}, {end(-row), NodeState::surface}}, top,
+            cracks);
         front.nodes[0].heading = side;
         front.nodes[2].heading = -side;
         const Index v = front.nodes[0].vertex;
@@ -172,40 +171,26 @@ std::size_t begin_crack(const Vec3& m, const Vec3& axis, const Breaking& breakin
 Real begin_cracks(const FrontStep& step, std::uint64_t seed, std::uint64_t number, const Elements& e, Cracks& cracks) {
     const CrackedMatter& matter = step.matter;
     const Breaking& breaking = matter.breaking();
-    struct Candidate {
-        Real load;  // tension over strength
-        Index element;
-        Vec3 axis;
-    };
-    std::vector<Real> load(matter.elements().size(), 0);
-    std::vector<Vec3> axis(load.size(), Vec3::Zero());
-    parallel_for(load.size(), [&](std::size_t k) {
-        const Index i = matter.elements()[k];
-        // The norm bounds the largest eigenvalue.
-        if (!(norm(step.stress[i]) > e.strength[i] / 2)) return;
-        const Tension tension = largest_tension(step.stress[i]);
-        load[k] = tension.value / e.strength[i];
-        axis[k] = tension.axis;
-    });
+    const auto load = [&](Index i) { return step.tension[i].value / e.strength[i]; };
     Real largest = 0;
-    std::vector<Candidate> candidates;
-    for (std::size_t k = 0; k < load.size(); ++k) {
-        largest = std::max(largest, load[k]);
-        if (load[k] > 1) candidates.push_back({load[k], matter.elements()[k], axis[k]});
+    std::vector<Index> candidates;
+    for (const Index i : matter.elements()) {
+        largest = std::max(largest, load(i));
+        if (load(i) > 1) candidates.push_back(i);
     }
-    std::ranges::sort(candidates, [&](const Candidate& a, const Candidate& b) {
-        return std::pair(-a.load, e.id[a.element]) < std::pair(-b.load, e.id[b.element]);
-    });
+    std::ranges::sort(candidates,
+                      [&](Index a, Index b) { return std::pair(-load(a), e.id[a]) < std::pair(-load(b), e.id[b]); });
     std::vector<Vec3> begun;
     constexpr Real kNear = 1, kNearNew = 2;  // supports
-    for (const Candidate& c : candidates) {
-        const Vec3 m = xyz(e.rest[c.element]);
+    for (const Index i : candidates) {
+        const Vec3 m = xyz(e.rest[i]);
         if (std::ranges::any_of(begun, [&](const Vec3& b) { return (b - m).norm() < kNearNew * breaking.support; }))
             continue;
         if (matter.sheets().nearest(m, kNear * breaking.support, [](Index) { return true; })) continue;
-        const double u = 2 * random_unit(seed, static_cast<std::uint64_t>(e.id[c.element]), number, kOffset) - 1;
+        const double u = 2 * random_unit(seed, static_cast<std::uint64_t>(e.id[i]), number, kOffset) - 1;
         const Real off = static_cast<Real>(u < 0 ? u * 0.3 - 0.1 : u * 0.3 + 0.1) * breaking.width;
-        begin_crack(m + off * c.axis, c.axis, breaking, cracks);
+        const Vec3& axis = step.tension[i].axis;
+        begin_crack(m + off * axis, axis, breaking, cracks);
         begun.push_back(m);
     }
     return largest;

@@ -9,6 +9,7 @@ namespace thixo {
 struct FrontStep {
     const CrackedMatter& matter;
     const std::vector<Symmetric>& stress;  // of elements [Pa]
+    const std::vector<Tension>& tension;   // of elements (find_tension)
     const PointGrid& gaping;               // places where the crack gapes (gaping_places)
     double dt;                             // [s]
 };

@@ -111,15 +111,21 @@ std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source) {
     return places;
 }
 
-std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& e, Cracks& cracks) {
+std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& e,
+                                 const std::vector<Tension>& tension, Cracks& cracks) {
+    constexpr Real kOverload = 3;
+    const auto overloaded = [&](Index i) { return !tension.empty() && tension[i].value > kOverload * e.strength[i]; };
     BondCrossings& crossings = cracks.crossings;
     std::vector<WeakBond> weak(crossings.size());
     parallel_for(weak.size(), [&](std::size_t k) {
         const Index i = crossings.first[k], j = crossings.second[k], triangle = crossings.triangle[k];
         const Real r = (xyz(e.rest[j]) - xyz(e.rest[i])).norm(), h = (e.support[i] + e.support[j]) / 2;
-        weak[k] = {
-            i, j,
-            transparency(r / h, cracks.triangles.behind[triangle], breaking_of(breaking, cracks, triangle).opaque)};
+        if (overloaded(i) || overloaded(j))
+            weak[k] = {i, j, 0};
+        else
+            weak[k] = {
+                i, j,
+                transparency(r / h, cracks.triangles.behind[triangle], breaking_of(breaking, cracks, triangle).opaque)};
     });
     std::vector<Index> remaining;
     for (Index k = 0; k < weak.size(); ++k)

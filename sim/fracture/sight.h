@@ -24,8 +24,11 @@ void find_crossings(const CrackedMatter& matter, const Elements& elements, Index
 /// Requires Solids::gradients of the present time.
 std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source);
 
-/// The visibility of all bonds that cross sheets. Bonds that have parted are forgotten.
-std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& elements, Cracks& cracks);
+/// The visibility of all bonds that cross sheets. Bonds that have parted are forgotten. Near a front an element may hang
+/// on weakened bonds alone, and moving least squares would have them bear what whole ones do. So a bond that crosses a
+/// sheet parts where the tension at an end is three times the strength. Without `tension`, of elements, none does.
+std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& elements,
+                                 const std::vector<Tension>& tension, Cracks& cracks);
 
 /// The share of its weight with which an element moves a surfel, by the cracks between the two. A surfel looks from
 /// just below the surface, so that those of a sheet see their own side.

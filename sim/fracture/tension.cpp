@@ -25,6 +25,14 @@ void find_stress(const Solids& solids, std::vector<Symmetric>& stress) {
     });
 }
 
+void find_tension(const Elements& elements, const std::vector<Symmetric>& stress, std::vector<Tension>& tension) {
+    tension.assign(elements.size(), {});
+    parallel_for(elements.size(), [&](std::size_t i) {
+        // The norm bounds the largest eigenvalue.
+        if (norm(stress[i]) > elements.strength[i] / 2) tension[i] = largest_tension(stress[i]);
+    });
+}
+
 CrackedMatter::CrackedMatter(const Solids& solids, const Breaking& breaking) : solids_(&solids), breaking_(&breaking) {
     for (const SolidBody& body : solids.bodies)
         if (body.source == breaking.source)

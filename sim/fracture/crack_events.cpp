@@ -142,8 +142,8 @@ std::vector<CrackFront> pieces_of(CrackFront front) {
     return pieces;
 }
 
-/// A front that has shrunk to a row's length has met itself, or is caught in a corner. The gap that it leaves is filled.
-bool has_shrunk(const CrackFront& front, const Breaking& breaking, Cracks& cracks) {
+/// Whether a front has shrunk to about a row's length: a closed one has met itself, an open one is in a corner.
+bool has_shrunk(const CrackFront& front, const Breaking& breaking) {
     const std::size_t n = front.nodes.size();
     Real length = 0, opening = 0;
     for (std::size_t i = 0; i + (front.closed ? 0 : 1) < n; ++i) {
@@ -152,11 +152,41 @@ bool has_shrunk(const CrackFront& front, const Breaking& breaking, Cracks& crack
         opening += (b.heading - a.heading).dot(b.place - a.place);  // > 0: the nodes run apart
     }
     const bool grows = opening > 0 && front.closed;
-    if (n >= 3 && (grows || length > (front.closed ? 3 : 2) * breaking.row)) return false;
-    for (std::size_t i = 1; i + 1 < n; ++i)
-        add_triangle(front.crack, {front.nodes[0].vertex, front.nodes[i].vertex, front.nodes[i + 1].vertex},
-                     front.nodes[i].place - front.nodes[0].place, front.nodes[i].heading, cracks);
-    return true;
+    return n < 3 || (!grows && length <= (front.closed ? 3 : 2) * breaking.row);
+}
+
+/// Where a node of a front in a corner would leave the body or meet another sheet, straight on.
+Vec3 run_out(const CrackedMatter& matter, const CrackFront& front, const CrackNode& node, const Cracks& cracks) {
+    const Breaking& breaking = matter.breaking();
+    Vec3 to = node.place;
+    for (int k = 0; k < 8 && breaking.distance(to) < kOut * breaking.row; ++k) to += breaking.row / 2 * node.heading;
+    Real nearest = (to - node.place).norm();
+    matter.sheets().for_each_crossing(node.place, to, [&](Index k, const Vec3& at) {
+        if (own_row(cracks, front.crack, k, breaking.row)) return;
+        nearest = std::min(nearest, (at - node.place).norm() + kOver * breaking.row);
+    });
+    return node.place + nearest * node.heading;
+}
+
+/// Fills what a front that has shrunk leaves: the hole within a closed one, the corner before an open one.
+void close_gap(const CrackedMatter& matter, const CrackFront& front, Cracks& cracks) {
+    const auto& nodes = front.nodes;
+    const std::size_t n = nodes.size();
+    if (front.closed) {
+        for (std::size_t i = 1; i + 1 < n; ++i)
+            add_triangle(front.crack, {nodes[0].vertex, nodes[i].vertex, nodes[i + 1].vertex},
+                         nodes[i].place - nodes[0].place, nodes[i].heading, cracks);
+        return;
+    }
+    std::vector<Index> ahead;
+    for (const CrackNode& node : nodes)
+        ahead.push_back(node.state == NodeState::inside ? add_vertex(run_out(matter, front, node, cracks), cracks)
+                                                        : node.vertex);
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+        const Vec3 along = nodes[i + 1].place - nodes[i].place, heading = nodes[i].heading + nodes[i + 1].heading;
+        add_triangle(front.crack, {nodes[i].vertex, nodes[i + 1].vertex, ahead[i + 1]}, along, heading, cracks);
+        add_triangle(front.crack, {nodes[i].vertex, ahead[i + 1], ahead[i]}, along, heading, cracks);
+    }
 }
 
 CrackNode between(const CrackFront& front, std::size_t i, std::size_t k, Cracks& cracks) {
@@ -242,15 +272,20 @@ void meet(const CrackedMatter& matter, const std::vector<std::size_t>& which, st
     }
 }
 
-void split_fronts(const Breaking& breaking, Cracks& cracks) {
+void split_fronts(const CrackedMatter& matter, Cracks& cracks) {
+    const Breaking& breaking = matter.breaking();
     std::vector<CrackFront> remaining;
     for (CrackFront& front : cracks.fronts) {
         if (!belongs(front, breaking, cracks)) {
             remaining.push_back(std::move(front));
             continue;
         }
-        for (CrackFront& piece : pieces_of(std::move(front)))
-            if (!has_shrunk(piece, breaking, cracks)) remaining.push_back(std::move(piece));
+        for (CrackFront& piece : pieces_of(std::move(front))) {
+            if (has_shrunk(piece, breaking))
+                close_gap(matter, piece, cracks);
+            else
+                remaining.push_back(std::move(piece));
+        }
     }
     cracks.fronts = std::move(remaining);
 }

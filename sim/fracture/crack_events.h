@@ -19,9 +19,10 @@ void meet(const CrackedMatter& matter, const std::vector<std::size_t>& which, st
 Vec3 at_end_level(const Breaking& breaking, const Vec3& normal, const Vec3& m);
 
 /// Splits fronts where nodes have ended: each run of nodes inside becomes a front of its own, with the ended nodes
-/// beside it as its ends. Fronts without a node inside terminate; so do closed ones that have shrunk to a row's length.
+/// beside it as its ends. Fronts without a node inside terminate. So do those that have shrunk to about a row's
+/// length. The hole within a closed one is filled. An open one is in a corner, and its nodes run out of it.
 /// All parts go on with the same two sheets.
-void split_fronts(const Breaking& breaking, Cracks& cracks);
+void split_fronts(const CrackedMatter& matter, Cracks& cracks);
 
 /// Spaces the nodes of the matter's fronts evenly: a node is put in where two are farther apart than one and a half
 /// rows, on a cubic spline through its neighbours, and taken out where they are nearer than two fifths of a row.

@@ -29,7 +29,10 @@ void see_matter(const Solids& solids, CrackScratch& scratch) {
 bool part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     follow_fronts(solids.breaking, solids.cracks);
     for (const CrackedMatter& matter : scratch.matter) find_crossings(matter, solids.elements, first, solids.cracks);
-    return weaken_bonds(weak_bonds(solids.breaking, solids.elements, scratch.tension, solids.cracks), solids.elements);
+    std::vector<WeakBond> weak = weak_bonds(solids.breaking, solids.elements, scratch.tension, solids.cracks);
+    const std::vector<WeakBond> pinholes = pinhole_bonds(solids);
+    weak.insert(weak.end(), pinholes.begin(), pinholes.end());
+    return weaken_bonds(weak, solids.elements);
 }
 
 std::size_t make_fragments(const Matter& matter) {

@@ -130,6 +130,7 @@ void add_triangle(std::int32_t crack, const std::array<Index, 3>& v, const Vec3&
     t.a[row] = v[0], t.b[row] = v[1], t.c[row] = v[2];
     t.crack[row] = crack;
     t.drawn[row] = folded;
+    t.bound[row] = -1;
 }
 
 std::size_t begin_crack(const Vec3& m, const Vec3& axis, const Breaking& breaking, Cracks& cracks) {
@@ -255,7 +256,7 @@ void lay_rows(const CrackedMatter& matter, Cracks& cracks) {
             add_triangle(front.crack, {a.vertex, c.vertex, d.vertex}, along, ahead, cracks);
         }
     }
-    split_fronts(breaking, cracks);
+    split_fronts(matter, cracks);
     space_nodes(breaking, cracks);
 }
 

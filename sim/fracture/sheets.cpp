@@ -80,7 +80,8 @@ std::vector<Index> stale_surfels(const Breaking& breaking, const Matter& matter)
     std::vector<Vec3> middles;
     for (Index k = 0; k < cracks.triangles.size(); ++k) {
         const CrackTriangles& t = cracks.triangles;
-        if (t.settled[k] || cracks.cracks[static_cast<std::size_t>(t.crack[k])].source != breaking.source) continue;
+        if (t.bound[k] == t.behind[k] || cracks.cracks[static_cast<std::size_t>(t.crack[k])].source != breaking.source)
+            continue;
         middles.push_back((cracks.vertex[t.a[k]] + cracks.vertex[t.b[k]] + cracks.vertex[t.c[k]]) / 3);
     }
     PointGrid grid;
@@ -122,7 +123,7 @@ void lay_sheets(const CrackSight& sight, const Matter& matter) {
         which.insert(which.end(), stale.begin(), stale.end());
         for (Index k = 0; k < cracks.triangles.size(); ++k)
             if (cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[k])].source == breaking.source)
-                cracks.triangles.settled[k] = cracks.triangles.behind[k] >= breaking.opaque;
+                cracks.triangles.bound[k] = cracks.triangles.behind[k];
     }
     if (which.empty()) return;
     std::ranges::sort(which);

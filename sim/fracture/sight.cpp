@@ -97,6 +97,47 @@ void find_crossings(const CrackedMatter& matter, const Elements& e, Index first,
                       [](auto& array, const auto& from) { array.insert(array.end(), from.begin(), from.end()); });
 }
 
+namespace {
+
+/// Whether a bond is longer than the strain at its ends explains, by more than this part of its length.
+bool gapes(const Solids& solids, Index i, Index j, Real part) {
+    const Elements& e = solids.elements;
+    const Vec3 r = xyz(e.rest[j]) - xyz(e.rest[i]), u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
+    const Vec3 strained = (solids.gradients[i] + solids.gradients[j]) * r / 2;
+    return (u - strained).norm() > part * r.norm();
+}
+
+}  // namespace
+
+std::vector<WeakBond> pinhole_bonds(const Solids& solids) {
+    const Elements& e = solids.elements;
+    const Bonds& bonds = e.bonds;
+    if (bonds.visibility.empty()) return {};
+    const auto part_of = [&](std::size_t i) {
+        const Real modulus = solids.laws[static_cast<std::size_t>(e.owner[i])].wave_modulus();
+        return std::min(2 * e.strength[i] / modulus, Real(0.5));
+    };
+    constexpr std::size_t kElements = 256;
+    std::vector<std::vector<WeakBond>> found((e.size() + kElements - 1) / kElements);
+    parallel_chunks(
+        e.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t c) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto weakened = [&](std::size_t k) { return bonds.visibility[k] < 1; };
+                bool beside = false;
+                for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k) beside = beside || weakened(k);
+                for (std::size_t k = bonds.begin[i]; beside && k < bonds.begin[i + 1]; ++k)
+                    if (const Index j = bonds.neighbour[k]; j != i && bonds.weight[k] > 0 && !weakened(k) &&
+                                                            gapes(solids, static_cast<Index>(i), j, part_of(i)))
+                        found[c].push_back({static_cast<Index>(i), j, 0});
+            }
+        },
+        kElements);
+    std::vector<WeakBond> all;
+    for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
 std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source) {
     const Elements& e = solids.elements;
     const BondCrossings& crossings = solids.cracks.crossings;
@@ -104,9 +145,7 @@ std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source) {
     for (std::size_t k = 0; k < crossings.size(); ++k) {
         const Index i = crossings.first[k], j = crossings.second[k];
         if (e.owner[i] != e.owner[j] || solids.owner(i).source != source) continue;
-        const Vec3 r = xyz(e.rest[j]) - xyz(e.rest[i]), u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
-        const Vec3 strained = (solids.gradients[i] + solids.gradients[j]) * r / 2;
-        if ((u - strained).norm() > r.norm() / 2) places.push_back((xyz(e.rest[i]) + xyz(e.rest[j])) / 2);
+        if (gapes(solids, i, j, Real(0.5))) places.push_back((xyz(e.rest[i]) + xyz(e.rest[j])) / 2);
     }
     return places;
 }

@@ -24,6 +24,11 @@ void find_crossings(const CrackedMatter& matter, const Elements& elements, Index
 /// Requires Solids::gradients of the present time.
 std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source);
 
+/// Bonds beside cracks that gape, though they cross no sheet: they pass where sheets of several cracks meet and leave a
+/// pinhole. Their opening is that of gaping_places, beyond twice the strain that the strength allows, strength over
+/// lambda + 2 mu, or half of their length. They are to part. Requires gradients and laws of the present time.
+std::vector<WeakBond> pinhole_bonds(const Solids& solids);
+
 /// The visibility of all bonds that cross sheets. Bonds that have parted are forgotten. Near a front an element may hang
 /// on weakened bonds alone, and moving least squares would have them bear what whole ones do. So a bond that crosses a
 /// sheet parts where the tension at an end is three times the strength. Without `tension`, of elements, none does.

@@ -60,11 +60,11 @@ struct Crack {
 
 /// The sheets as triangles, by which sight through cracks is decided. Vertices are shared: sheets have no holes.
 struct CrackTriangles {
-    std::vector<Index> a, b, c;         // vertices
-    std::vector<std::int32_t> crack;    // its row
-    std::vector<Real> behind;           // distance to the front, never less than it was [m]
-    std::vector<std::uint8_t> drawn;    // 1: surfels of both sheets are laid
-    std::vector<std::uint8_t> settled;  // 1: surfels about it were bound when it was opaque
+    std::vector<Index> a, b, c;       // vertices
+    std::vector<std::int32_t> crack;  // its row
+    std::vector<Real> behind;         // distance to the front, never less than it was [m]
+    std::vector<std::uint8_t> drawn;  // 1: surfels of both sheets are laid
+    std::vector<Real> bound;          // `behind` when the surfels about it were bound; < 0: not yet [m]
     std::size_t size() const { return a.size(); }
 };
 template <class T, class F>
@@ -79,7 +79,7 @@ void for_each_field(T& t, F&& f) requires requires {
     f("cracks.of", Life::state, t.crack);
     f("cracks.behind", Life::state, t.behind);
     f("cracks.drawn", Life::state, t.drawn);
-    f("cracks.settled", Life::state, t.settled);
+    f("cracks.bound", Life::state, t.bound);
 }
 
 /// Where a bond crosses a sheet, as long as the bond is not parted.

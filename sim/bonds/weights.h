@@ -22,8 +22,8 @@ struct WeakBond {
     Real visibility;      // at most this is left [1]
 };
 /// Lowers the visibility of these bonds, never raising one, and weighs the bonds if any has changed. Pairs that are not
-/// bonded are passed over. Raises the bonds' version as set_visibility does. Returns whether a bond has parted.
-bool weaken_bonds(const std::vector<WeakBond>& weak, Elements& elements);
+/// bonded are passed over. Raises the bonds' version as set_visibility does.
+void weaken_bonds(const std::vector<WeakBond>& weak, Elements& elements);
 
 /// Sets the visibility of every bond, and weighs the bonds. `of(i, j)` lies in [0, 1] and is symmetric. Raises the
 /// bonds' version: matrices and rates of the old bonds are then computed anew. The stiffness of zero-energy modes

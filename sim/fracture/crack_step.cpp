@@ -25,14 +25,14 @@ void see_matter(const Solids& solids, CrackScratch& scratch) {
     scratch.elements = solids.elements.size();
 }
 
-/// Parts bonds across the sheets as far as fronts have gone. Returns whether a bond has parted for good.
-bool part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
+/// Parts bonds across the sheets as far as fronts have gone.
+void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     follow_fronts(solids.breaking, solids.cracks);
     for (const CrackedMatter& matter : scratch.matter) find_crossings(matter, solids.elements, first, solids.cracks);
     std::vector<WeakBond> weak = weak_bonds(solids.breaking, solids.elements, scratch.tension, solids.cracks);
     const std::vector<WeakBond> pinholes = pinhole_bonds(solids);
     weak.insert(weak.end(), pinholes.begin(), pinholes.end());
-    return weaken_bonds(weak, solids.elements);
+    weaken_bonds(weak, solids.elements);
 }
 
 std::size_t make_fragments(const Matter& matter) {
@@ -92,8 +92,10 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
     report.begun = cracks.cracks.size() - before;
     if (!cracks.any()) return report;
     solids.altered = true;
-    if (!part_matter(scratch, first, solids)) return report;
-    report.fragments = make_fragments(matter);
+    part_matter(scratch, first, solids);
+    // Pieces need no body of their own at once, and bodies are dear to make: those of a few steps are made together.
+    constexpr std::uint64_t kTogether = 8;
+    if (step % kTogether == 0) report.fragments = make_fragments(matter);
     return report;
 }
 

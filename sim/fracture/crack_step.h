@@ -14,7 +14,7 @@ struct CrackReport {
     std::size_t begun = 0, rows = 0, fragments = 0;
 };
 
-/// Scratch. The matter of each scene body as its cracks see it is kept from step to step, and made anew where sheets
+/// Scratch. The matter of each scene body as its cracks see it is kept from step to step. It is made anew where sheets
 /// have grown or elements have changed.
 struct CrackScratch {
     std::vector<Symmetric> stress;
@@ -24,8 +24,8 @@ struct CrackScratch {
 };
 
 /// Advances the cracks by dt [s]. Requires stresses of the present time: it follows write_particles. Sets Cracks::step,
-/// the longest step in which no front runs farther than half a row, and no tension grows unseen from half the strength
-/// to all of it within a wave's way through a particle.
+/// the longest next step. In it no front runs farther than half a row. Where a tension is above half of the strength, a
+/// crack at its speed would pass a quarter of a particle.
 CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch);
 
 /// How every scene body breaks that can, and the strength of each element. Requires the bodies' elements; surfels too,

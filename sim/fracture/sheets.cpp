@@ -102,8 +102,12 @@ std::vector<Index> stale_surfels(const Breaking& breaking, const Matter& matter)
 }  // namespace
 
 ElementSight element_sight(const CrackSight& sight) {
-    if (sight.empty()) return nullptr;
-    return [&sight](const Vec3& m, const Vec3& normal, Index element) { return sight(m, normal, element); };
+    if (sight.empty()) return {};
+    return {[&sight](std::int32_t source, const Vec3& m, Real reach) {
+                const CrackedMatter* matter = sight.matter_of(source);
+                return matter && matter->sheets().nearest(m, reach, [](Index) { return true; }).has_value();
+            },
+            [&sight](const Vec3& m, const Vec3& normal, Index element) { return sight(m, normal, element); }};
 }
 
 void lay_sheets(const CrackSight& sight, const Matter& matter) {

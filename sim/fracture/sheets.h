@@ -6,9 +6,9 @@
 
 namespace thixo {
 
-/// Brings the surfels of the bodies with cracks up to date: lays surfels on both sides of triangles that have none yet,
-/// and finds the weights of all surfels anew that fronts have passed since the last call. A surfel of a sheet belongs to
-/// the body of the nearest element that it sees. Scenes without surfels have none.
+/// Brings the surfels of the bodies with cracks up to date. Lays surfels on both sides of triangles that have none yet.
+/// Finds the weights of all surfels anew that fronts have passed since the last call. A surfel of a sheet belongs to the
+/// body of the nearest element that it sees. Scenes without surfels have none.
 ///
 /// A triangle is parted into smaller ones, of about the size of the body's surfels. Each gets a round disc about its
 /// middle that reaches its corners: sheets have no holes.

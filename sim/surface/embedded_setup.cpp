@@ -76,6 +76,8 @@ EdgeCut edge_cut_past(const FaceDisc& disc) {
     return {0, 0, 0};
 }
 
+Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
+
 /// Weakens the weights from row `begin` on by what stands between their elements and surfel i. Returns whether any is
 /// weakened. Where no element would be left, all stay.
 bool screen_weights(const SurfelCloud& rest, Index i, const ElementSight& sight, std::size_t begin,
@@ -84,7 +86,7 @@ bool screen_weights(const SurfelCloud& rest, Index i, const ElementSight& sight,
     Real least = 1, sum[3] = {0, 0, 0};
     for (std::size_t k = begin; k < weights.size(); ++k) {
         const SurfelWeight& w = weights[k];
-        const Real a = left.emplace_back(sight(rest.position[i], rest.normal[i], w.element));
+        const Real a = left.emplace_back(sight.share(rest.position[i], rest.normal[i], w.element));
         least = std::min(least, a);
         sum[0] += a * w.at, sum[1] += a * w.along1, sum[2] += a * w.along2;
     }
@@ -120,7 +122,8 @@ bool append_weights(const PointGrid& grid, const SolidBody& body, const Embedded
             weight = w.value(r2);
             sum[k] += weight;
         });
-    const bool screened = sight && screen_weights(embedded.rest, i, sight, begin, out);
+    const bool near = sight.any && sight.any(body.source, m, support + disc_of(embedded.rest, i));
+    const bool screened = near && screen_weights(embedded.rest, i, sight, begin, out);
     if (screened) {
         std::ranges::fill(sum, Real(0));
         for (std::size_t k = begin; k < out.size(); ++k)
@@ -183,8 +186,6 @@ void replace_weights(const std::vector<Index>& which, const FoundWeights& found,
     embedded.screened.resize(embedded.size(), 0);
     for (std::size_t k = 0; k < which.size(); ++k) embedded.screened[which[k]] = found.screened[k];
 }
-
-Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
 
 /// The surfels of cracks whose other side belongs to the same body, ascending. Both sides are laid at one place.
 std::vector<Index> closed_faces(const EmbeddedSurface& embedded, std::int32_t owner) {

@@ -85,13 +85,18 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
 /// `cloud` is in the world at time 0, where `origin` is the origin of the material frame [m].
 void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& surface);
 
-/// The share of its weight with which an element moves a surfel at m, by what stands between the two [1]. Empty: 1.
-using ElementSight = std::function<Real(const Vec3& m, const Vec3& normal, Index element)>;
+/// What stands between elements and surfels. Empty: nothing anywhere.
+struct ElementSight {
+    /// Whether anything stands within `reach` of m, a place of the frame of a scene body [m].
+    std::function<bool(std::int32_t source, const Vec3& m, Real reach)> any;
+    /// The share of its weight with which an element moves a surfel at m [1].
+    std::function<Real(const Vec3& m, const Vec3& normal, Index element)> share;
+};
 
 /// Finds the supports, grids and weights of all surfels of the bodies marked by 1 anew, from these bodies' elements.
 /// Surfels of other bodies stay.
 void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& surface,
-                  const ElementSight& sight = nullptr);
+                  const ElementSight& sight = {});
 /// The same for the surfels `which` alone, ascending rows. Rows that were just appended are among them.
 void bind_some_surfels(const Solids& solids, const std::vector<Index>& which, EmbeddedSurface& surface,
                        const ElementSight& sight);

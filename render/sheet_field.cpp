@@ -32,7 +32,6 @@ SheetField::SheetField(const SurfelCloud& cloud, const std::vector<Index>& membe
         discs_.push_back(d);
     }
     find_plane();
-    if (flat_) return;
     axis_.resize(discs_.size());
     sort(0, discs_.size(), 0);
 }
@@ -162,6 +161,13 @@ float SheetField::far_distance(const Vec3f& x) const {
         nearest<false>(0, discs_.size(), 0, x, away, best);
     }
     return best.disc ? best.disc->normal.dot(x - best.disc->place) : best.distance2;
+}
+
+bool SheetField::within(const Vec3f& x, float reach) const {
+    Vec3f away = Vec3f::Zero();
+    Nearest best{.distance2 = square(reach)};
+    nearest<false>(0, discs_.size(), 0, x, away, best);
+    return best.disc != nullptr;
 }
 
 float SheetField::distance(const Vec3f& x) const {

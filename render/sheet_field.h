@@ -16,6 +16,8 @@ class SheetField {
     /// algebraic sphere that the ray's blend fits. Elsewhere it is that of a plane with x on the side on which the
     /// nearest surfel has it. A sheet without surfels bounds nothing.
     float distance(const Vec3f& x) const;
+    /// Whether the middle of a surfel is nearer to x than `reach`.
+    bool within(const Vec3f& x, float reach) const;
 
   private:
     static constexpr std::size_t kBundle = 8;

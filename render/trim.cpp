@@ -1,5 +1,7 @@
 #include "render/trim.h"
 
+#include <algorithm>
+
 #include "pipeline/base/error.h"
 #include "pipeline/geometry/boolean_tree.h"
 
@@ -18,6 +20,7 @@ TrimNode without_differences(const TrimNode& node, bool negated, std::vector<sig
         return node;
     }
     TrimNode result;
+    result.reach = node.reach;
     const bool all = (node.op != Op::any) != negated;
     result.op = all ? Op::all : Op::any;
     for (std::size_t k = 0; k < node.parts.size(); ++k)
@@ -53,12 +56,30 @@ Trims::Trims(const std::vector<std::optional<TrimNode>>& tree, std::span<const I
         if (side[l] != 0) fields_[l].emplace(cloud, members[l]);
 }
 
+bool Trims::near(const TrimNode& node, const Vec3f& x, float reach) const {
+    if (node.op == Op::sheet) return fields_[std::size_t(node.sheet)]->within(x, reach);
+    return std::any_of(node.parts.begin(), node.parts.end(), [&](const TrimNode& p) { return near(p, x, reach); });
+}
+
+namespace {
+
+template <class Side, class Holds>
+struct Leaf {
+    Side side;
+    Holds beyond;
+    unsigned operator()(const TrimNode& node) const { return side(node); }
+    bool holds(const TrimNode& node) const { return beyond(node); }
+};
+
+}  // namespace
+
 bool Trims::keeps(Index object, std::uint32_t layer, const Vec3f& x, float radius) const {
     const float overlap = kTrimOverlap * radius;
-    const auto leaf = [&](const TrimNode& node) -> unsigned {
-        const auto l = std::uint32_t(node.sheet);
-        return l == layer ? unsigned(kOwnSide) : outcome_of_side(fields_[l]->distance(x), overlap);
-    };
+    const Leaf leaf{[&](const TrimNode& node) -> unsigned {
+                        const auto l = std::uint32_t(node.sheet);
+                        return l == layer ? unsigned(kOwnSide) : outcome_of_side(fields_[l]->distance(x), overlap);
+                    },
+                    [&](const TrimNode& node) { return node.reach > 0 && !near(node, x, node.reach); }};
     return outcomes(*trees_[object], leaf) & kOwnSide;
 }
 

@@ -32,6 +32,9 @@ class Trims {
     bool keeps(Index object, std::uint32_t layer, const Vec3f& x, float radius) const;
 
   private:
+    /// Whether a sheet of the node has a surfel within `reach` of x.
+    bool near(const TrimNode& node, const Vec3f& x, float reach) const;
+
     std::vector<std::optional<TrimNode>> trees_;
     std::vector<std::optional<SheetField>> fields_;  // by layer
 };

@@ -23,8 +23,8 @@ bool equal_bits(const std::array<double, N>& a, const std::array<double, N>& b) 
 }
 
 bool equal(const TrimNode& a, const TrimNode& b) {
-    const auto& [op, sheet, parts] = a;
-    return op == b.op && sheet == b.sheet &&
+    const auto& [op, sheet, parts, reach] = a;
+    return op == b.op && sheet == b.sheet && reach == b.reach &&
            std::equal(parts.begin(), parts.end(), b.parts.begin(), b.parts.end(),
                       [](const TrimNode& x, const TrimNode& y) { return equal(x, y); });
 }

@@ -27,10 +27,16 @@ const char* word_of(TrimNode::Op op) {
 }
 
 Json trim_json(const TrimNode& node) {
-    if (node.op == TrimNode::Op::sheet) return {{"sheet", node.sheet}};
-    Json parts = Json::array();
-    for (const TrimNode& part : node.parts) parts.push_back(trim_json(part));
-    return {{word_of(node.op), parts}};
+    Json json;
+    if (node.op == TrimNode::Op::sheet) {
+        json["sheet"] = node.sheet;
+    } else {
+        Json parts = Json::array();
+        for (const TrimNode& part : node.parts) parts.push_back(trim_json(part));
+        json[word_of(node.op)] = std::move(parts);
+    }
+    if (node.reach > 0) json["within"] = node.reach;
+    return json;
 }
 
 TrimNode parse_trim(const Json& j, const JsonPlace& place, int depth = 0) {
@@ -38,6 +44,10 @@ TrimNode parse_trim(const Json& j, const JsonPlace& place, int depth = 0) {
     object_or_fail(j, place);
     if (depth > kDeepest) throw CacheError("{}: {} is nested too deep", place.file, place.path);
     TrimNode node;
+    if (j.contains("within")) {
+        node.reach = static_cast<float>(number_at(j, "within", place));
+        if (!(node.reach > 0)) throw CacheError("{}: {}.within is not above 0", place.file, place.path);
+    }
     if (j.contains("sheet")) {
         node.sheet = static_cast<int>(integer_at(j, "sheet", 0, kLargestId, place));
         return node;

@@ -244,6 +244,18 @@ void check_orthotropic(const Scene& scene, const Checker& check) {
                               "a change to an orthotropic material is not supported yet");
 }
 
+void check_fracture(const Scene& scene, const Checker& check) {
+    for (const Material& m : scene.materials) {
+        const std::string path = fmt::format("materials.{}.fracture", m.name);
+        check.require(m.fracture.any() || m.fracture.scores.empty(), path + ".scores",
+                      "scores do nothing in a material that never breaks", "give it a \"strength\" above 0");
+        if (!m.fracture.any()) continue;
+        check.require(m.elastic.solid(), path, "only a solid can break",
+                      "give the material a \"youngs_modulus\" above 0");
+        check.require(!m.melting.any(), path, "a material that melts and breaks is not supported yet");
+    }
+}
+
 void check_handles(const Scene& scene, const Checker& check) {
     for (const Handle& h : scene.handles) {
         const std::string path = "handles." + h.name;
@@ -343,6 +355,7 @@ void check_scene(const Scene& scene, ReadContext& context) {
     check_heat(scene, check);
     check_periodic(scene, check);
     check_elastic(scene, check);
+    check_fracture(scene, check);
     check_orthotropic(scene, check);
     check_handles(scene, check);
     check_solids(scene, check);

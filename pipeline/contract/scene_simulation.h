@@ -93,6 +93,7 @@ struct Material {
     Thermal thermal;
     Elastic elastic;
     Melting melting;
+    Fracture fracture;
     std::string look;  // appearance; empty: the material's name
 };
 template <class V>
@@ -107,6 +108,7 @@ void visit(V& v, Material& m) {
     visit(v, m.thermal);
     visit(v, m.elastic);
     v.block("melting", m.melting, "a solid that melts and freezes: its two ends");
+    v.block("fracture", m.fracture, "a solid that breaks: when cracks begin in it, and how they run");
     v.reference("look", m.look, Refers::appearance, any(), "appearance; left out: the one of the material's own name");
 }
 

@@ -93,6 +93,45 @@ void visit(V& v, Elastic& e) {
     v.list("changes", e.changes, "changes of a solid's material while the scene runs");
 }
 
+/// A part of a body that is weaker or stronger than the rest of it.
+struct Score {
+    Shape region;
+    double factor = 1;  // of the strength [1]
+};
+template <class V>
+void visit(V& v, Score& s) {
+    v.shape("region", s.region, required(), "the part, where the body stands at the start");
+    v.key("factor", s.factor, "1", required(above_to(0, 1e6)), "strength of the part over that of the material");
+}
+
+/// How a solid breaks (dissertation 5.6).
+struct Fracture {
+    double strength = 0;   // Pa; 0: it never breaks
+    double arrest = 0.5;   // part of the strength [1]
+    double speed = 0;      // m/s; 0: a quarter of sqrt(E/rho)
+    double opacity = 1;    // kappa [1]
+    double history = 0.5;  // k_hist over a particle's width [1]
+    double scatter = 0;    // part of the strength [1]
+    std::vector<Score> scores;
+    bool any() const { return strength > 0; }
+};
+template <class V>
+void visit(V& v, Fracture& f) {
+    v.key("strength", f.strength, "Pa", between(0, 1e13),
+          "tension at which a crack begins; 0: the material never breaks. Plaster 1e6, glass 5e7");
+    v.key("arrest", f.arrest, "1", between(0, 1),
+          "a crack rests where the tension at it is below this part of the strength");
+    v.key("speed", f.speed, "m/s", between(0, 1e5),
+          "speed of a crack where the tension is just the strength; 0: a quarter of sqrt(youngs_modulus/density)");
+    v.key("opacity", f.opacity, "1", {.low = 0, .high = 10, .open_low = true},
+          "kappa: how far behind its front a crack parts the matter fully, in supports of a particle; large is tough");
+    v.key("history", f.history, "1", between(0, 1),
+          "part of its direction that a crack keeps over a particle's width; 1: it runs straight");
+    v.key("scatter", f.scatter, "1", {.low = 0, .high = 1, .open_high = true},
+          "particles differ in strength by up to this part of it, either way");
+    v.list("scores", f.scores, "parts that are weaker or stronger, such as a scored line");
+}
+
 /// What a material is when it has melted; its other values stay.
 struct LiquidEnd {
     double viscosity = 0.001;    // Pa s

@@ -17,13 +17,18 @@ struct TrimNode {
     Op op = Op::sheet;
     int sheet = 0;                // of Op::sheet; the surfels' attribute `sheet`
     std::vector<TrimNode> parts;  // of the others, at least one
+    // Above 0: the node holds wherever none of its sheets has a surfel nearer than this. A crack so trims what is beside
+    // it, and nothing else [m].
+    float reach = 0;
 };
+
+inline TrimNode sheet_node(int sheet) { return {TrimNode::Op::sheet, sheet, {}, 0}; }
 
 /// The same tree from another type of that form, whose leaves have a `number` (SheetTree of pipeline/geometry).
 template <class Tree>
 TrimNode trim_node(const Tree& tree) {
-    if (tree.parts.empty()) return {TrimNode::Op::sheet, tree.number, {}};
-    TrimNode node{tree.op == Tree::Op::any ? TrimNode::Op::any : TrimNode::Op::all, 0, {}};
+    if (tree.parts.empty()) return sheet_node(tree.number);
+    TrimNode node{tree.op == Tree::Op::any ? TrimNode::Op::any : TrimNode::Op::all, 0, {}, 0};
     for (const Tree& part : tree.parts) node.parts.push_back(trim_node(part));
     return node;
 }

@@ -11,9 +11,11 @@ enum Outcome : unsigned {
 };
 
 /// Outcomes of a tree of unions and intersections. leaf(node) gives the outcomes of a leaf. The set is exact where
-/// every sheet occurs once.
+/// every sheet occurs once. A leaf type may have a function holds(node): where it is true, the node is inside.
 template <class Tree, class Leaf>
 unsigned outcomes(const Tree& tree, Leaf&& leaf) {
+    if constexpr (requires { leaf.holds(tree); })
+        if (leaf.holds(tree)) return kInside;
     if (tree.parts.empty()) return leaf(tree);
     const bool any = tree.op == Tree::Op::any;
     // In a union, inside of one part decides, and outside of one part leaves the decision to the others. In an

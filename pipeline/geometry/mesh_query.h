@@ -11,6 +11,9 @@ namespace thixo {
 
 struct TriangleTree;  // mesh_tree.h
 
+/// Closest point of the triangle a b c to p, by the region of its barycentric plane (Ericson 2005, 5.1.5).
+Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
+
 /// Immutable query structure over a mesh, which need be neither closed nor free of self-intersections. Queries are
 /// thread-safe.
 class MeshQuery {

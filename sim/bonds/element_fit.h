@@ -50,7 +50,7 @@ template <class Places>
 void fit_elements(const PlacedElements<Places>& placed, Real support, const Vec3& x, ElementFit& fit) {
     const auto& [body, e, place, grid, turn] = placed;
     constexpr std::size_t kEnough = 8;
-    constexpr Real kPrior = Real(1e-3), kMostSlant = 2;
+    constexpr Real kPrior = Real(1e-3), kLeast = Real(1e-6), kMostSlant = 2;
     fit.near.clear();
     grid.for_each_neighbour(x, support, [&](Index near, Real r2) { fit.near.emplace_back(r2, near); });
     Real reach = support;
@@ -87,7 +87,9 @@ void fit_elements(const PlacedElements<Places>& placed, Real support, const Vec3
         spread += d * wd.transpose();
         both += (xyz(e.rest[fit.element[k]]) - middle - mean) * wd.transpose();
     }
-    const Real prior = kPrior * spread.trace() + std::numeric_limits<Real>::min();
+    // A piece of one or a few elements spans no space: it moves as its body turns.
+    const Real prior =
+        std::max(kPrior * spread.trace(), kLeast * sum * square(reach)) + std::numeric_limits<Real>::min();
     const Mat3 inverse = (spread + prior * Mat3::Identity()).inverse();
     fit.slope = (both + prior * turn.transpose()) * inverse;
     fit.material = middle + mean - fit.slope * to_mean;

@@ -64,6 +64,19 @@ void renumber(const std::vector<Index>& now, std::vector<Index>& list) {
     list = std::move(remaining);
 }
 
+/// Renumbers the bonds that cross cracks.
+void renumber_crossings(const std::vector<Index>& now, BondCrossings& crossings) {
+    std::vector<Index> remaining;
+    for (Index k = 0; k < crossings.size(); ++k) {
+        Index &a = crossings.first[k], &b = crossings.second[k];
+        a = now[a], b = now[b];
+        if (a == kNone || b == kNone) continue;
+        if (a > b) std::swap(a, b);
+        remaining.push_back(k);
+    }
+    keep_table_rows(crossings, remaining);
+}
+
 /// Renumbers the nodes between two elements, and of samples. The order of nodes is that of their keys.
 void renumber_nodes(const std::vector<Index>& now, ContactNodes& nodes) {
     std::vector<Index> remaining;
@@ -176,6 +189,7 @@ void select_elements(const std::vector<Index>& rows, Solids& solids) {
     for (Index& i : solids.contacts.samples.weights.element)
         if (i != kNone) i = now[i];
     renumber_nodes(now, solids.contacts.nodes);
+    renumber_crossings(now, solids.cracks.crossings);
     solids.altered = true;
 }
 

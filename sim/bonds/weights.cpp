@@ -31,6 +31,27 @@ void weigh_bonds(Elements& e, double flat) {
     ++bonds.weights_version;
 }
 
+void weaken_bonds(const std::vector<WeakBond>& weak, Elements& e) {
+    Bonds& bonds = e.bonds;
+    if (bonds.base.empty()) keep_bases(bonds);
+    if (bonds.visibility.empty()) bonds.visibility.assign(bonds.neighbour.size(), 1);
+    bool any = false;
+    const auto lower = [&](Index i, Index j, Real to) {
+        for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k) {
+            if (bonds.neighbour[k] != j || !(to < bonds.visibility[k])) continue;
+            bonds.visibility[k] = to;
+            any = true;
+        }
+    };
+    for (const WeakBond& bond : weak) {
+        lower(bond.first, bond.second, bond.visibility);
+        lower(bond.second, bond.first, bond.visibility);
+    }
+    if (!any) return;
+    bonds.changed_by_cracks();
+    weigh_bonds(e, kFlat);
+}
+
 void set_visibility(Elements& e, const std::function<Real(Index, Index)>& of) {
     Bonds& bonds = e.bonds;
     if (bonds.base.empty()) keep_bases(bonds);

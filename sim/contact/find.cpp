@@ -143,8 +143,8 @@ double shortest_time(const Solids& solids, const std::vector<Extent>& extents) {
 }
 
 /// Pairs of bodies that may touch within a step of dt [s], or come so near that nodes must be found again before its
-/// end. Each box grows by the most that the surface lies outside of it, and by half a margin. It also grows by its way
-/// in the step relative to the mean motion of all.
+/// end. Each box grows by the most that the surface lies outside of it, and by half a margin. It also grows by its
+/// travel in the step relative to the mean motion of all.
 std::vector<std::pair<std::int32_t, std::int32_t>> pairs_within_reach(const View& view, const std::vector<Meets>& meets,
                                                                       double dt) {
     constexpr Real kRounding = Real(1.001);
@@ -161,8 +161,8 @@ std::vector<std::pair<std::int32_t, std::int32_t>> pairs_within_reach(const View
     for (std::size_t b = 0; b < count; ++b) {
         if (meets[b] == Meets::not_at_all) continue;
         const Extent& e = view.extents[b];
-        const Real way = static_cast<Real>(dt) * ((e.mean - mean).norm() + e.spread);
-        const Real by = kRounding * (view.reach(static_cast<std::int32_t>(b)) + kContactMargin * e.width / 2 + way);
+        const Real travel = static_cast<Real>(dt) * ((e.mean - mean).norm() + e.spread);
+        const Real by = kRounding * (view.reach(static_cast<std::int32_t>(b)) + kContactMargin * e.width / 2 + travel);
         boxes[b] = {e.box.lower.array() - by, e.box.upper.array() + by};
     }
     return touching_pairs(boxes);
@@ -198,8 +198,8 @@ void find_contacts(double time, double dt, Solids& solids) {
     c.gridded.assign(count, 0);
     const double shortest = shortest_time(solids, extents);
     double holds_for = dt;
-    const auto last_for = [&](Real way, Real speed) {
-        holds_for = std::min(holds_for, std::max(shortest, static_cast<double>(way) / static_cast<double>(speed)));
+    const auto last_for = [&](Real distance, Real speed) {
+        holds_for = std::min(holds_for, std::max(shortest, static_cast<double>(distance) / static_cast<double>(speed)));
     };
     std::vector<Found> found;
     for (std::int32_t a = 0; a < static_cast<std::int32_t>(count); ++a) {

@@ -59,17 +59,17 @@ Places places_on_surfels(const PointSurfels& points, double width) {
 }
 
 /// Appends a body's samples.
-void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, ContactSamples& s) {
+void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, ContactSamples& samples) {
     const SolidBody& body = solids.bodies[at(number)];
     const Elements& e = solids.elements;
     const double width = std::cbrt(static_cast<double>(e.volume[body.typical]));
     const auto surfels = body.scene_shape ? nullptr : body.shape->node().own_surfels();
     const Places places = surfels ? places_on_surfels(*surfels, width) : places_on_shape(*body.shape, width, seed);
-    const std::size_t first = s.size(), count = places.place.size();
-    for (const Vec3& x : places.place) s.rest.push_back(x - body.origin);
-    s.normal.insert(s.normal.end(), places.normal.begin(), places.normal.end());
-    s.owner.resize(s.rest.size(), number);
-    s.area.resize(s.rest.size(), static_cast<Real>(places.area / static_cast<double>(count)));
+    const std::size_t first = samples.size(), count = places.place.size();
+    for (const Vec3& x : places.place) samples.rest.push_back(x - body.origin);
+    samples.normal.insert(samples.normal.end(), places.normal.begin(), places.normal.end());
+    samples.owner.resize(samples.rest.size(), number);
+    samples.area.resize(samples.rest.size(), static_cast<Real>(places.area / static_cast<double>(count)));
     const Real support = e.support[body.typical];
     PointGrid grid;
     grid.build(rest_places(body, e), support);
@@ -77,27 +77,27 @@ void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, 
     const Mat3 unturned = Mat3::Identity();
     std::vector<ElementFit> fit(count);
     parallel_for(count, [&](std::size_t k) {
-        fit_elements<RestPlaces>({body, e, rest, grid, unturned}, support, s.rest[first + k], fit[k]);
+        fit_elements<RestPlaces>({body, e, rest, grid, unturned}, support, samples.rest[first + k], fit[k]);
     });
     for (const ElementFit& f : fit) {
-        s.weights.element.insert(s.weights.element.end(), f.element.begin(), f.element.end());
-        s.weights.weight.insert(s.weights.weight.end(), f.weight.begin(), f.weight.end());
-        s.weights.begin.push_back(s.weights.element.size());
+        samples.weights.element.insert(samples.weights.element.end(), f.element.begin(), f.element.end());
+        samples.weights.weight.insert(samples.weights.weight.end(), f.weight.begin(), f.weight.end());
+        samples.weights.begin.push_back(samples.weights.element.size());
     }
 }
 
 /// Appends the old samples of a body.
-void copy_samples(const ContactSamples& from, std::int32_t number, ContactSamples& s) {
+void copy_samples(const ContactSamples& from, std::int32_t number, ContactSamples& samples) {
     for (Index k = from.first[at(number)]; k < from.first[at(number) + 1]; ++k) {
-        s.owner.push_back(number);
-        s.rest.push_back(from.rest[k]);
-        s.normal.push_back(from.normal[k]);
-        s.area.push_back(from.area[k]);
+        samples.owner.push_back(number);
+        samples.rest.push_back(from.rest[k]);
+        samples.normal.push_back(from.normal[k]);
+        samples.area.push_back(from.area[k]);
         for (std::size_t l = from.weights.begin[k]; l < from.weights.begin[k + 1]; ++l) {
-            s.weights.element.push_back(from.weights.element[l]);
-            s.weights.weight.push_back(from.weights.weight[l]);
+            samples.weights.element.push_back(from.weights.element[l]);
+            samples.weights.weight.push_back(from.weights.weight[l]);
         }
-        s.weights.begin.push_back(s.weights.element.size());
+        samples.weights.begin.push_back(samples.weights.element.size());
     }
 }
 
@@ -105,8 +105,8 @@ void copy_samples(const ContactSamples& from, std::int32_t number, ContactSample
 Real deepest(const ContactSamples& samples, std::size_t of, const SolidBody& body, const SolidBody& in) {
     const auto box = in.shape->bounds();
     Real depth = 0;
-    for (Index s = samples.first[of]; s < samples.first[of + 1]; ++s) {
-        const Vec3 x = samples.rest[s] + body.origin;
+    for (Index sample = samples.first[of]; sample < samples.first[of + 1]; ++sample) {
+        const Vec3 x = samples.rest[sample] + body.origin;
         if (box && ((x.array() < box->lower.array()).any() || (x.array() > box->upper.array()).any())) continue;
         depth = std::max(depth, -in.shape->distance(x));
     }
@@ -136,18 +136,18 @@ void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const Con
 }  // namespace
 
 ContactSamples sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, Solids& solids) {
-    ContactSamples old = std::move(solids.contacts.samples), &s = solids.contacts.samples;
-    s = {};
-    s.first.assign(1, 0);
+    ContactSamples old = std::move(solids.contacts.samples), &samples = solids.contacts.samples;
+    samples = {};
+    samples.first.assign(1, 0);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const auto number = static_cast<std::int32_t>(b);
         // A single body meets nothing but itself, element by element.
         const bool meets = solids.bodies.size() > 1 && solids.bodies[b].shape && !solids.bodies[b].empty();
         if (meets && which[b])
-            sample_body(number, solids, seed, s);
+            sample_body(number, solids, seed, samples);
         else if (meets)
-            copy_samples(old, number, s);
-        s.first.push_back(static_cast<Index>(s.size()));
+            copy_samples(old, number, samples);
+        samples.first.push_back(static_cast<Index>(samples.size()));
     }
     solids.contacts.rates.assign(solids.bodies.size(), {});
     return old;

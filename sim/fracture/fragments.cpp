@@ -9,6 +9,7 @@
 #include "sim/bonds/gradients.h"
 #include "sim/bonds/members.h"
 #include "sim/contact/contact.h"
+#include "sim/fracture/sheets.h"
 
 namespace thixo {
 namespace {
@@ -44,14 +45,15 @@ std::size_t append_fragment(std::size_t b, Solids& solids) {
     return solids.bodies.size() - 1;
 }
 
-/// Moves elements, their particles and the surfels about them from one body to another.
-void move_matter(std::size_t from, std::size_t to, const std::function<bool(const Vec3&)>& goes, const Matter& matter) {
+/// Moves elements, their particles and surfels from one body to another, as far as they go.
+void move_matter(std::size_t from, std::size_t to, const std::function<bool(Index)>& element_goes,
+                 const std::function<bool(Index)>& surfel_goes, const Matter& matter) {
     Solids& solids = matter.solids;
     Elements& e = solids.elements;
     SolidBody &old = solids.bodies[from], &now = solids.bodies[to];
     std::vector<Index> stays;
     for (const Index i : old.elements) {
-        if (!goes(xyz(e.rest[i]))) {
+        if (!element_goes(i)) {
             stays.push_back(i);
             continue;
         }
@@ -61,16 +63,22 @@ void move_matter(std::size_t from, std::size_t to, const std::function<bool(cons
     }
     old.elements = std::move(stays);
     EmbeddedSurface& s = matter.embedded;
-    for (std::size_t i = 0; i < s.size(); ++i)
-        if (s.owner[i] == static_cast<std::int32_t>(from) && goes(s.rest.position[i]))
-            s.owner[i] = static_cast<std::int32_t>(to);
+    for (Index i = 0; i < s.size(); ++i)
+        if (s.owner[i] == static_cast<std::int32_t>(from) && surfel_goes(i)) s.owner[i] = static_cast<std::int32_t>(to);
+}
+/// The same by place in the material frame.
+void move_matter(std::size_t from, std::size_t to, const std::function<bool(const Vec3&)>& goes, const Matter& matter) {
+    move_matter(
+        from, to, [&](Index i) { return goes(xyz(matter.solids.elements.rest[i])); },
+        [&](Index i) { return goes(matter.embedded.rest.position[i]); }, matter);
 }
 
-/// Ends bonds at a split. Neither side has the scene's shape any more.
-void part(std::size_t a, std::size_t b, const Matter& matter) {
+/// Ends bonds at a split. None of these bodies has the scene's shape any more.
+void part(const std::vector<std::uint8_t>& bodies, const Matter& matter) {
     part_bonds(matter.solids.elements);
-    for (const std::size_t k : {a, b}) matter.solids.bodies[k].scene_shape = false;
-    bind_matter(marked(matter.solids, {a, b}), matter);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (bodies[b]) matter.solids.bodies[b].scene_shape = false;
+    bind_matter(bodies, matter);
 }
 
 /// The surfels of a face, turned round for the body on its other side.
@@ -97,23 +105,35 @@ SurfelCloud cut_face(const Shape& cutter, const Shape& shape, double spacing, st
     return face;
 }
 
-/// Appends a face to a body's surfels, as a family and a sheet of its own.
+/// Appends a face to a body's surfels, as a sheet of its own that it lies behind.
 void append_face(const SurfelCloud& face, std::size_t b, std::int32_t sheet, const Matter& matter) {
-    constexpr std::int64_t kFirst = std::int64_t(1) << 50, kFamily = std::int64_t(1) << 36;
-    EmbeddedSurface& s = matter.embedded;
-    const std::size_t first = s.size();
-    const auto own = std::ranges::find(s.owner, static_cast<std::int32_t>(b));
-    const Real temperature =
-        own == s.owner.end() ? Real(0) : s.temperature[static_cast<std::size_t>(own - s.owner.begin())];
-    append_surfels(face, matter.solids.bodies[b].origin, static_cast<std::int32_t>(b), s);
-    for (std::size_t i = first; i < s.size(); ++i) {
-        s.sheet[i] = sheet;
-        s.temperature[i] = temperature;
-    }
-    const std::int64_t base = kFirst + kFamily * static_cast<std::int64_t>(s.families.size());
-    s.families.push_back(
-        {.first = static_cast<Index>(first), .base = base, .shift = static_cast<std::int64_t>(face.size()) - base});
+    append_family(face, std::vector<std::int32_t>(face.size(), sheet), b, matter);
     matter.solids.bodies[b].cuts.push_back(sheet);
+}
+
+/// The pieces of a body: a number for each of its elements, in their order. The largest piece is 0; of equals, that of
+/// the first element.
+std::vector<std::size_t> pieces_of(const SolidBody& body, const Elements& e, std::size_t& count) {
+    constexpr std::size_t kNew = static_cast<std::size_t>(-1);
+    std::vector<std::size_t> piece(e.size(), kNew), size;
+    for (const Index start : body.elements) {
+        if (piece[start] != kNew) continue;
+        std::vector<Index> reached{start};
+        piece[start] = size.size();
+        for (std::size_t k = 0; k < reached.size(); ++k)
+            for (std::size_t l = e.bonds.begin[reached[k]]; l < e.bonds.begin[reached[k] + 1]; ++l)
+                if (const Index j = e.bonds.neighbour[l]; e.bonds.weight[l] > 0 && piece[j] == kNew) {
+                    piece[j] = size.size();
+                    reached.push_back(j);
+                }
+        size.push_back(reached.size());
+    }
+    const auto largest = static_cast<std::size_t>(std::ranges::max_element(size) - size.begin());
+    std::vector<std::size_t> number;
+    for (const Index i : body.elements)
+        number.push_back(piece[i] == largest ? 0 : piece[i] < largest ? piece[i] + 1 : piece[i]);
+    count = size.size();
+    return number;
 }
 
 /// Removes the nodes at these bodies: they are found anew, without memory. Nodes at samples of other bodies are
@@ -155,7 +175,8 @@ void select_matter(const std::vector<Index>& rows, const Matter& matter) {
 void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter) {
     Solids& solids = matter.solids;
     EmbeddedSurface& s = matter.embedded;
-    if (s.size() > 0) bind_surfels(solids, bodies, s);
+    const CrackSight sight(solids);
+    if (s.size() > 0) bind_surfels(solids, bodies, s, element_sight(sight));
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         SolidBody& body = solids.bodies[b];
         if (!bodies[b] || body.empty()) continue;
@@ -177,8 +198,68 @@ std::size_t split_body(std::size_t b, const std::function<bool(const Vec3&)>& go
     matter.embedded.trim.emplace_back();
     matter.embedded.grid.emplace_back();
     move_matter(b, to, goes, matter);
-    part(b, to, matter);
+    part(marked(matter.solids, {b, to}), matter);
     return to;
+}
+
+bool has_come_apart(const SolidBody& body, const Elements& elements) {
+    std::size_t count = 0;
+    pieces_of(body, elements, count);
+    return count > 1;
+}
+
+std::size_t part_fragments(const std::vector<std::uint8_t>& bodies, const std::function<Index(Index)>& nearest,
+                           const Matter& matter) {
+    Solids& solids = matter.solids;
+    std::vector<std::uint8_t> marks = bodies;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        if (!bodies[b] || solids.bodies[b].empty()) continue;
+        std::size_t count = 0;
+        const std::vector<Index> elements = solids.bodies[b].elements;
+        const std::vector<std::size_t> number = pieces_of(solids.bodies[b], solids.elements, count);
+        if (count < 2) {
+            marks[b] = 0;
+            continue;
+        }
+        std::vector<std::size_t> piece(solids.elements.size(), 0);
+        for (std::size_t k = 0; k < elements.size(); ++k) piece[elements[k]] = number[k];
+        std::vector<std::size_t> of_surfel(matter.embedded.size(), 0);
+        parallel_for(of_surfel.size(), [&](std::size_t i) {
+            if (matter.embedded.owner[i] == static_cast<std::int32_t>(b))
+                of_surfel[i] = piece[nearest(static_cast<Index>(i))];
+        });
+        for (std::size_t k = 1; k < count; ++k) {
+            const std::size_t to = append_fragment(b, solids);
+            matter.embedded.trim.emplace_back();
+            matter.embedded.grid.emplace_back();
+            marks.push_back(1);
+            move_matter(
+                b, to, [&](Index i) { return piece[i] == k; }, [&](Index i) { return of_surfel[i] == k; }, matter);
+        }
+    }
+    const std::size_t created = marks.size() - bodies.size();
+    if (created > 0) part(marks, matter);
+    return created;
+}
+
+std::size_t append_family(const SurfelCloud& cloud, const std::vector<std::int32_t>& sheets, std::size_t b,
+                          const Matter& matter) {
+    constexpr std::int64_t kFirst = std::int64_t(1) << 50, kFamily = std::int64_t(1) << 36;
+    EmbeddedSurface& s = matter.embedded;
+    const std::size_t first = s.size();
+    const auto own = std::ranges::find(s.owner, static_cast<std::int32_t>(b));
+    const Real temperature =
+        own == s.owner.end() ? Real(0) : s.temperature[static_cast<std::size_t>(own - s.owner.begin())];
+    append_surfels(cloud, matter.solids.bodies[b].origin, static_cast<std::int32_t>(b), s);
+    for (std::size_t i = first; i < s.size(); ++i) {
+        s.sheet[i] = sheets[i - first];
+        s.temperature[i] = temperature;
+    }
+    const std::int64_t base = kFirst + kFamily * static_cast<std::int64_t>(s.families.size());
+    s.families.push_back(
+        {.first = static_cast<Index>(first), .base = base, .shift = static_cast<std::int64_t>(cloud.size()) - base});
+    matter.solids.altered = true;
+    return first;
 }
 
 std::size_t cut_body(std::size_t b, const Shape& cutter, const Matter& matter) {
@@ -200,7 +281,7 @@ std::size_t cut_body(std::size_t b, const Shape& cutter, const Matter& matter) {
     const std::int32_t sheet = s.sheet.empty() ? 1 : *std::ranges::max_element(s.sheet) + 1;
     append_face(face, to, sheet, matter);
     append_face(turned(face), b, sheet, matter);
-    part(b, to, matter);
+    part(marked(matter.solids, {b, to}), matter);
     return to;
 }
 
@@ -265,11 +346,35 @@ void remove_element(Index element, const Matter& matter) {
     bind_matter(marked(solids, {b}), matter);
 }
 
-std::optional<TrimNode> trim_of_fragment(const std::optional<TrimNode>& source, const SolidBody& body) {
-    if (body.cuts.empty()) return source;
-    TrimNode tree{TrimNode::Op::all, 0, {source ? *source : TrimNode{}}};
-    for (const std::int32_t sheet : body.cuts) tree.parts.push_back({TrimNode::Op::sheet, sheet, {}});
+std::optional<TrimNode> trim_of_fragment(const std::optional<TrimNode>& source, const SolidBody& body,
+                                         const std::vector<std::int32_t>& crack_sheets, float reach) {
+    if (body.cuts.empty() && crack_sheets.empty()) return source;
+    TrimNode tree{TrimNode::Op::all, 0, {source ? *source : TrimNode{}}, 0};
+    for (const std::int32_t sheet : body.cuts) tree.parts.push_back(sheet_node(sheet));
+    for (std::size_t k = 0; k < crack_sheets.size(); ++k) {
+        const std::int32_t sheet = crack_sheets[k];
+        const bool both = k + 1 < crack_sheets.size() && crack_sheets[k + 1] / 2 == sheet / 2;
+        TrimNode crack = sheet_node(sheet);
+        if (both) crack = {TrimNode::Op::any, 0, {sheet_node(sheet), sheet_node(sheet + 1)}, 0};
+        crack.reach = reach;
+        tree.parts.push_back(std::move(crack));
+        k += both ? 1 : 0;
+    }
     return tree;
+}
+
+std::vector<std::vector<std::int32_t>> crack_sheets_of(const EmbeddedSurface& s, std::size_t bodies) {
+    std::vector<std::vector<std::int32_t>> sheets(bodies);
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        if (s.sheet[i] < kFirstCrackSheet) continue;
+        auto& own = sheets[static_cast<std::size_t>(s.owner[i])];
+        if (own.empty() || own.back() != s.sheet[i]) own.push_back(s.sheet[i]);
+    }
+    for (auto& own : sheets) {
+        std::ranges::sort(own);
+        own.erase(std::ranges::unique(own).begin(), own.end());
+    }
+    return sheets;
 }
 
 }  // namespace thixo

@@ -5,6 +5,7 @@
 
 #include "pipeline/geometry/neighbour_lists.h"
 #include "pipeline/geometry/point_grid.h"
+#include "sim/fracture/crack_step.h"
 #include "sim/fracture/fragments.h"
 #include "sim/liquid/pressure_solver.h"
 #include "sim/liquid/viscosity_solver.h"
@@ -39,6 +40,7 @@ struct Simulation {
     Sweep sweep{};
     ElasticState elastic_state{};
     SolidScratch solid_scratch{};
+    CrackScratch crack_scratch{};
     TensionScratch tension{};
     ViscosityScratch viscosity{};
     HeatScratch heat{};

@@ -6,6 +6,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
 #include "sim/bonds/members.h"
+#include "sim/fracture/sheets.h"
 #include "sim/liquid/density.h"
 #include "sim/liquid/forces.h"
 #include "sim/liquid/leapfrog.h"
@@ -178,13 +179,15 @@ double choose_step(const Plan& plan, Simulation& sim, double wall_speed) {
     const scene::TimeStep& params = sim.problem.scene.solver.time_step;
     // Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
     if (!plan.liquid)
-        return divide_evenly(sim.clock.next_frame - sim.clock.time, params.fixed > 0 ? params.fixed : params.maximum);
+        return divide_evenly(sim.clock.next_frame - sim.clock.time,
+                             params.fixed > 0 ? params.fixed : std::min(params.maximum, sim.solids.cracks.step));
     StepLimits limits =
         step_limits(sim.particles, sim.sweep, sim.problem.materials, sim.problem.smoothing, params, wall_speed);
     if (incompressible(sim)) limits.signal = std::min(limits.signal, pressure_limit(sim));
     check_health(sim, limits);
     const double dt =
-        divide_evenly(sim.clock.next_frame - sim.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
+        divide_evenly(sim.clock.next_frame - sim.clock.time,
+                      params.fixed > 0 ? params.fixed : std::min(limits.smallest(), sim.solids.cracks.step));
     sim.stats.fastest = std::max(sim.stats.fastest, limits.fastest);
     if (dt < sim.stats.smallest_dt) sim.stats.limit = params.fixed > 0 ? "fixed" : limits.cause();
     sim.stats.smallest_dt = std::min(sim.stats.smallest_dt, dt);
@@ -224,6 +227,16 @@ void move_solids(const Plan& plan, double dt, Simulation& sim) {
     sim.stats.limit = "elastic";
     sim.stats.smallest_dt = std::min(sim.stats.smallest_dt, report.smallest_dt);
     sim.stats.largest_dt = std::max(sim.stats.largest_dt, dt);
+}
+
+/// Cracks go as far as the stress of the step's end drives them.
+void break_solids(const Plan& plan, double dt, Simulation& sim) {
+    if (!plan.solids || sim.solids.breaking.empty()) return;
+    ScopedTimer timer(sim.stats.cracks_seconds);
+    const CrackReport report =
+        advance_cracks(dt, static_cast<std::uint64_t>(sim.clock.step), matter_of(sim), sim.crack_scratch);
+    sim.stats.cracks_begun += static_cast<int>(report.begun);
+    sim.stats.fragments += static_cast<int>(report.fragments);
 }
 
 void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
@@ -321,6 +334,7 @@ void step(Simulation& sim) {
     drive_openings(sim);                 // sources
     conduct(sim, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, sim);  // leapfrog   7.2, solids  5.3, 6.3, walls
+    break_solids(plan, dt, sim);         // fracture   5.6
     update_surface_when_due(plan, sim);  // surface    6.6
     count_step(sim);
 }
@@ -331,6 +345,7 @@ void refresh_surface(Simulation& sim) {
     const Smoothing& smoothing = sim.problem.smoothing;
     const scene::Surface& params = sim.problem.scene.surface;
     const SurfaceSetting setting{sim.walls, params, smoothing.spacing, smoothing.support, sim.problem.moulds};
+    if (sim.solids.cracks.any()) lay_sheets(CrackSight(sim.solids), matter_of(sim));
     const SurfaceReport report = sim.solids.empty()
                                      ? update_surface(sim.surface, sim.particles, setting)
                                      : update_mixed_surface(sim.embedded, sim.solids, sim.particles, setting,

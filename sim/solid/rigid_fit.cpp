@@ -13,7 +13,13 @@ struct Sums {
 };
 
 Mat3d fitting_rotation(const Mat3d& spread) {
+    constexpr double kNoPlane = 1e-4;
     const Eigen::JacobiSVD<Mat3d> svd(spread, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const Vec3d extent = svd.singularValues();
+    if (!(extent[0] > 0)) return Mat3d::Identity();  // one element: nothing tells how it turns
+    // Elements on a line: it turns the shortest way, and not about itself.
+    if (extent[1] < kNoPlane * extent[0])
+        return Quatd::FromTwoVectors(svd.matrixU().col(0), svd.matrixV().col(0)).toRotationMatrix();
     Vec3d sign(1, 1, 1);
     sign.z() = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1 : 1;
     return svd.matrixV() * sign.asDiagonal() * svd.matrixU().transpose();

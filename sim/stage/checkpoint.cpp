@@ -157,6 +157,21 @@ void visit_fields(Stream& stream, const char* name, Records& records, Field... f
 }
 
 template <class Stream, class S>
+void visit_cracks(Stream& stream, S& cracks) {
+    visit_fields(stream, "cracks", cracks.cracks, &Crack::source, &Crack::sheet);
+    stream.records("fronts", cracks.fronts, sizeof(std::int32_t));
+    for (auto& front : cracks.fronts) {
+        stream.value("front.crack", front.crack);
+        stream.value("front.closed", front.closed);
+        visit_fields(stream, "front.nodes", front.nodes, &CrackNode::place, &CrackNode::advance, &CrackNode::heading,
+                     &CrackNode::vertex, &CrackNode::state);
+    }
+    stream.array("cracks.vertex", cracks.vertex);
+    for_each_array(cracks.triangles, [&](const char* name, auto& array) { stream.array(name, array); });
+    for_each_array(cracks.crossings, [&](const char* name, auto& array) { stream.array(name, array); });
+}
+
+template <class Stream, class S>
 void visit_bonds(Stream& stream, S& bonds) {
     stream.array("bonds.begin", bonds.begin);
     stream.array("bonds.neighbour", bonds.neighbour);
@@ -185,9 +200,23 @@ void visit_altered(Stream& stream, S& state) {
     }
     for_each_array_of(Life::made, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     visit_bonds(stream, solids.elements.bonds);
+    visit_cracks(stream, solids.cracks);
     for_each_array(state.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
     visit_fields(stream, "embedded.families", state.embedded.families, &SurfelFamily::first, &SurfelFamily::base,
                  &SurfelFamily::shift);
+}
+
+/// What of breaking solids is state. Rates may be those of bonds of a few steps before.
+template <class Stream, class S>
+void visit_breaking(Stream& stream, S& solids) {
+    auto& bonds = solids.elements.bonds;
+    stream.value("cracks.step", solids.cracks.step);
+    stream.array("cracks.laws", solids.laws);
+    stream.array("cracks.rates", solids.rates);
+    stream.value("cracks.weakened", bonds.weakened);
+    bool follow = solids.rates_version + bonds.weakened == bonds.version;
+    stream.value("cracks.rates_follow", follow);
+    if constexpr (!std::is_const_v<S>) solids.rates_version = follow ? bonds.version - bonds.weakened : 0;
 }
 
 template <class Stream, class S>
@@ -196,6 +225,7 @@ void visit_solids(Stream& stream, S& solids) {
     for (auto& handle : solids.handles) stream.array("solid.anchor", handle.anchor);
     stream.value("solid.last_dt", solids.last_dt);
     stream.value("solid.stretch2", solids.stretch2);
+    if (solids.elements.breaks) visit_breaking(stream, solids);
     for_each_array_of(Life::state, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     for_each_array(solids.contacts.nodes, [&](const char* name, auto& array) { stream.array(name, array); });
     if (!solids.softening.any) return;

@@ -331,6 +331,7 @@ void check_altered(const Simulation& sim, const Solids& at_start, const std::str
     check_bodies(check, sim, at_start);
     check_bonds(check, sim.solids.elements.bonds, sim.solids.elements.size());
     check_embedded(check, sim);
+    check_cracks(sim, file);
 }
 
 void check_solids(const Simulation& sim, const std::string& file) {

@@ -21,6 +21,9 @@ void check_particles(const Simulation& sim, const std::string& file);
 /// bodies have split, or whose elements have come or gone.
 void check_altered(const Simulation& sim, const Solids& at_start, const std::string& file);
 
+/// The fronts and sheets of cracks, and the bonds that cross them.
+void check_cracks(const Simulation& sim, const std::string& file);
+
 /// Particles against bodies and elements, and the state of these.
 void check_solids(const Simulation& sim, const std::string& file);
 

@@ -76,6 +76,12 @@ PointSet surfel_points(const Simulation& sim) {
     return points;
 }
 
+/// Discs reach past the lips of a crack by about their radius: beyond three of these it trims nothing [m].
+float reach_of_cracks(const Solids& solids, const SolidBody& body) {
+    const auto own = std::ranges::find(solids.breaking, body.source, &Breaking::source);
+    return own == solids.breaking.end() ? 0 : static_cast<float>(3 * own->surfel);
+}
+
 std::vector<FrameBody> frame_bodies(const Simulation& sim) {
     const scene::Scene& scene = sim.problem.scene;
     std::vector<FrameBody> bodies;
@@ -85,6 +91,7 @@ std::vector<FrameBody> frame_bodies(const Simulation& sim) {
     for (const scene::Body& b : scene.bodies) add(b.name, b.material, -1);
     for (const scene::Emitter& e : scene.emitters) add(e.name, e.material, -1);
     std::vector<std::optional<TrimNode>> of_source(scene.bodies.size());
+    const std::vector<std::vector<std::int32_t>> crack_sheets = crack_sheets_of(sim.embedded, sim.solids.bodies.size());
     for (std::size_t b = 0; b < sim.solids.bodies.size(); ++b) {
         const SolidBody& body = sim.solids.bodies[b];
         if (!body.shaped()) continue;
@@ -94,7 +101,8 @@ std::vector<FrameBody> frame_bodies(const Simulation& sim) {
         else
             add(scene.bodies[source].name, scene.bodies[source].material, body.parent);
         if (body.skin == Skin::embedded)
-            bodies[static_cast<std::size_t>(body.id)].trim = trim_of_fragment(of_source[source], body);
+            bodies[static_cast<std::size_t>(body.id)].trim =
+                trim_of_fragment(of_source[source], body, crack_sheets[b], reach_of_cracks(sim.solids, body));
     }
     return bodies;
 }

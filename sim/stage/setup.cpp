@@ -324,6 +324,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     make_phases(scene, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);
     if (scene.surface.enabled) sim.embedded = make_embedded_surface(scene, sim.solids);
+    make_breaking(scene, sim.embedded, sim.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(

@@ -85,6 +85,13 @@ void append_stats(const std::filesystem::path& out, const Simulation& sim, const
         line["seconds"]["solids"] = t.solids_seconds;
         line["seconds"]["contact"] = t.contact_seconds;
     }
+    if (!sim.solids.breaking.empty()) {
+        line["cracks"] = {{"begun", t.cracks_begun},
+                          {"fragments", t.fragments},
+                          {"fronts", sim.solids.cracks.fronts.size()},
+                          {"bodies", sim.solids.bodies.size()}};
+        line["seconds"]["cracks"] = t.cracks_seconds;
+    }
     if (!append_line(out / kFile, line.dump()))
         log_warning("{}: cannot be written; the run goes on without statistics", (out / kFile).string());
 }

@@ -61,14 +61,18 @@ struct Bonds {
     std::uint64_t version = 1;
     // The same, raised by changes of solidity as well.
     std::uint64_t weights_version = 1;
+    // How many of the last versions, up to this one, are of bonds that cracks have weakened and of nothing else.
+    std::uint64_t weakened = 0;
 
     std::size_t size() const { return begin.empty() ? 0 : begin.size() - 1; }
-    void changed() { ++version, ++weights_version; }
+    void changed() { ++version, ++weights_version, weakened = 0; }
+    void changed_by_cracks() { ++version, ++weights_version, ++weakened; }
 };
 
 /// Structure of arrays; row e of every array is element e. Places and vectors are in their body's material frame.
 struct Elements {
     bool softens = false;  // some matter changes its phase: law, phase and melt have rows; otherwise all is solid
+    bool breaks = false;   // some matter can crack: strength has rows
     // The rest shape.
     std::vector<std::int64_t> id;     // of its particle
     std::vector<std::int32_t> owner;  // index of its SolidBody
@@ -77,6 +81,7 @@ struct Elements {
     std::vector<Real> mass, volume;  // [kg], V of the rest shape [m^3]
     std::vector<Real> support;       // h [m]
     std::vector<Real> depth;         // of the particle below the body's surface, in the rest shape [m]
+    std::vector<Real> strength;      // tension at which a crack begins; the largest number: it never does [Pa]
     // Copies of its particle's fields, written with them.
     std::vector<Phase> phase;
     std::vector<Real> melt;  // b [1]
@@ -113,6 +118,7 @@ void for_each_field(E& e, F&& f) requires requires {
     f("solid.volume", Life::made, e.volume);
     f("solid.support", Life::made, e.support);
     f("solid.depth", Life::made, e.depth);
+    if (e.breaks) f("solid.strength", Life::made, e.strength);
     if (e.softens) {
         f("solid.phase", Life::state, e.phase);
         f("solid.melt", Life::state, e.melt);

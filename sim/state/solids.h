@@ -6,6 +6,7 @@
 #include "pipeline/geometry/keyframes.h"
 #include "sim/state/bodies.h"
 #include "sim/state/contacts.h"
+#include "sim/state/cracks.h"
 #include "sim/state/elements.h"
 #include "sim/state/stress_law.h"
 
@@ -58,6 +59,8 @@ struct Solids {
     std::vector<Handle> handles;
     Contacts contacts;
     Softening softening;
+    Cracks cracks;
+    std::vector<Breaking> breaking;  // of the scene bodies that can break
     std::int32_t next_body = 0;  // id of the next new body
     // Bodies have split, or elements have come or gone. A checkpoint then also holds what the scene no longer tells.
     bool altered = false;

@@ -252,7 +252,7 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
                 };
                 for (const std::size_t b : near_bodies) {
                     const DrawnBody& other = bodies[b];
-                    if (other.number == owner || !other.may_hold(cloud.position[i])) continue;
+                    if (b == owner || partners.of(owner).empty() || !other.may_hold(cloud.position[i])) continue;
                     if (const auto to = on_contact_surface(bodies[owner], other, drawn(), fit))
                         move_surfel(*to, i, cloud);
                 }

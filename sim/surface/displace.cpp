@@ -20,15 +20,15 @@ struct Carriers {
         const std::size_t n = particles.size();
         const Particles& p = particles.table();
         for (auto* a : {&weight, &x, &y, &z, &extra, &component}) a->resize(n + PointGrid::kPadding, 0);
-        parallel_for(n, [&](std::size_t s) {
-            const Index j = particles.row(grid.index(static_cast<Index>(s)));
+        parallel_for(n, [&](std::size_t slot) {
+            const Index j = particles.row(grid.index(static_cast<Index>(slot)));
             const Vec3 v = vector_of(j);
-            weight[s] = p.rest_volume[j];
-            x[s] = v.x();
-            y[s] = v.y();
-            z[s] = v.z();
-            extra[s] = static_cast<Real>(p.temperature[j]);
-            component[s] = static_cast<Real>(p.material[j]);
+            weight[slot] = p.rest_volume[j];
+            x[slot] = v.x();
+            y[slot] = v.y();
+            z[slot] = v.z();
+            extra[slot] = static_cast<Real>(p.temperature[j]);
+            component[slot] = static_cast<Real>(p.material[j]);
         });
     }
     /// Calls f(slot, a, dx, dy, dz) for runs of the particles about a place. The weight a is V0 (1 - r^2/h^2)^3 for
@@ -45,10 +45,10 @@ struct Carriers {
     }
 };
 
-LocalMotion motion_at(const Vec3& s, std::int32_t component, const Carriers& particles, Real level) {
+LocalMotion motion_at(const Vec3& place, std::int32_t component, const Carriers& particles, Real level) {
     Lanes w{}, mx{}, my{}, mz{}, ux{}, uy{}, uz{};
     Lanes xx{}, xy{}, xz{}, yy{}, yz{}, zz{}, c[3][3]{};
-    particles.for_each_run(s, component, [&](Index slot, Lanes a, Lanes x, Lanes y, Lanes z) {
+    particles.for_each_run(place, component, [&](Index slot, Lanes a, Lanes x, Lanes y, Lanes z) {
         const Lanes ax = a * x, ay = a * y, az = a * z;
         w += a;
         mx += ax;

@@ -1,6 +1,7 @@
 // Surfels on all solids of a scene, and the weights of the elements that displace them.
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
@@ -75,13 +76,42 @@ EdgeCut edge_cut_past(const FaceDisc& disc) {
     return {0, 0, 0};
 }
 
-/// Appends the weights of a disc's three places, of all elements within `support` of any of them.
-void append_weights(const PointGrid& grid, const SolidBody& body, const Vec3& m, const Vec3& axis1, const Vec3& axis2,
-                    Real support, std::vector<SurfelWeight>& out) {
+Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
+
+/// Weakens the weights from row `begin` on by what stands between their elements and surfel i. Returns whether any is
+/// weakened. Where no element would be left, all stay.
+bool screen_weights(const SurfelCloud& rest, Index i, const ElementSight& sight, std::size_t begin,
+                    std::vector<SurfelWeight>& weights) {
+    std::vector<Real> left;
+    Real least = 1, sum[3] = {0, 0, 0};
+    for (std::size_t k = begin; k < weights.size(); ++k) {
+        const SurfelWeight& w = weights[k];
+        const Real a = left.emplace_back(sight.share(rest.position[i], rest.normal[i], w.element));
+        least = std::min(least, a);
+        sum[0] += a * w.at, sum[1] += a * w.along1, sum[2] += a * w.along2;
+    }
+    if (!(least < 1) || !(std::min({sum[0], sum[1], sum[2]}) > 0)) return false;
+    for (std::size_t k = begin; k < weights.size(); ++k) {
+        const Real a = left[k - begin];
+        weights[k].at *= a, weights[k].along1 *= a, weights[k].along2 *= a;
+    }
+    const auto own = weights.begin() + static_cast<std::ptrdiff_t>(begin);
+    weights.erase(std::remove_if(own, weights.end(),
+                                 [](const SurfelWeight& w) { return w.at == 0 && w.along1 == 0 && w.along2 == 0; }),
+                  weights.end());
+    return true;
+}
+
+/// Appends the weights of surfel i, of all elements within its support of its middle or of an end of its axes. Returns
+/// whether a crack weakens any.
+bool append_weights(const PointGrid& grid, const SolidBody& body, const EmbeddedSurface& embedded, Index i,
+                    const ElementSight& sight, std::vector<SurfelWeight>& out) {
     const std::size_t begin = out.size();
+    const Real support = embedded.support[i];
     const Poly6 w(support);
     Real sum[3] = {0, 0, 0};
-    const Vec3 place[3] = {m, m + axis1, m + axis2};
+    const Vec3& m = embedded.rest.position[i];
+    const Vec3 place[3] = {m, m + embedded.rest.axis1[i], m + embedded.rest.axis2[i]};
     for (int k = 0; k < 3; ++k)
         grid.for_each_neighbour(place[k], support, [&](Index near, Real r2) {
             const Index element = body.elements[near];
@@ -92,29 +122,39 @@ void append_weights(const PointGrid& grid, const SolidBody& body, const Vec3& m,
             weight = w.value(r2);
             sum[k] += weight;
         });
-    for (std::size_t i = begin; i < out.size(); ++i) {
-        out[i].at /= sum[0];
-        out[i].along1 /= sum[1];
-        out[i].along2 /= sum[2];
+    const bool near = sight.any && sight.any(body.source, m, support + disc_of(embedded.rest, i));
+    const bool screened = near && screen_weights(embedded.rest, i, sight, begin, out);
+    if (screened) {
+        std::ranges::fill(sum, Real(0));
+        for (std::size_t k = begin; k < out.size(); ++k)
+            sum[0] += out[k].at, sum[1] += out[k].along1, sum[2] += out[k].along2;
     }
+    for (std::size_t k = begin; k < out.size(); ++k) {
+        out[k].at /= sum[0];
+        out[k].along1 /= sum[1];
+        out[k].along2 /= sum[2];
+    }
+    return screened;
 }
 
 /// The weights of the surfels `which`, one after the other, and where those of each end.
 struct FoundWeights {
     std::vector<SurfelWeight> weight;
     std::vector<std::size_t> end;
+    std::vector<std::uint8_t> screened;
 };
-FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which, const EmbeddedSurface& embedded) {
+FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which, const ElementSight& sight,
+                          const EmbeddedSurface& embedded) {
     const std::size_t count = which.size();
     std::vector<std::vector<SurfelWeight>> found((count + kChunk - 1) / kChunk);
     FoundWeights out;
     out.end.resize(count);
+    out.screened.resize(count);
     parallel_chunks(count, [&](std::size_t begin, std::size_t stop, std::size_t c) {
         for (std::size_t k = begin; k < stop; ++k) {
             const Index i = which[k];
             const auto owner = static_cast<std::size_t>(embedded.owner[i]);
-            append_weights(embedded.grid[owner], solids.bodies[owner], embedded.rest.position[i],
-                           embedded.rest.axis1[i], embedded.rest.axis2[i], embedded.support[i], found[c]);
+            out.screened[k] = append_weights(embedded.grid[owner], solids.bodies[owner], embedded, i, sight, found[c]);
             out.end[k] = found[c].size();
         }
     });
@@ -143,9 +183,26 @@ void replace_weights(const std::vector<Index>& which, const FoundWeights& found,
     }
     embedded.begin.swap(begin);
     embedded.weight.swap(weight);
+    embedded.screened.resize(embedded.size(), 0);
+    for (std::size_t k = 0; k < which.size(); ++k) embedded.screened[which[k]] = found.screened[k];
 }
 
-Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.axis1[i].norm(), cloud.axis2[i].norm()); }
+/// The surfels of cracks whose other side belongs to the same body, ascending. Both sides are laid at one place.
+std::vector<Index> closed_faces(const EmbeddedSurface& embedded, std::int32_t owner) {
+    std::vector<Index> faces;
+    for (Index i = 0; i < embedded.size(); ++i)
+        if (embedded.owner[i] == owner && embedded.sheet[i] >= kFirstCrackSheet) faces.push_back(i);
+    const auto key = [&](Index i) {
+        const Vec3& m = embedded.rest.position[i];
+        return std::tuple(embedded.sheet[i] / 2, m.x(), m.y(), m.z());
+    };
+    std::ranges::sort(faces, [&](Index a, Index b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+    std::vector<Index> both;
+    for (std::size_t k = 1; k < faces.size(); ++k)
+        if (key(faces[k]) == key(faces[k - 1])) both.insert(both.end(), {faces[k - 1], faces[k]});
+    std::ranges::sort(both);
+    return both;
+}
 
 /// Finds how a body's new surfels, from row `first` on, lie about its edges.
 void find_edges(const Shape& shape, double spacing, std::size_t first, EmbeddedSurface& embedded) {
@@ -207,20 +264,29 @@ void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t o
     }
 }
 
-void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& embedded) {
-    embedded.grid.resize(solids.bodies.size());
-    embedded.trim.resize(solids.bodies.size());
-    std::vector<Real> widest(solids.bodies.size(), 0);
-    std::vector<PointGrid> near(solids.bodies.size());
-    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
-        const SolidBody& body = solids.bodies[b];
-        if (!bodies[b] || !body.shaped() || body.empty()) continue;
-        widest[b] = solids.elements.support[body.typical];
-        near[b].build(rest_places(body, solids.elements), widest[b]);
-    }
+void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& embedded,
+                  const ElementSight& sight) {
     std::vector<Index> which;
     for (Index i = 0; i < embedded.size(); ++i)
         if (bodies[static_cast<std::size_t>(embedded.owner[i])]) which.push_back(i);
+    embedded.grid.resize(solids.bodies.size());
+    embedded.trim.resize(solids.bodies.size());
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b)
+        if (bodies[b]) embedded.grid[b] = {};
+    bind_some_surfels(solids, which, embedded, sight);
+}
+
+void bind_some_surfels(const Solids& solids, const std::vector<Index>& which, EmbeddedSurface& embedded,
+                       const ElementSight& sight) {
+    std::vector<Real> widest(solids.bodies.size(), 0);
+    for (const Index i : which) widest[static_cast<std::size_t>(embedded.owner[i])] = 1;
+    std::vector<PointGrid> near(solids.bodies.size());
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        if (!(widest[b] > 0) || !body.shaped() || body.empty()) continue;
+        widest[b] = solids.elements.support[body.typical];
+        near[b].build(rest_places(body, solids.elements), widest[b]);
+    }
     parallel_for(which.size(), [&](std::size_t k) {
         const Index i = which[k];
         const auto b = static_cast<std::size_t>(embedded.owner[i]);
@@ -233,15 +299,19 @@ void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies,
         reach = std::max(reach, reach_of_pieces(embedded, i));
     }
     for (std::size_t b = 0; b < solids.bodies.size(); ++b)
-        if (widest[b] > 0) embedded.grid[b].build(rest_places(solids.bodies[b], solids.elements), widest[b]);
-    replace_weights(which, find_weights(solids, which, embedded), embedded);
+        if (widest[b] > 0 && !(embedded.grid[b].cell() >= widest[b]))
+            embedded.grid[b].build(rest_places(solids.bodies[b], solids.elements), widest[b]);
+    replace_weights(which, find_weights(solids, which, sight, embedded), embedded);
 }
 
 std::optional<Shape> shape_of_surfels(const EmbeddedSurface& embedded, const SolidBody& body, std::int32_t index) {
     constexpr std::size_t kFewest = 16;  // surfels_of_points needs as many
     TriangleMesh points;
+    const std::vector<Index> closed = closed_faces(embedded, index);
     for (std::size_t i = 0; i < embedded.size(); ++i) {
-        if (embedded.owner[i] != index || embedded.beyond[i]) continue;
+        if (embedded.owner[i] != index || embedded.beyond[i] ||
+            std::ranges::binary_search(closed, static_cast<Index>(i)))
+            continue;
         points.vertices.push_back((embedded.rest.position[i] + body.origin).cast<float>());
         points.normals.push_back(embedded.rest.normal[i].cast<float>());
     }

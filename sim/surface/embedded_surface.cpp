@@ -90,13 +90,20 @@ struct PieceElements {
         const auto owner = static_cast<std::size_t>(embedded.owner[field.root]);
         const SolidBody& body = field.solids.bodies[owner];
         x.clear(), y.clear(), z.clear(), element.clear();
-        embedded.grid[owner].for_each_neighbour(embedded.rest.position[field.root],
-                                                reach_of_pieces(embedded, field.root), [&](Index near, Real) {
-                                                    const Index i = body.elements[near];
-                                                    const Quad& m = field.solids.elements.rest[i];
-                                                    x.push_back(m.x), y.push_back(m.y), z.push_back(m.z);
-                                                    element.push_back(i);
-                                                });
+        const auto add = [&](Index i) {
+            const Quad& m = field.solids.elements.rest[i];
+            x.push_back(m.x), y.push_back(m.y), z.push_back(m.z);
+            element.push_back(i);
+        };
+        if (embedded.screened[field.root]) {
+            // Beside a crack: those that the surfel itself sees.
+            for (std::size_t k = embedded.begin[field.root]; k < embedded.begin[field.root + 1]; ++k)
+                add(embedded.weight[k].element);
+        } else {
+            embedded.grid[owner].for_each_neighbour(embedded.rest.position[field.root],
+                                                    reach_of_pieces(embedded, field.root),
+                                                    [&](Index near, Real) { add(body.elements[near]); });
+        }
         // Padded with elements out of all reach.
         constexpr Real kFar = Real(1e18);
         for (const std::size_t n = (element.size() + kLanes - 1) / kLanes * kLanes; x.size() < n;)
@@ -114,8 +121,17 @@ struct PieceElements {
                 if (a[l] > 0) sum.add(a[l], field.solids.motions[element[k + l]]);
         }
         const Real total = sum_of(weight);
-        for (Lanes& p : sum.part) p /= total;
+        if (!(total > 0)) sum.add(1, field.solids.motions[nearest(m)]);
+        for (Lanes& p : sum.part) p /= total > 0 ? total : Real(1);
         return sum;
+    }
+    /// Beside a crack a piece may see no element within the support.
+    Index nearest(const Vec3& m) const {
+        std::size_t best = 0;
+        const auto away = [&](std::size_t k) { return (Vec3(x[k], y[k], z[k]) - m).squaredNorm(); };
+        for (std::size_t k = 1; k < element.size(); ++k)
+            if (away(k) < away(best)) best = k;
+        return element[best];
     }
 };
 

@@ -1,7 +1,9 @@
 // The surface of a solid: surfels bound to its matter. Dissertation 5.5.
 #pragma once
 
+#include <algorithm>
 #include <concepts>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -49,11 +51,11 @@ struct EmbeddedSurface {
     std::vector<PointGrid> grid;                // of every body's elements in the rest shape, in their order
     std::vector<std::size_t> begin{0};  // of every surfel's weights, then the end; the rest shape does not change
     std::vector<SurfelWeight> weight;
+    std::vector<std::uint8_t> screened;  // 1: a crack weakens some of a surfel's weights
     std::size_t size() const { return owner.size(); }
     const SurfelFamily& family(std::size_t surfel) const {
-        std::size_t k = families.size() - 1;
-        while (families[k].first > surfel) --k;
-        return families[k];
+        const auto after = std::ranges::upper_bound(families, surfel, {}, &SurfelFamily::first);
+        return *std::prev(after);
     }
     std::int64_t id(std::size_t surfel) const {
         const SurfelFamily& f = family(surfel);
@@ -83,12 +85,25 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
 /// `cloud` is in the world at time 0, where `origin` is the origin of the material frame [m].
 void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& surface);
 
+/// What stands between elements and surfels. Empty: nothing anywhere.
+struct ElementSight {
+    /// Whether anything stands within `reach` of m, a place of the frame of a scene body [m].
+    std::function<bool(std::int32_t source, const Vec3& m, Real reach)> any;
+    /// The share of its weight with which an element moves a surfel at m [1].
+    std::function<Real(const Vec3& m, const Vec3& normal, Index element)> share;
+};
+
 /// Finds the supports, grids and weights of all surfels of the bodies marked by 1 anew, from these bodies' elements.
 /// Surfels of other bodies stay.
-void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& surface);
+void bind_surfels(const Solids& solids, const std::vector<std::uint8_t>& bodies, EmbeddedSurface& surface,
+                  const ElementSight& sight = {});
+/// The same for the surfels `which` alone, ascending rows. Rows that were just appended are among them.
+void bind_some_surfels(const Solids& solids, const std::vector<Index>& which, EmbeddedSurface& surface,
+                       const ElementSight& sight);
 
-/// The body bounded by its surfels, without those that reach past its edges, in the world at time 0. Empty where it has
-/// too few surfels.
+/// The body bounded by its surfels, without those that reach past its edges, in the world at time 0. The faces of a crack
+/// that ends within the body are left out: they bound nothing as long as it is closed. Empty where too few surfels are
+/// left.
 std::optional<Shape> shape_of_surfels(const EmbeddedSurface& surface, const SolidBody& body, std::int32_t index);
 
 /// Computes the present surfels. The displacement is of first order, and exact under rigid motion (5.28):

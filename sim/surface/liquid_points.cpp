@@ -33,8 +33,8 @@ NearWalls walls_near(const Walls& walls, const Vec3& x, Real support) {
     // A little off the wall: close to it a look-up evaluates the shape itself, at many times the cost.
     const Vec3 from = x + std::max(Real(0), Real(0.3) * support - nearest.distance) * nearest.normal;
     for (const Real reach : {Real(0.375), Real(0.75)})
-        for (const Vec3& way : {a, Vec3(-a), b, Vec3(-b)}) {
-            const Vec3 probe = from + reach * support * way;
+        for (const Vec3& direction : {a, Vec3(-a), b, Vec3(-b)}) {
+            const Vec3 probe = from + reach * support * direction;
             const WallPlane plane = plane_at(wall_contact(walls, probe), probe);
             bool found = plane.distance(x) > 0 && plane.distance(x) < support && near.count < 3;
             for (int k = 0; k < near.count; ++k) found = found && plane.normal.dot(near.plane[k].normal) < Real(0.7);

@@ -32,34 +32,34 @@ struct UpToWalls {
 /// Moves the coats to the walls. `wall_of` gives the wall beside a surfel.
 template <class F>
 UpToWalls up_to_the_walls(const SurfelCloud& cloud, F&& wall_of) {
-    UpToWalls s{cloud.position, std::vector<double>(cloud.size(), 0), {}, {}};
+    UpToWalls moved{cloud.position, std::vector<double>(cloud.size(), 0), {}, {}};
     std::vector<char> lines(cloud.size(), 0);
     parallel_for(
         cloud.size(),
         [&](std::size_t i) {
             const WallPlane wall = wall_of(i);
-            const Real distance = wall.distance(s.position[i]);
+            const Real distance = wall.distance(moved.position[i]);
             lines[i] = distance < 0 && wall.normal.dot(cloud.normal[i]) < -Real(0.7);
             if (lines[i])
-                s.position[i] -= distance * wall.normal;
+                moved.position[i] -= distance * wall.normal;
             else if (distance >= 0)
-                s.area[i] = static_cast<double>(kOwnArea * cloud.axis1[i].norm() * cloud.axis2[i].norm());
+                moved.area[i] = static_cast<double>(kOwnArea * cloud.axis1[i].norm() * cloud.axis2[i].norm());
         },
         64);
     for (std::size_t i = 0; i < cloud.size(); ++i)
         if (lines[i]) {
-            s.lined.push_back(s.position[i]);
-            s.into.push_back(cloud.normal[i]);
+            moved.lined.push_back(moved.position[i]);
+            moved.into.push_back(cloud.normal[i]);
         }
-    return s;
+    return moved;
 }
 
 /// Distance from the walls that the surface lines, as planes: to evaluate the walls themselves would cost more than all
 /// other work.
 class LinedWalls {
   public:
-    LinedWalls(const UpToWalls& s, Real reach) : s_(s) {
-        if (!s.lined.empty()) grid_.build(s.lined, reach);
+    LinedWalls(const UpToWalls& surface, Real reach) : s_(surface) {
+        if (!surface.lined.empty()) grid_.build(surface.lined, reach);
     }
     Real distance(const Vec3& x) const {
         Real nearest = std::numeric_limits<Real>::max(), distance = nearest;
@@ -84,17 +84,17 @@ std::vector<double> volume_by_component(const UpToWalls& surface, const SurfelCl
     std::int32_t last = -1;
     for (const std::int32_t c : component) last = std::max(last, c);
     std::vector<double> volume(static_cast<std::size_t>(last + 1), 0);
-    std::vector<Vec3> s, n;
+    std::vector<Vec3> own_positions, own_normals;
     for (std::int32_t c = 0; c <= last; ++c) {
-        s.clear();
-        n.clear();
+        own_positions.clear();
+        own_normals.clear();
         for (std::size_t i = 0; i < component.size(); ++i)
             if (component[i] == c) {
-                s.push_back(surface.position[i]);
-                n.push_back(cloud.normal[i]);
+                own_positions.push_back(surface.position[i]);
+                own_normals.push_back(cloud.normal[i]);
             }
         // No wider than discs overlap: otherwise thin sheets, threads and drops blend with their other sides.
-        volume[static_cast<std::size_t>(c)] = enclosed_volume(s, n, 2 * radius, {}, room);
+        volume[static_cast<std::size_t>(c)] = enclosed_volume(own_positions, own_normals, 2 * radius, {}, room);
     }
     return volume;
 }
@@ -148,12 +148,12 @@ void hold_volume(SurfaceState& surface, const ParticleRows& particles, const Sur
     const Real lowest = Real(-0.6) * spacing, highest = Real(0.3) * spacing, step = Real(0.08) * spacing;
     const std::vector<std::int32_t>& component = notes.component;
     // The walls are those of the last look-up near the surfel.
-    const UpToWalls s = up_to_the_walls(surface.surfels, [&](std::size_t i) {
+    const UpToWalls moved = up_to_the_walls(surface.surfels, [&](std::size_t i) {
         const WallNote& note = notes.wall[i];
         const bool near = (surface.surfels.position[i] - note.asked).squaredNorm() < square(Real(0.5) * spacing);
         return near ? note.walls.first : WallPlane{};
     });
-    const std::vector<double> volume = volume_by_component(s, surface.surfels, component, radius);
+    const std::vector<double> volume = volume_by_component(moved, surface.surfels, component, radius);
     surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
     const std::vector<Real> ones(component.size(), 1);
     Real largest = 0;
@@ -165,7 +165,7 @@ void hold_volume(SurfaceState& surface, const ParticleRows& particles, const Sur
         });
         const auto area_of = [&](const std::vector<Real>& part) {
             return parallel_sum(component.size(), [&](std::size_t i) {
-                return component[i] == in_c && s.area[i] > 0
+                return component[i] == in_c && moved.area[i] > 0
                            ? static_cast<double>(part[i] * notes.lift_share[i] * kOwnArea * square(notes.radius[i]))
                            : 0.0;
             });

@@ -1,0 +1,143 @@
+#include "sim/fracture/crack_step.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/base/error.h"
+#include "pipeline/base/random.h"
+#include "sim/fracture/fronts.h"
+#include "sim/fracture/sheets.h"
+#include "sim/fracture/sight.h"
+#include "sim/space/scene_shapes.h"
+
+namespace thixo {
+namespace {
+
+constexpr std::uint64_t kScatter = 0x73636174746572;  // use of random numbers
+
+void see_matter(const Solids& solids, CrackScratch& scratch) {
+    if (!scratch.matter.empty() && scratch.triangles == solids.cracks.triangles.size() &&
+        scratch.elements == solids.elements.size())
+        return;
+    scratch.matter.clear();
+    for (const Breaking& breaking : solids.breaking) scratch.matter.emplace_back(solids, breaking);
+    scratch.triangles = solids.cracks.triangles.size();
+    scratch.elements = solids.elements.size();
+}
+
+/// Parts bonds across the sheets as far as fronts have gone.
+void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
+    follow_fronts(solids.breaking, solids.cracks);
+    for (const CrackedMatter& matter : scratch.matter) find_crossings(matter, solids.elements, first, solids.cracks);
+    std::vector<WeakBond> weak = weak_bonds(solids.breaking, solids.elements, scratch.tension, solids.cracks);
+    const std::vector<WeakBond> pinholes = pinhole_bonds(solids);
+    weak.insert(weak.end(), pinholes.begin(), pinholes.end());
+    weaken_bonds(weak, solids.elements);
+}
+
+std::size_t make_fragments(const Matter& matter) {
+    Solids& solids = matter.solids;
+    std::vector<std::uint8_t> marks;
+    for (const SolidBody& body : solids.bodies) {
+        const bool breaks =
+            std::ranges::any_of(solids.breaking, [&](const Breaking& b) { return b.source == body.source; });
+        marks.push_back(breaks && !body.empty() && has_come_apart(body, solids.elements));
+    }
+    if (std::ranges::none_of(marks, [](std::uint8_t m) { return m != 0; })) return 0;
+    const CrackSight sight(solids);
+    lay_sheets(sight, matter);
+    const EmbeddedSurface& s = matter.embedded;
+    return part_fragments(
+        marks,
+        [&](Index surfel) {
+            const SolidBody& body = solids.bodies[static_cast<std::size_t>(s.owner[surfel])];
+            return sight.nearest_seen(body.source, s.rest.position[surfel], s.rest.normal[surfel]);
+        },
+        matter);
+}
+
+double longest_step(const Breaking& breaking, Real fastest, Real load) {
+    constexpr Real kWatched = Real(0.5);
+    double longest = 1e30;
+    if (fastest > 0) longest = static_cast<double>(breaking.row / (2 * fastest));
+    if (load > kWatched) longest = std::min(longest, static_cast<double>(breaking.width / (4 * breaking.speed)));
+    return longest;
+}
+
+}  // namespace
+
+CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch) {
+    Solids& solids = matter.solids;
+    Cracks& cracks = solids.cracks;
+    CrackReport report;
+    cracks.step = 1e30;
+    if (solids.breaking.empty()) return report;
+    find_stress(solids, scratch.stress);
+    find_tension(solids.elements, scratch.stress, scratch.tension);
+    see_matter(solids, scratch);
+    const auto first = static_cast<Index>(cracks.triangles.size());
+    const std::size_t before = cracks.cracks.size();
+    for (const CrackedMatter& own : scratch.matter) {
+        PointGrid gaps;
+        gaps.build(gaping_places(solids, own.breaking().source), 2 * own.breaking().row);
+        const FrontStep now{own, scratch.stress, scratch.tension, gaps, dt};
+        const Real load = begin_cracks(now, matter.seed, step, solids.elements, cracks);
+        const Real fastest = move_fronts(now, cracks);
+        if (row_is_due(own.breaking(), cracks)) {
+            lay_rows(own, cracks);
+            ++report.rows;
+        }
+        cracks.step = std::min(cracks.step, longest_step(own.breaking(), fastest, load));
+    }
+    report.begun = cracks.cracks.size() - before;
+    if (!cracks.any()) return report;
+    solids.altered = true;
+    part_matter(scratch, first, solids);
+    // Pieces need no body of their own at once, and bodies are dear to make: those of a few steps are made together.
+    constexpr std::uint64_t kTogether = 8;
+    if (step % kTogether == 0) report.fragments = make_fragments(matter);
+    return report;
+}
+
+void make_breaking(const scene::Scene& scene, const EmbeddedSurface& surface, Solids& solids) {
+    Elements& e = solids.elements;
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
+        const SolidBody& body = solids.bodies[b];
+        const scene::Material& material = scene.materials[static_cast<std::size_t>(body.material)];
+        const scene::Fracture& keys = material.fracture;
+        if (!keys.any() || !body.shaped()) continue;
+        if (!e.breaks) {
+            e.breaks = true;
+            e.strength.assign(e.size(), kUnbreakable);
+        }
+        const double speed =
+            keys.speed > 0 ? keys.speed : 0.25 * std::sqrt(material.elastic.youngs_modulus / material.density);
+        const Real h = e.support[body.typical], width = std::cbrt(e.volume[body.typical]);
+        const auto surfel = std::ranges::find(surface.owner, static_cast<std::int32_t>(b));
+        const Real radius = surfel == surface.owner.end()
+                                ? Real(0)
+                                : surface.rest.axis1[static_cast<std::size_t>(surfel - surface.owner.begin())].norm();
+        solids.breaking.push_back({.source = body.source,
+                                   .arrest = static_cast<Real>(keys.arrest),
+                                   .speed = static_cast<Real>(speed),
+                                   .history = static_cast<Real>(keys.history),
+                                   .opaque = static_cast<Real>(keys.opacity) * h / 2,
+                                   .support = h,
+                                   .width = width,
+                                   .row = width / 2,
+                                   .surfel = radius,
+                                   .shape = *body.shape,
+                                   .origin = body.origin});
+        std::vector<Shape> scored;
+        for (const scene::Score& score : keys.scores) scored.push_back(make_shape(scene, score.region));
+        for (const Index i : body.elements) {
+            const double u = 2 * random_unit(scene.solver.seed, static_cast<std::uint64_t>(e.id[i]), 0, kScatter) - 1;
+            double strength = keys.strength * (1 + keys.scatter * u);
+            for (std::size_t k = 0; k < scored.size(); ++k)
+                if (scored[k].distance(xyz(e.rest[i]) + body.origin) <= 0) strength *= keys.scores[k].factor;
+            e.strength[i] = static_cast<Real>(strength);
+        }
+    }
+}
+
+}  // namespace thixo

@@ -1,0 +1,35 @@
+// Cracks in a step of the animation loop: they begin, run, part the matter, and make bodies of its pieces.
+// Dissertation 5.6.
+#pragma once
+
+#include <memory>
+
+#include "sim/fracture/fragments.h"
+#include "sim/fracture/tension.h"
+
+namespace thixo {
+
+/// What a step did, for stats.jsonl.
+struct CrackReport {
+    std::size_t begun = 0, rows = 0, fragments = 0;
+};
+
+/// Scratch. The matter of each scene body as its cracks see it is kept from step to step. It is made anew where sheets
+/// have grown or elements have changed.
+struct CrackScratch {
+    std::vector<Symmetric> stress;
+    std::vector<Tension> tension;
+    std::vector<CrackedMatter> matter;
+    std::size_t triangles = 0, elements = 0;  // when it was made
+};
+
+/// Advances the cracks by dt [s]. Requires stresses of the present time: it follows write_particles. Sets Cracks::step,
+/// the longest next step. In it no front runs farther than half a row. Where a tension is above half of the strength, a
+/// crack at its speed would pass a quarter of a particle.
+CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch);
+
+/// How every scene body breaks that can, and the strength of each element. Requires the bodies' elements; surfels too,
+/// where the scene has them. Throws InputError.
+void make_breaking(const scene::Scene& scene, const EmbeddedSurface& surface, Solids& solids);
+
+}  // namespace thixo

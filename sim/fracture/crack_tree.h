@@ -1,0 +1,76 @@
+// Sight through cracks: which triangles of sheets a segment crosses. A hierarchy of boxes.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim/state/cracks.h"
+
+namespace thixo {
+
+/// A part of the triangles of cracks. Immutable once built.
+class CrackTree {
+  public:
+    CrackTree() = default;
+    /// Over these triangles, by row.
+    CrackTree(const Cracks& cracks, std::span<const Index> triangles);
+
+    bool empty() const { return faces_.empty(); }
+    /// Calls f(triangle, place) for every triangle that the segment from `a` to `b` crosses or touches. The place is on
+    /// it [m].
+    template <class F>
+    void for_each_crossing(const Vec3& a, const Vec3& b, F&& f) const;
+    /// The nearest triangle that `accepted(row)` takes, closer than `reach` [m].
+    struct Near {
+        Index triangle;
+        Vec3 place;
+        Real distance;
+    };
+    std::optional<Near> nearest(const Vec3& x, Real reach, const std::function<bool(Index)>& accepted) const;
+    /// The box about all triangles [m].
+    const Vec3& lower() const { return nodes_.front().lower; }
+    const Vec3& upper() const { return nodes_.front().upper; }
+
+  private:
+    static constexpr std::size_t kLeaf = 4;  // triangles
+    struct Face {
+        Vec3 a, b, c;
+        Index row;
+    };
+    struct Node {
+        Vec3 lower, upper;
+        Index begin, end;  // faces
+        Index right = 0;   // the left child follows its parent; 0: a leaf
+    };
+    void split(Index begin, Index end);
+    static std::optional<Vec3> crossing(const Face& face, const Vec3& a, const Vec3& b);
+    static bool meets(const Node& node, const Vec3& a, const Vec3& b);
+
+    std::vector<Face> faces_;
+    std::vector<Node> nodes_;
+};
+
+template <class F>
+void CrackTree::for_each_crossing(const Vec3& a, const Vec3& b, F&& f) const {
+    if (nodes_.empty()) return;
+    std::array<Index, 64> stack;  // a median tree of 2^32 faces is no deeper
+    std::size_t depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+        const Index at = stack[--depth];
+        const Node& node = nodes_[at];
+        if (!meets(node, a, b)) continue;
+        if (node.right != 0) {
+            stack[depth++] = node.right;
+            stack[depth++] = at + 1;
+            continue;
+        }
+        for (Index k = node.begin; k < node.end; ++k)
+            if (const auto place = crossing(faces_[k], a, b)) f(faces_[k].row, *place);
+    }
+}
+
+}  // namespace thixo

@@ -1,0 +1,212 @@
+#include "sim/fracture/sight.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "pipeline/base/parallel.h"
+
+namespace thixo {
+namespace {
+
+const Breaking& breaking_of(const std::vector<Breaking>& breaking, const Cracks& cracks, Index triangle) {
+    const Crack& crack = cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[triangle])];
+    return *std::ranges::find(breaking, crack.source, &Breaking::source);
+}
+
+Real distance_to_segment(const Vec3& x, const Vec3& a, const Vec3& b) {
+    const Vec3 way = b - a;
+    const Real length2 = way.squaredNorm();
+    const Real t = length2 > 0 ? std::clamp((x - a).dot(way) / length2, Real(0), Real(1)) : Real(0);
+    return (a + t * way - x).norm();
+}
+
+/// The edges of a front that have a node inside.
+struct Edge {
+    Vec3 a, b;
+};
+std::vector<std::vector<Edge>> live_edges(const Cracks& cracks) {
+    std::vector<std::vector<Edge>> edges(cracks.cracks.size());
+    for (const CrackFront& front : cracks.fronts) {
+        const std::size_t n = front.nodes.size();
+        for (std::size_t i = 0; i + (front.closed ? 0 : 1) < n; ++i) {
+            const CrackNode &a = front.nodes[i], &b = front.nodes[(i + 1) % n];
+            if (a.state == NodeState::inside || b.state == NodeState::inside)
+                edges[static_cast<std::size_t>(front.crack)].push_back({a.tip(), b.tip()});
+        }
+    }
+    return edges;
+}
+
+}  // namespace
+
+Real transparency(Real q, Real behind, Real opaque) {
+    if (!(behind < opaque)) return 0;
+    const Real hidden = q + square(behind / opaque);
+    if (hidden >= 1) return behind > 0 ? 0 : 1;
+    return cube((1 - hidden) / (1 - q));
+}
+
+void follow_fronts(const std::vector<Breaking>& breaking, Cracks& cracks) {
+    const std::vector<std::vector<Edge>> edges = live_edges(cracks);
+    CrackTriangles& t = cracks.triangles;
+    parallel_for(t.size(), [&](std::size_t k) {
+        const Real opaque = breaking_of(breaking, cracks, static_cast<Index>(k)).opaque;
+        // Far behind: farther makes no difference, and a front that is left elsewhere brings nothing back.
+        if (t.behind[k] >= 3 * opaque) return;
+        const auto& front = edges[static_cast<std::size_t>(t.crack[k])];
+        const Vec3 middle = (cracks.vertex[t.a[k]] + cracks.vertex[t.b[k]] + cracks.vertex[t.c[k]]) / 3;
+        Real nearest = kParted;
+        for (const Edge& e : front) nearest = std::min(nearest, distance_to_segment(middle, e.a, e.b));
+        t.behind[k] = std::max(t.behind[k], nearest);
+    });
+}
+
+void find_crossings(const CrackedMatter& matter, const Elements& e, Index first, Cracks& cracks) {
+    std::vector<Index> rows;
+    for (Index k = first; k < cracks.triangles.size(); ++k)
+        if (cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[k])].source == matter.breaking().source)
+            rows.push_back(k);
+    if (rows.empty()) return;
+    const CrackTree fresh(cracks, rows);
+    const Vec3 reach = Vec3::Constant(matter.breaking().support);
+    const Vec3 lower = fresh.lower() - reach, upper = fresh.upper() + reach;
+    const auto& elements = matter.elements();
+    constexpr std::size_t kElements = 64;
+    std::vector<BondCrossings> found((elements.size() + kElements - 1) / kElements);
+    parallel_chunks(
+        elements.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t c) {
+            for (std::size_t n = begin; n < end; ++n) {
+                const Index i = elements[n];
+                const Vec3 m = xyz(e.rest[i]);
+                if ((m.array() < lower.array()).any() || (m.array() > upper.array()).any()) continue;
+                for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+                    const Index j = e.bonds.neighbour[k];
+                    if (j <= i) continue;
+                    fresh.for_each_crossing(m, xyz(e.rest[j]), [&](Index triangle, const Vec3&) {
+                        found[c].first.push_back(i);
+                        found[c].second.push_back(j);
+                        found[c].triangle.push_back(triangle);
+                    });
+                }
+            }
+        },
+        kElements);
+    for (const BondCrossings& part : found)
+        for_each_pair(cracks.crossings, part,
+                      [](auto& array, const auto& from) { array.insert(array.end(), from.begin(), from.end()); });
+}
+
+namespace {
+
+/// Whether a bond is longer than the strain at its ends explains, by more than this part of its length.
+bool gapes(const Solids& solids, Index i, Index j, Real part) {
+    const Elements& e = solids.elements;
+    const Vec3 r = xyz(e.rest[j]) - xyz(e.rest[i]), u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
+    const Vec3 strained = (solids.gradients[i] + solids.gradients[j]) * r / 2;
+    return (u - strained).norm() > part * r.norm();
+}
+
+}  // namespace
+
+std::vector<WeakBond> pinhole_bonds(const Solids& solids) {
+    const Elements& e = solids.elements;
+    const Bonds& bonds = e.bonds;
+    if (bonds.visibility.empty()) return {};
+    const auto part_of = [&](std::size_t i) {
+        const Real modulus = solids.laws[static_cast<std::size_t>(e.owner[i])].wave_modulus();
+        return std::min(2 * e.strength[i] / modulus, Real(0.5));
+    };
+    constexpr std::size_t kElements = 256;
+    std::vector<std::vector<WeakBond>> found((e.size() + kElements - 1) / kElements);
+    parallel_chunks(
+        e.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t c) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const auto weakened = [&](std::size_t k) { return bonds.visibility[k] < 1; };
+                bool beside = false;
+                for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k) beside = beside || weakened(k);
+                for (std::size_t k = bonds.begin[i]; beside && k < bonds.begin[i + 1]; ++k)
+                    if (const Index j = bonds.neighbour[k]; j != i && bonds.weight[k] > 0 && !weakened(k) &&
+                                                            gapes(solids, static_cast<Index>(i), j, part_of(i)))
+                        found[c].push_back({static_cast<Index>(i), j, 0});
+            }
+        },
+        kElements);
+    std::vector<WeakBond> all;
+    for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source) {
+    const Elements& e = solids.elements;
+    const BondCrossings& crossings = solids.cracks.crossings;
+    std::vector<Vec3> places;
+    for (std::size_t k = 0; k < crossings.size(); ++k) {
+        const Index i = crossings.first[k], j = crossings.second[k];
+        if (e.owner[i] != e.owner[j] || solids.owner(i).source != source) continue;
+        if (gapes(solids, i, j, Real(0.5))) places.push_back((xyz(e.rest[i]) + xyz(e.rest[j])) / 2);
+    }
+    return places;
+}
+
+std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& e,
+                                 const std::vector<Tension>& tension, Cracks& cracks) {
+    constexpr Real kOverload = 3;
+    const auto overloaded = [&](Index i) { return !tension.empty() && tension[i].value > kOverload * e.strength[i]; };
+    BondCrossings& crossings = cracks.crossings;
+    std::vector<WeakBond> weak(crossings.size());
+    parallel_for(weak.size(), [&](std::size_t k) {
+        const Index i = crossings.first[k], j = crossings.second[k], triangle = crossings.triangle[k];
+        const Real r = (xyz(e.rest[j]) - xyz(e.rest[i])).norm(), h = (e.support[i] + e.support[j]) / 2;
+        if (overloaded(i) || overloaded(j))
+            weak[k] = {i, j, 0};
+        else
+            weak[k] = {
+                i, j,
+                transparency(r / h, cracks.triangles.behind[triangle], breaking_of(breaking, cracks, triangle).opaque)};
+    });
+    std::vector<Index> remaining;
+    for (Index k = 0; k < weak.size(); ++k)
+        if (weak[k].visibility > 0) remaining.push_back(k);
+    keep_table_rows(crossings, remaining);
+    return weak;
+}
+
+CrackSight::CrackSight(const Solids& solids) : solids_(&solids) {
+    for (const Breaking& breaking : solids.breaking)
+        if (std::ranges::any_of(solids.cracks.cracks, [&](const Crack& c) { return c.source == breaking.source; }))
+            matter_.emplace_back(solids, breaking);
+}
+
+const CrackedMatter* CrackSight::matter_of(std::int32_t source) const {
+    const auto at =
+        std::ranges::find_if(matter_, [&](const CrackedMatter& m) { return m.breaking().source == source; });
+    return at == matter_.end() ? nullptr : &*at;
+}
+
+Real CrackSight::operator()(const Vec3& m, const Vec3& normal, Index element) const {
+    constexpr Real kBelow = Real(0.02);  // supports
+    const CrackedMatter* matter = matter_of(solids_->owner(element).source);
+    if (!matter) return 1;
+    const Breaking& b = matter->breaking();
+    const Vec3 from = m - kBelow * b.support * normal, to = xyz(solids_->elements.rest[element]);
+    const Real q = std::min((to - from).norm() / b.support, Real(0.999));
+    Real left = 1;
+    matter->sheets().for_each_crossing(from, to, [&](Index k, const Vec3&) {
+        left = std::min(left, transparency(q, solids_->cracks.triangles.behind[k], b.opaque));
+    });
+    return left;
+}
+
+Index CrackSight::nearest_seen(std::int32_t source, const Vec3& m, const Vec3& normal) const {
+    const CrackedMatter* matter = matter_of(source);
+    constexpr int kTried = 32;
+    std::vector<std::pair<Real, Index>> near;
+    matter->grid().nearest(m, kTried, std::numeric_limits<Real>::max(), near);
+    for (const auto& [r2, k] : near)
+        if ((*this)(m, normal, matter->elements()[k]) > 0) return matter->elements()[k];
+    return matter->elements()[near.front().second];
+}
+
+}  // namespace thixo

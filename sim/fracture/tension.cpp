@@ -1,0 +1,82 @@
+#include "sim/fracture/tension.h"
+
+#include <Eigen/Eigenvalues>
+
+#include "pipeline/base/parallel.h"
+#include "pipeline/geometry/kernels.h"
+#include "sim/solid/elasticity.h"
+
+namespace thixo {
+
+Tension largest_tension(const Symmetric& stress) {
+    Eigen::SelfAdjointEigenSolver<Mat3d> solver;
+    solver.computeDirect(matrix(stress).cast<double>());
+    return {static_cast<Real>(solver.eigenvalues()[2]), solver.eigenvectors().col(2).cast<Real>()};
+}
+
+void find_stress(const Solids& solids, std::vector<Symmetric>& stress) {
+    const Elements& e = solids.elements;
+    stress.assign(e.size(), {});
+    parallel_for(e.size(), [&](std::size_t i) {
+        if (e.strength[i] == kUnbreakable) return;
+        const Symmetric s = strain_of(e, i, solids.gradients[i]), &p = e.plastic[i];
+        const Symmetric elastic{s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx};
+        stress[i] = stress_of(solids.laws[static_cast<std::size_t>(e.owner[i])], e, elastic);
+    });
+}
+
+void find_tension(const Elements& elements, const std::vector<Symmetric>& stress, std::vector<Tension>& tension) {
+    tension.assign(elements.size(), {});
+    parallel_for(elements.size(), [&](std::size_t i) {
+        // The norm bounds the largest eigenvalue.
+        if (norm(stress[i]) > elements.strength[i] / 2) tension[i] = largest_tension(stress[i]);
+    });
+}
+
+CrackedMatter::CrackedMatter(const Solids& solids, const Breaking& breaking) : solids_(&solids), breaking_(&breaking) {
+    for (const SolidBody& body : solids.bodies)
+        if (body.source == breaking.source)
+            elements_.insert(elements_.end(), body.elements.begin(), body.elements.end());
+    std::vector<Vec3> place;
+    for (const Index i : elements_) place.push_back(xyz(solids.elements.rest[i]));
+    grid_.build(place, breaking.support);
+    std::vector<Index> rows;
+    for (Index k = 0; k < solids.cracks.triangles.size(); ++k) {
+        const auto of = static_cast<std::size_t>(solids.cracks.triangles.crack[k]);
+        if (solids.cracks.cracks[of].source == breaking.source) rows.push_back(k);
+    }
+    sheets_ = CrackTree(solids.cracks, rows);
+}
+
+bool CrackedMatter::hidden(const Vec3& from, const Vec3& to) const {
+    bool found = false;
+    sheets_.for_each_crossing(from, to, [&](Index k, const Vec3&) {
+        found = found || solids_->cracks.triangles.behind[k] > breaking_->opaque / 2;
+    });
+    return found;
+}
+
+CrackedMatter::Local CrackedMatter::at(const Vec3& m, const std::vector<Symmetric>& stress) const {
+    const Poly6 kernel(breaking_->support);
+    Real sum = 0;
+    Local out;
+    const auto add = [](Symmetric& to, Real w, const Symmetric& s) {
+        to.xx += w * s.xx, to.yy += w * s.yy, to.zz += w * s.zz;
+        to.xy += w * s.xy, to.yz += w * s.yz, to.zx += w * s.zx;
+    };
+    grid_.for_each_neighbour(m, breaking_->support, [&](Index near, Real r2) {
+        const Index i = elements_[near];
+        if (hidden(m, xyz(solids_->elements.rest[i]))) return;
+        const Real w = kernel.value(r2);
+        add(out.stress, w, stress[i]);
+        out.strength += w * std::min(solids_->elements.strength[i], Real(1e30));
+        sum += w;
+    });
+    if (!(sum > 0)) return {};
+    const Symmetric total = std::exchange(out.stress, {});
+    add(out.stress, 1 / sum, total);
+    out.strength /= sum;
+    return out;
+}
+
+}  // namespace thixo

@@ -25,8 +25,8 @@ std::size_t begin_crack(const Vec3& m, const Vec3& axis, const Breaking& breakin
 Real begin_cracks(const FrontStep& step, std::uint64_t seed, std::uint64_t number, const Elements& elements,
                   Cracks& cracks);
 
-/// Moves the nodes of the matter's fronts. The largest principal stress just ahead of node i is lambda, with the axis e;
-/// k is the strength there, t the tangent of the front, and v the speed of the material:
+/// Moves the nodes of the matter's fronts. The largest principal stress just ahead of node i is lambda, with the axis e.
+/// There k is the strength, t the tangent of the front, and v the speed of the material:
 ///     d = v min(lambda/k, 2) (e x t),   0 where lambda < arrest k      [m/s]
 ///     c <- c + dt d
 /// The sign is that of the last motion. The direction is blended with the last one by `history`, over the distance

@@ -203,6 +203,7 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
     for (const Light& l : scene.look.lights)
         if (l.type == LightType::area && l.size.maxCoeff() > 0 && l.strength == 0)
             warn("look.lights.{} has the strength 0", l.name);
+    for (std::string& idle : idle_keys(scene)) warnings.push_back(std::move(idle));
     return warnings;
 }
 

@@ -44,7 +44,11 @@ void apply_draft(Scene& scene);
 void apply_draft(Look& look);
 
 /// What is allowed but probably not meant, one line each: unused materials, an emitter thinner than a particle, and the
-/// like.
+/// like. Then come idle_keys.
 std::vector<std::string> scene_warnings(const Scene& scene);
+
+/// Keys that were given another value than their default, and do nothing with the solvers chosen, one line each. What
+/// mixes liquids that should stay apart is told too.
+std::vector<std::string> idle_keys(const Scene& scene);
 
 }  // namespace thixo::scene

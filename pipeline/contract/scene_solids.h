@@ -44,6 +44,13 @@ void visit(V& v, Orthotropic& o) {
           "turns the axes 1, 2, 3 from x, y, z of the body's own shape, about x, then y, then z");
 }
 
+/// Which part of the elastic strain beyond the yield surface becomes permanent.
+enum class Flow { total, deviatoric };
+template <>
+struct Words<Flow> {
+    static constexpr std::array<std::string_view, 2> list{"total", "deviatoric"};
+};
+
 struct Elastic {
     double youngs_modulus = 0;          // E [Pa]; 0: a liquid
     double poisson_ratio = 0.3;         // nu [1]
@@ -51,6 +58,8 @@ struct Elastic {
     double zero_energy = 0.1;           // 1
     double yield_strain = 0;            // k_yield [1]
     double creep = 0;                   // k_creep [1/s]
+    double hardening = 0;               // k_hardening [1]
+    Flow flow = Flow::total;            // what becomes permanent
     double maximum_plastic_strain = 0;  // 1; 0: no limit
     double friction = 0.3;              // Coulomb's mu [1]
     double contact_damping = 0.5;       // of critical [1]
@@ -75,7 +84,14 @@ void visit(V& v, Elastic& e) {
     v.key("yield_strain", e.yield_strain, "1", between(0, 1e3),
           "elastic strain above which a solid with `creep` deforms for good");
     v.key("creep", e.creep, "1/s", between(0, 1e9),
-          "rate at which strain above `yield_strain` becomes permanent; 0: never");
+          "rate at which strain above `yield_strain` becomes permanent, down to `yield_strain`; 0: never");
+    v.key("hardening", e.hardening, "1", between(0, 1e3),
+          "how much `yield_strain` grows by the strain that has become permanent, linearly; 0: never");
+    v.key(
+        "flow", e.flow, "", any(),
+        "what becomes permanent; total: all of the strain, the volume too, as of snow and foam; deviatoric: the shape "
+        "alone, as of metals. A body that is flattened to less than half then needs maximum_plastic_strain and "
+        "volume_stiffness: its law softens");
     v.key("maximum_plastic_strain", e.maximum_plastic_strain, "1", between(0, 1e3),
           "permanent strain is no larger than this; 0: no limit");
     v.key("friction", e.friction, "1", between(0, 100),

@@ -310,6 +310,7 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     e.velocity[i] = e.velocity[host];
     e.acceleration[i] = e.acceleration[host];
     e.plastic[i] = e.plastic[host];
+    if (e.hardens) e.hardened[i] = e.hardened[host];
     body.elements.push_back(i);
     number_element(particle, i, solids);
 

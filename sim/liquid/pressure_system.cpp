@@ -1,15 +1,24 @@
 #include "sim/liquid/pressure_system.h"
 
+#include <cmath>
+
 #include "pipeline/base/parallel.h"
 
 namespace thixo {
 namespace {
 
+/// The unit of volume U for particles of this spacing: the cube of the power of two next below it [m^3].
+Real unit_of(Real spacing) {
+    int exponent = 0;
+    std::frexp(spacing, &exponent);
+    return std::ldexp(Real(1), 3 * (exponent - 1));
+}
+
 /// The kernel at several distances at once, without its constants. r_vec points from the neighbour:
-///     w = scale value,   grad w = gradient slope r_vec
+///     U w = scale value,   U grad w = gradient slope r_vec
 struct Spline {
-    explicit Spline(const ConvexSpline& kernel)
-        : h_inv(kernel.h_inv), scale(kernel.scale), gradient(-3 * kernel.scale * kernel.h_inv) {}
+    Spline(const ConvexSpline& kernel, Real unit)
+        : h_inv(kernel.h_inv), scale(kernel.scale * unit), gradient(-3 * scale * kernel.h_inv) {}
     Lanes value(Lanes r) const {
         const Lanes q = r * h_inv, a = positive(1 - q), b = positive(Real(0.5) - q), c = positive(third - q);
         return a * a * a - 4 * (b * b * b) + 3 * (c * c * c);
@@ -35,8 +44,8 @@ void pack(const Particles& particles, PressureSystem& system) {
         n,
         [&](std::size_t i) {
             const Vec3 &x = particles.position[i], &v = particles.velocity[i];
-            const Real volume = particles.rest_volume[i];
-            system.place[i] = {x.x(), x.y(), x.z(), square(volume) / particles.mass[i]};
+            const Real volume = particles.rest_volume[i] / system.unit;
+            system.place[i] = {x.x(), x.y(), x.z(), square(volume) / (particles.mass[i] / system.unit)};
             system.motion[i] = {v.x(), v.y(), v.z(), volume};
         },
         2048);
@@ -59,9 +68,10 @@ void make_room_for_pairs(const NeighbourLists& neighbours, PressureSystem& syste
 void measure_density(Particles& particles, const NeighbourLists& neighbours, const Ghosts& ghosts,
                      const std::vector<WallEffect>& walls, const Smoothing& smoothing, PressureSystem& system) {
     system.ghosts = &ghosts;
+    system.unit = unit_of(smoothing.spacing);
     pack(particles, system);
     make_room_for_pairs(neighbours, system);
-    const Spline spline(smoothing.fluid);
+    const Spline spline(smoothing.fluid, system.unit);
     const Real inverse_k = 1 / smoothing.fluid_gradient;
     const Index nobody = system.nobody();
     parallel_for(particles.size(), [&](std::size_t i) {
@@ -87,7 +97,7 @@ void measure_density(Particles& particles, const NeighbourLists& neighbours, con
         });
         const WallEffect& w = walls[i];
         const Vec3 g = spline.gradient * Vec3(sum_of(gx), sum_of(gy), sum_of(gz)) + w.gradient;
-        const Real volume = particles.rest_volume[i], mass = particles.mass[i];
+        const Real volume = u.w, mass = particles.mass[i] / system.unit;
         const Real s = spline.scale * (spline.at_centre * volume + sum_of(share)) + w.share;
         const Real diagonal = volume * inverse_k * (g.squaredNorm() / mass + square(spline.gradient) * sum_of(steep));
         system.slope[i] = {g.x(), g.y(), g.z(), volume / mass * inverse_k};
@@ -102,7 +112,7 @@ void measure_density(Particles& particles, const NeighbourLists& neighbours, con
 
 void find_pressure_acceleration(const std::vector<Real>& pressure, const NeighbourLists& neighbours,
                                 const Smoothing& smoothing, PressureSystem& system) {
-    const Spline spline(smoothing.fluid);
+    const Spline spline(smoothing.fluid, system.unit);
     const Index nobody = system.nobody();
     refresh_places(*system.ghosts, system.place);
     parallel_for(pressure.size(), [&](std::size_t i) {
@@ -127,7 +137,7 @@ void find_pressure_acceleration(const std::vector<Real>& pressure, const Neighbo
 
 Real density_rate(std::size_t i, const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
                   const Smoothing& smoothing, const PressureSystem& system, bool moving) {
-    const Spline spline(smoothing.fluid);
+    const Spline spline(smoothing.fluid, system.unit);
     const Index nobody = system.nobody();
     const Quad p = system.place[i], u = system.motion[i];
     Lanes rate{};
@@ -155,6 +165,7 @@ Real virial_pressure(std::size_t i, const std::vector<Real>& pressure, const Nei
         sum -= system.motion[j].w * (pressure[i] + other) * r * kernel.derivative(r) / 2;
     }
     const WallEffect& w = walls[i];
+    sum *= system.unit;
     if (w.share > 0) sum += pressure[i] * std::max(w.distance, Real(0)) * w.gradient.norm();
     return sum / (3 * smoothing.fluid_gradient);
 }

@@ -20,12 +20,15 @@ namespace thixo {
 /// F is minus the gradient of sum_i V0_i p_i s_i / k, and s' is the rate of s. The two operators are transposes of each
 /// other: pressure does exactly the work of the compression it resists, walls included. This is Bender & Koschier 2017
 /// in volumes, as number densities (Solenthaler & Pajarola 2008). As in Sweep, ghosts follow the particles, then one
-/// dummy without volume.
+/// dummy without volume. Squares of volumes, and of the kernel's gradient, leave single precision at spacings of
+/// micrometres and of kilometres. Packed volumes are therefore in units of U, a power of two near the volume of a
+/// particle: it changes no other bit.
 struct PressureSystem {
     const Ghosts* ghosts = nullptr;  // of this step; the operators refresh the ghosts of the packed arrays themselves
     Index nobody() const { return static_cast<Index>(ghosts->particles + ghosts->size()); }
-    std::vector<Quad> place;   // x [m]; V0 p of the pressure in question [m^3 Pa]
-    std::vector<Quad> motion;  // a velocity u [m/s] or acceleration, V0 [m^3]
+    Real unit = 1;             // U [m^3]
+    std::vector<Quad> place;   // x [m]; V0 p of the pressure in question [U Pa]
+    std::vector<Quad> motion;  // a velocity u [m/s] or acceleration, V0 [U]
     std::vector<Quad> slope;   // G = sum_j V0_j grad W_ij + grad c [1/m]; V0/(m k) [m^3/kg]
     // |grad W_ij|/r_ij without the kernel's constant, of the pairs in the order of the lists. Each list is padded with
     // zeros to whole lanes. A solve sweeps over these values dozens of times. Root and quotient would cost as much as

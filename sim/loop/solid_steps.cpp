@@ -91,6 +91,27 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
         256);
 }
 
+bool any_flows(const Solids& solids) {
+    return solids.softening.any || std::ranges::any_of(solids.laws, [](const StressLaw& law) { return law.creep > 0; });
+}
+
+/// The forces of elasticity at the start of a sub-step. A step ends with the flow that belongs to its places.
+void find_elastic_forces(bool first, double dt, Solids& solids, SolidScratch& scratch) {
+    const std::vector<StressLaw>& laws = stencil_laws(solids);
+    const FlowTimes times{first ? 0 : solids.last_dt / 2, dt / 2};
+    const Real stretch2 = any_flows(solids)
+                              ? flow_and_find_stress_forces(laws, times, solids.elements, scratch.stress, solids.force)
+                              : find_stress_forces(laws, solids.elements, scratch.stress, solids.force);
+    solids.stretch2 = static_cast<double>(std::max(stretch2, add_flow_forces(solids, scratch.flow_stress)));
+}
+
+/// Plastic flow over dt at the present places. Leaves the gradients there.
+void flow_for(double dt, Solids& solids) {
+    if (!any_flows(solids)) return;
+    find_gradients(solids.elements, solids.gradients);
+    flow_plastically(stencil_laws(solids), dt, solids.gradients, solids.elements);
+}
+
 /// Sub-steps of leapfrog to `end`.
 void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScratch& scratch, SolidReport& report) {
     double now = time;
@@ -103,9 +124,7 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
         const double until = std::min(end, solids.contacts.next);
         const double step = divide_evenly(until - now, stable_sub_step(solids, !walls.list.empty()));
         move_walls(walls, now);
-        solids.stretch2 = static_cast<double>(
-            find_stress_forces(stencil_laws(solids), solids.elements, scratch.stress, solids.force));
-        solids.stretch2 = std::max(solids.stretch2, static_cast<double>(add_flow_forces(solids, scratch.flow_stress)));
+        find_elastic_forces(now == time, step, solids, scratch);
         {
             ScopedTimer timer(report.contact_seconds);
             add_contact_forces(step, solids);
@@ -118,6 +137,7 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
         ++report.sub_steps;
         report.smallest_dt = std::min(report.smallest_dt, step);
     }
+    flow_for(solids.last_dt / 2, solids);
 }
 
 /// The state before a step, restored where the step fails.
@@ -171,6 +191,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
         }
         now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
         solids.last_dt = step;
+        flow_for(step, solids);
         ++report.sub_steps;
         report.smallest_dt = std::min(report.smallest_dt, step);
     }
@@ -197,10 +218,6 @@ SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& parti
     else
         leapfrog_to(end, step.time, walls, solids, scratch, report);
     move_walls(walls, end);
-    if (solids.softening.any || std::ranges::any_of(solids.laws, [](const StressLaw& law) { return law.creep > 0; })) {
-        find_gradients(solids.elements, solids.gradients);
-        flow_plastically(stencil_laws(solids), step.dt, solids.gradients, solids.elements);
-    }
     follow_contacts(solids);
     if (solids.softening.any) absorb_flow(step.dt, particles, solids);
     fit_solids(solids);

@@ -33,8 +33,8 @@ struct SolidStep {
 };
 
 /// Advances the solids from t to t + dt. Sub-steps of leapfrog are as long as explicit integration permits. Implicit
-/// ones last as long as contact is foreseen. Walls, handles and accelerations from outside act. Then come plastic flow
-/// and the fit of the rest shapes to the bodies. Walls are left at t + dt.
+/// ones last as long as contact is foreseen. Walls, handles and accelerations from outside act, and matter flows
+/// plastically, in every sub-step. Then comes the fit of the rest shapes to the bodies. Walls are left at t + dt.
 SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& particles, Solids& solids,
                            SolidScratch& scratch);
 

@@ -115,6 +115,7 @@ void find_viscosity(Simulation& sim, double dt) {
         sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep}, materials, params, sim.viscosity);
     sim.stats.viscosity_iterations += report.iterations;
     sim.stats.viscosity_unconverged += report.converged ? 0 : 1;
+    sim.counts.viscosity.add(1, report.converged ? 0 : 1);
     sim.stats.viscosity_residual = std::max(sim.stats.viscosity_residual, report.residual);
 }
 
@@ -124,7 +125,8 @@ void conduct(Simulation& sim, double dt) {
                                          sim.problem.heat, sim.clock.time, dt, sim.heat);
 }
 
-void count_solve(const SolveReport& report, SolveStats& stats) {
+void count_solve(const SolveReport& report, SolveStats& stats, SolveCount& count) {
+    count.add(1, report.converged ? 0 : 1);
     ++stats.solves;
     stats.iterations += report.iterations;
     stats.most = std::max(stats.most, report.iterations);
@@ -139,10 +141,10 @@ void solve_pressure(Simulation& sim, double dt) {
     count_solve(remove_divergence(sim.particles, sim.neighbours, sim.sweep.walls, sim.problem.smoothing,
                                   {kick, dt, {params.divergence_tolerance, params.iterations}}, sim.pressure_system,
                                   sim.solve_scratch),
-                sim.stats.divergence);
+                sim.stats.divergence, sim.counts.divergence);
     count_solve(restore_density(sim.particles, sim.neighbours, sim.sweep.walls, sim.problem.smoothing,
                                 {params.density_tolerance, params.iterations}, sim.pressure_system, sim.solve_scratch),
-                sim.stats.density);
+                sim.stats.density, sim.counts.density);
 }
 
 /// Matter that an emitter drives moves as the emitter says, whatever presses against it.
@@ -215,6 +217,7 @@ void move_solids(const Plan& plan, double dt, Simulation& sim) {
     sim.stats.solid_newton += report.newton;
     sim.stats.solid_iterations += report.iterations;
     sim.stats.solid_unconverged += report.unconverged;
+    if (sim.problem.strategy.implicit_solids) sim.counts.solids.add(report.sub_steps, report.unconverged);
     sim.stats.contact_seconds += report.contact_seconds;
     write_particles(sim.solids, sim.particles);
     check_solids_health(sim, report);

@@ -11,6 +11,7 @@
 #include "sim/bonds/weights.h"
 #include "sim/solid/elasticity.h"
 #include "sim/solid/laws.h"
+#include "sim/solid/plasticity.h"
 #include "sim/solid/stable_step.h"
 
 namespace thixo {
@@ -275,8 +276,7 @@ void absorb_flow(double dt, Particles& particles, Solids& solids) {
             const Mat3 q = softening.flow.bonds.moment[i].full ? rotation_of(Mat3::Identity() + h) : Mat3::Identity();
             Symmetric elastic = minus(strain_of(softening.flow, i, h), softening.flow.plastic[i]);
             const StressLaw& law = softening.flow_law[i];
-            if (norm(elastic) > law.yield)
-                elastic = times(1 - std::min(static_cast<Real>(dt) * law.creep, Real(1)), elastic);
+            elastic = times(remaining_part(law, static_cast<Real>(dt), norm(elastic), 0), elastic);
             softening.flow.plastic[i] = symmetric(-(q * matrix(elastic) * q.transpose()));
         });
     }

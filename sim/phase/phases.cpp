@@ -90,6 +90,7 @@ void take_shape(const SolidBody& body, Particles& particles, Solids& solids) {
             strain = q * (matrix(e.plastic[i]) - matrix(strain_of(e, i, solids.gradients[i]))) * q.transpose();
         }
         e.plastic[i] = symmetric(strain);
+        if (e.hardens) e.hardened[i] = 0;
         const Real stiffness = e.rest[i].w;
         e.rest[i] = quad(xyz(e.rest[i]) + xyz(e.displacement[i]), stiffness);
         e.displacement[i] = quad(Vec3::Zero());

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "pipeline/base/parallel.h"
+#include "sim/solid/plasticity.h"
 
 namespace thixo {
 namespace {
@@ -15,18 +16,55 @@ Real squared_stretch(const Mat3& j) {
     return c.cwiseAbs().rowwise().sum().maxCoeff();
 }
 
-/// Writes the stencil of element i. Returns its squared stretch.
-Real write_stencil(const StressLaw& law, const Elements& e, const Mat3& projection, std::size_t i, StressScratch& out) {
+/// Writes the stencil of element i, and calls flow(law, i, H, time) before and after its stress is taken. Where the
+/// first call says that nothing is left to flow, there is no second one. Returns its squared stretch.
+template <class Flow>
+Real write_stencil(const StressLaw& law, const Elements& e, std::size_t i, const Flow& flow, StressScratch& out) {
     const RestMoment& moment = e.bonds.moment[i];
     const Mat3 inverse = matrix(moment.inverse);
     const Differences u = differences(e, i, e.displacement.data());
-    const Mat3 h = u.outer * inverse, j = projection + h;
+    const Mat3 h = u.outer * inverse, j = projection_of(e, i) + h;
+    const bool flows_on = flow(law, i, h, &FlowTimes::before);
     const Mat3 stress = matrix(total_stress(law, e, i, h));
+    if (flows_on) flow(law, i, h, &FlowTimes::after);
     Mat3 piola = j * stress;
     if (law.volume_stiffness > 0 && moment.full) piola += law.volume_stiffness * dilatation(h) * cofactors(j);
     const Mat3 force = -e.volume[i] * piola * inverse;
     write_forces(e, i, force, h, u.sum, e.displacement[i], out);
     return squared_stretch(j);
+}
+
+template <class Flow>
+Real sweep(const std::vector<StressLaw>& laws, const Elements& elements, const Flow& flow, StressScratch& scratch,
+           std::vector<Vec3>& force) {
+    const std::size_t n = elements.size();
+    if (n == 0) return 1;
+    scratch.stencil.resize(n);
+    scratch.own.resize(n);
+    scratch.chunk.assign((n + kElements - 1) / kElements, 0);
+    force.resize(n);
+    parallel_chunks(
+        n,
+        [&](std::size_t begin, std::size_t end, std::size_t c) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const Real stretch = write_stencil(laws[elements.law_of(i)], elements, i, flow, scratch);
+                scratch.chunk[c] = std::max(scratch.chunk[c], stretch);
+            }
+        },
+        kElements);
+    parallel_for(
+        n, [&](std::size_t i) { force[i] = scratch.own[i] + force_of_neighbours(elements, scratch.stencil.data(), i); },
+        kElements);
+    return *std::max_element(scratch.chunk.begin(), scratch.chunk.end());
+}
+
+/// Returns whether the element may flow on.
+bool flow_element(const StressLaw& law, double dt, const Mat3& gradient, std::size_t i, Elements& e) {
+    if (!(law.creep > 0)) return false;
+    if (!(dt > 0)) return true;
+    Real none = 0;
+    return flow_plastically(law, static_cast<Real>(dt), strain_of(e, i, gradient), e.plastic[i],
+                            e.hardens ? e.hardened[i] : none);
 }
 
 }  // namespace
@@ -41,46 +79,22 @@ void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements) {
 
 Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elements, StressScratch& scratch,
                         std::vector<Vec3>& force) {
-    const std::size_t n = elements.size();
-    if (n == 0) return 1;
-    scratch.stencil.resize(n);
-    scratch.own.resize(n);
-    scratch.chunk.assign((n + kElements - 1) / kElements, 0);
-    force.resize(n);
-    parallel_chunks(
-        n,
-        [&](std::size_t begin, std::size_t end, std::size_t c) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const StressLaw& law = laws[elements.law_of(i)];
-                const Real stretch = write_stencil(law, elements, projection_of(elements, i), i, scratch);
-                scratch.chunk[c] = std::max(scratch.chunk[c], stretch);
-            }
-        },
-        kElements);
-    parallel_for(
-        n, [&](std::size_t i) { force[i] = scratch.own[i] + force_of_neighbours(elements, scratch.stencil.data(), i); },
-        kElements);
-    return *std::max_element(scratch.chunk.begin(), scratch.chunk.end());
+    return sweep(
+        laws, elements, [](const StressLaw&, std::size_t, const Mat3&, auto) { return false; }, scratch, force);
+}
+
+Real flow_and_find_stress_forces(const std::vector<StressLaw>& laws, const FlowTimes& times, Elements& elements,
+                                 StressScratch& scratch, std::vector<Vec3>& force) {
+    const auto flow = [&](const StressLaw& law, std::size_t i, const Mat3& h, auto when) {
+        return flow_element(law, times.*when, h, i, elements);
+    };
+    return sweep(laws, elements, flow, scratch, force);
 }
 
 void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::vector<Mat3>& gradients,
                       Elements& elements) {
-    parallel_for(elements.size(), [&](std::size_t i) {
-        const StressLaw& law = laws[elements.law_of(i)];
-        if (!(law.creep > 0)) return;
-        Symmetric& p = elements.plastic[i];
-        const Symmetric strain = strain_of(elements, i, gradients[i]);
-        const Symmetric e{strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz,
-                          strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};
-        if (!(norm(e) > law.yield)) return;
-        const Real part = std::min(static_cast<Real>(dt) * law.creep, Real(1));
-        p = {p.xx + part * e.xx, p.yy + part * e.yy, p.zz + part * e.zz,
-             p.xy + part * e.xy, p.yz + part * e.yz, p.zx + part * e.zx};
-        const Real size = norm(p);
-        if (!(law.most_plastic > 0) || size <= law.most_plastic) return;
-        const Real back = law.most_plastic / size;
-        p = {back * p.xx, back * p.yy, back * p.zz, back * p.xy, back * p.yz, back * p.zx};
-    });
+    parallel_for(elements.size(),
+                 [&](std::size_t i) { flow_element(laws[elements.law_of(i)], dt, gradients[i], i, elements); });
 }
 
 /// (P H + H^T P + H^T H)/2

@@ -39,9 +39,16 @@ void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements);
 Real find_stress_forces(const std::vector<StressLaw>& laws, const Elements& elements, StressScratch& scratch,
                         std::vector<Vec3>& force);
 
-/// Plastic flow over dt [s] (5.4.4), after find_gradients at the same time, where |eps - eps^p| > k_yield:
-///     eps^p += min(dt k_creep, 1) (eps - eps^p)
-/// |eps^p| never exceeds its limit (O'Brien et al. 2002). |.| is the Frobenius norm.
+/// Durations of plastic flow before and after the stress of a sub-step is taken [s]. Half of the last sub-step and half
+/// of the next one make the split of second order.
+struct FlowTimes {
+    double before, after;
+};
+/// The same with plastic flow of every element (plasticity.h), by the strains of the same sweep.
+Real flow_and_find_stress_forces(const std::vector<StressLaw>& laws, const FlowTimes& times, Elements& elements,
+                                 StressScratch& scratch, std::vector<Vec3>& force);
+
+/// Plastic flow over dt [s] (5.4.4, plasticity.h), after find_gradients at the same time.
 void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::vector<Mat3>& gradients,
                       Elements& elements);
 

@@ -18,6 +18,7 @@ Values values_of(const scene::Material& m) { return {m.elastic, m.viscosity}; }
 struct Numbers {
     std::vector<double*> all;
     void key(const char*, double& number, const char*, const scene::Check&, const char*) { all.push_back(&number); }
+    void key(const char*, scene::Flow&, const char*, const scene::Check&, const char*) {}
     void block(auto&&...) {}
     void list(auto&&...) {}
 };
@@ -71,6 +72,7 @@ StressLaw MeltingLaw::at(double b) const {
     mix(e.volume_stiffness, 0);
     mix(e.yield_strain, liquid.yield_strain);
     mix(e.creep, liquid.creep);
+    mix(e.hardening, 0);
     if (b > 0) e.maximum_plastic_strain = 0;  // a liquid flows without limit
     return law_of(e, (1 - b) * viscosity_);
 }

@@ -92,6 +92,8 @@ Handle make_handle(const scene::Scene& scene, const scene::Handle& given, const 
 
 Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles) {
     Solids s;
+    s.elements.hardens =
+        std::ranges::any_of(scene.materials, [](const scene::Material& m) { return m.elastic.hardening > 0; });
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
         add_body(scene, static_cast<std::int32_t>(b), smoothing, particles, s);
     if (s.empty()) return s;

@@ -73,6 +73,7 @@ struct Bonds {
 struct Elements {
     bool softens = false;  // some matter changes its phase: law, phase and melt have rows; otherwise all is solid
     bool breaks = false;   // some matter can crack: strength has rows
+    bool hardens = false;  // some matter hardens: hardened has rows
     // The rest shape.
     std::vector<std::int64_t> id;     // of its particle
     std::vector<std::int32_t> owner;  // index of its SolidBody
@@ -91,6 +92,7 @@ struct Elements {
     std::vector<Quad> velocity;      // at t - dt/2 between sub-steps [m/s]; -
     std::vector<Vec3> acceleration;  // of the last sub-step [m/s^2]
     std::vector<Symmetric> plastic;  // eps^p [1]
+    std::vector<Real> hardened;      // size of all plastic flow so far [1]; only where `hardens`
 
     // By body, not by element: C of anisotropic laws, in the material frame [Pa]; rewritten with the laws.
     std::vector<Stiffness6> anisotropic;
@@ -127,6 +129,7 @@ void for_each_field(E& e, F&& f) requires requires {
     f("solid.velocity", Life::state, e.velocity);
     f("solid.acceleration", Life::state, e.acceleration);
     f("solid.plastic", Life::state, e.plastic);
+    if (e.hardens) f("solid.hardened", Life::state, e.hardened);
 }
 
 inline Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }

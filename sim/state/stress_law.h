@@ -14,11 +14,13 @@ struct StressLaw {
     Real zero_energy = 0;        // modulus of the zero-energy modes [Pa]
     Real yield = 0;              // k_yield [1]
     Real creep = 0;              // k_creep [1/s]
+    Real hardening = 0;          // k_hardening, by which flow raises k_yield [1]
     Real most_plastic = 0;       // largest norm of eps^p [1]; 0: no limit
     Real friction = 0;           // [1]
     Real contact_damping = 0;    // of critical [1]
     Real contact_stiffness = 0;  // [Pa/m]; 0: of a layer of the matter
     Real rate_modulus = 0;       // added to mu by viscosity in a tangent [Pa]
+    Index keeps_volume = 0;      // deviatoric flow; 0: the whole elastic strain flows
     Index anisotropy = kNone;    // of Elements::anisotropic; kNone: isotropic, by lambda and mu
     bool operator==(const StressLaw&) const = default;
     Real wave_modulus() const { return lambda + 2 * mu; }  // rho c^2 of pressure waves [Pa]
@@ -36,6 +38,8 @@ inline StressLaw law_of(const scene::Elastic& e, double viscosity) {
     law.zero_energy = real(e.zero_energy * modulus);
     law.yield = real(e.yield_strain);
     law.creep = real(e.creep);
+    law.hardening = real(e.hardening);
+    law.keeps_volume = e.flow == scene::Flow::deviatoric ? 1 : 0;
     law.most_plastic = real(e.maximum_plastic_strain);
     law.friction = real(e.friction);
     law.contact_damping = real(e.contact_damping);

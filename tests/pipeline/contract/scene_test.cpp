@@ -327,5 +327,51 @@ TEST(SceneWarnings, NameWhatIsProbablyNotMeant) {
     EXPECT_EQ(scene_warnings(parse_scene("frames: {last: 2}", "x.yaml")).size(), 1u);
 }
 
+TEST(SceneWarnings, NameKeysThatDoNothingUnderTheSolver) {
+    const auto warnings = [](const std::string& solver, const std::string& material) {
+        std::string all;
+        for (const std::string& w : scene_warnings(parse_scene(
+                 "materials: {water: {" + material +
+                     "}}\nbodies: {drop: {material: water, shape: {sphere: {radius: 1}}}}\nsolver: {spacing: 0.1, " +
+                     solver + "}",
+                 "x.yaml")))
+            all += w + '\n';
+        return all;
+    };
+    const std::string implicit = warnings("pressure: dfsph, artificial_viscosity: 0.01", "gamma: 2, stiffness: 1e4");
+    for (const char* key : {"solver.artificial_viscosity", "materials.water.gamma", "materials.water.stiffness"})
+        EXPECT_NE(implicit.find(key + std::string(" does nothing with `pressure: dfsph`")), std::string::npos) << key;
+    const std::string state = warnings("iterations: 7, density_tolerance: 0.01, divergence_tolerance: 0.01", "");
+    for (const char* key : {"solver.iterations", "solver.density_tolerance", "solver.divergence_tolerance"})
+        EXPECT_NE(state.find(key + std::string(" does nothing without `pressure: dfsph`")), std::string::npos) << key;
+    const std::string steps = warnings(
+        "viscosity: explicit, viscosity_tolerance: 0.1, solids_tolerance: 0.1, time_step: {fixed: 0.01, cfl: 0.1}", "");
+    for (const char* key : {"solver.viscosity_tolerance", "solver.solids_tolerance", "solver.time_step.cfl"})
+        EXPECT_NE(steps.find(key + std::string(" does nothing with")), std::string::npos) << key;
+    const std::string plastic =
+        warnings("support: 2", "youngs_modulus: 1e5, yield_strain: 0.1, hardening: 1, flow: deviatoric");
+    for (const char* key : {"yield_strain", "hardening", "flow"})
+        EXPECT_NE(plastic.find("materials.water." + std::string(key) + " does nothing without `creep`"),
+                  std::string::npos)
+            << key;
+    EXPECT_TRUE(warnings("pressure: dfsph, iterations: 7", "").empty());
+    EXPECT_TRUE(warnings("artificial_viscosity: 0.01", "gamma: 2").empty());
+    EXPECT_TRUE(warnings("support: 2", "youngs_modulus: 1e5, yield_strain: 0.1, creep: 5").empty());
+}
+
+TEST(SceneWarnings, NameWhatMixesLiquids) {
+    const auto warnings = [](const char* artificial) {
+        return scene_warnings(parse_scene(std::string("materials: {water: {}, oil: {density: 100}}\nbodies: {a: "
+                                                      "{material: water, shape: {sphere: {radius: 1}}}, b: {material: "
+                                                      "oil, shape: {sphere: {radius: 1}, translate: [3, 0, 0]}}}\n"
+                                                      "solver: {spacing: 0.1, artificial_viscosity: ") +
+                                              artificial + "}",
+                                          "x.yaml"));
+    };
+    ASSERT_EQ(warnings("0.01").size(), 1u);
+    EXPECT_NE(warnings("0.01")[0].find("liquids of different density mix"), std::string::npos);
+    EXPECT_TRUE(warnings("0.15").empty());
+}
+
 }  // namespace
 }  // namespace thixo::scene

@@ -68,7 +68,7 @@ TEST(PressureSystem, DiagonalIsTheAnswerOfAParticleToItsOwnPressure) {
         std::vector<Real> pressure(s.particles.size(), 0);
         pressure[i] = 1;
         for (std::size_t j = 0; j < pressure.size(); ++j)
-            s.pressure_system.place[j].w = s.particles.rest_volume[j] * pressure[j];
+            s.pressure_system.place[j].w = s.pressure_system.motion[j].w * pressure[j];
         find_pressure_acceleration(pressure, s.neighbours, s.problem.smoothing, s.pressure_system);
         std::vector<Vec3> a(pressure.size());
         for (std::size_t j = 0; j < a.size(); ++j) {
@@ -89,7 +89,7 @@ TEST(PressureSystem, PressureDoesTheWorkOfTheCompression) {
     std::vector<Real> pressure(n);
     for (std::size_t i = 0; i < n; ++i) {
         pressure[i] = 1000 * (1 + unit_random(i, 9));
-        s.pressure_system.place[i].w = s.particles.rest_volume[i] * pressure[i];
+        s.pressure_system.place[i].w = s.pressure_system.motion[i].w * pressure[i];
     }
     find_pressure_acceleration(pressure, s.neighbours, s.problem.smoothing, s.pressure_system);
     double power = 0, compression = 0, size = 0;

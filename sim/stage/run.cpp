@@ -10,6 +10,7 @@
 #include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
+#include "pipeline/contract/argument_words.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/folder_lock.h"
@@ -88,6 +89,16 @@ void write_frame(Simulation& sim, CacheWriter& cache, const std::vector<DrawnBou
     append_stats(out, sim, frame.totals, wall_seconds() - started);
 }
 
+/// What changes the scene and names the folder, but nothing that leaves the bytes as they are.
+std::string replay_words(SimArgs args) {
+    args.frames.clear();
+    args.threads = 0;
+    args.quiet = args.machine_progress = args.restart = false;
+    std::string line;
+    for (const std::string& word : args.print()) line += (line.empty() ? "" : " ") + shell_word(word);
+    return line;
+}
+
 /// A run's cache: new, discarded, or continued; and the simulation where it goes on.
 struct Start {
     CacheWriter cache;
@@ -97,7 +108,7 @@ struct Start {
 Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimArgs& args) {
     const fs::path out = args.out;
     Simulation sim = make_simulation(scene);
-    sim.problem.scene_path = args.scene;
+    sim.problem.replay = replay_words(args);
     if (const double memory = memory_of(final_size(scene, sim)); memory > machine_memory())
         log_warning(
             "this simulation may need {} of memory at its last frame, and this machine has {}; raise "

@@ -286,7 +286,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     Walls walls = make_walls(scene, smoothing, strategy);
     Problem problem{.scene = scene,
                     .strategy = strategy,
-                    .scene_path = {},
+                    .replay = {},
                     .smoothing = smoothing,
                     .tension = TensionScale(smoothing, strategy),
                     .materials = resolve_materials(scene.materials, static_cast<Real>(speed), strategy),

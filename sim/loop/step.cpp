@@ -144,12 +144,13 @@ void solve_pressure(Simulation& sim, double dt) {
                 sim.stats.density);
 }
 
-/// Matter that an emitter drives moves as the emitter says, whatever presses against it.
-void drive_openings(Simulation& sim) {
+/// Matter that an emitter drives moves as the emitter says, whatever presses against it. The pressure solve takes it for
+/// infinitely heavy: its neighbours make way. Were it light, they would be told of a part of the flow alone.
+void drive_openings(const Plan& plan, Simulation& sim) {
     const auto driven = drive_openings(sources_of(sim), sim.clock.time, sim.emitters, sim.particles);
     for (const Index i : driven) {
         sim.particles.acceleration[i].setZero();
-        if (incompressible(sim)) sim.solve_scratch.shift[i].setZero();
+        if (plan.pressure_solve) sim.pressure_system.slope[i].w = 0;  // V0/(m k)
     }
 }
 
@@ -317,8 +318,8 @@ void step(Simulation& sim) {
     const double wall_speed = largest_wall_speed(sim.walls, sim.particles.position);
     const double dt = choose_step(plan, sim, wall_speed);  // time_step, health
     if (plan.viscosity_solve) find_viscosity(sim, dt);     // viscosity_solver  4.3.1
+    drive_openings(plan, sim);                             // sources
     if (plan.pressure_solve) solve_pressure(sim, dt);
-    drive_openings(sim);                 // sources
     conduct(sim, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, sim);  // leapfrog   7.2, solids  5.3, 6.3, walls
     update_surface_when_due(plan, sim);  // surface    6.6

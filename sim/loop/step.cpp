@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
@@ -175,6 +176,17 @@ double pressure_limit(const Simulation& sim) {
            std::sqrt(2 * sum / std::max<double>(1, static_cast<double>(p.size())) + 1e-30);
 }
 
+/// A fixed step is taken whatever the state allows. What the scene itself sets as `maximum` is no limit of the method.
+void note_long_step(StepLimits limits, double dt, StepStats& stats) {
+    limits.maximum = std::numeric_limits<double>::infinity();
+    const double ratio = dt / limits.smallest();
+    if (ratio <= 1 + 1e-9) return;
+    ++stats.long_steps;
+    if (ratio <= stats.overstep) return;
+    stats.overstep = ratio;
+    stats.overstepped = limits.cause();
+}
+
 double choose_step(const Plan& plan, Simulation& sim, double wall_speed) {
     const scene::TimeStep& params = sim.problem.scene.solver.time_step;
     // Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
@@ -186,6 +198,7 @@ double choose_step(const Plan& plan, Simulation& sim, double wall_speed) {
     check_health(sim, limits);
     const double dt =
         divide_evenly(sim.clock.next_frame - sim.clock.time, params.fixed > 0 ? params.fixed : limits.smallest());
+    note_long_step(limits, dt, sim.stats);
     sim.stats.fastest = std::max(sim.stats.fastest, limits.fastest);
     if (dt < sim.stats.smallest_dt) sim.stats.limit = params.fixed > 0 ? "fixed" : limits.cause();
     sim.stats.smallest_dt = std::min(sim.stats.smallest_dt, dt);
@@ -240,7 +253,9 @@ void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
     c.last_dt = dt;
     ++c.step;
     move_walls(sim.walls, c.time);
-    if (!alone) hold_off_walls(sim.walls, sim.particles, least_wall_distance(sim), sim.sweep.walls, dt, wall_speed);
+    if (!alone)
+        sim.stats.passed_walls +=
+            hold_off_walls(sim.walls, sim.particles, least_wall_distance(sim), sim.sweep.walls, dt, wall_speed);
     count_passages(sim.probes, sim.particles, sim.problem.periodic);
     wrap_particles(sim.problem.periodic, sim.particles);
 }

@@ -18,8 +18,10 @@
 #include "pipeline/contract/machine_memory.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
+#include "pipeline/contract/shortfall_json.h"
 #include "sim/loop/step.h"
 #include "sim/stage/checkpoint.h"
+#include "sim/stage/estimate.h"
 #include "sim/stage/frame_output.h"
 #include "sim/stage/probes.h"
 #include "sim/stage/setup.h"
@@ -65,14 +67,16 @@ int last_cached(const Manifest& manifest, int first) {
 int estimate(const scene::Scene& scene, int last) {
     // On disk a particle takes about 50 bytes a frame, a surfel 64; a liquid has a surfel in five particles.
     constexpr double kDisk = 65, kSurfelDisk = 64;
-    const Size size = estimate_size(scene);
+    const Estimate expected = estimate_run(scene);
+    const Size& size = expected.size;
     const double particles = size.particles, surfels = size.surfels;
     const double frames = last - scene.frames.first + 1;
     const double disk_per_frame = kDisk * particles + kSurfelDisk * surfels;
     const nlohmann::ordered_json answer = {{"particles", std::llround(particles)},
                                            {"memory", static_cast<std::int64_t>(memory_of(size))},
                                            {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
-                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
+                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)},
+                                           {"shortfalls", shortfalls_json(expected.shortfalls)}};
     fmt::print("{}\n", answer.dump());
     return kDone;
 }

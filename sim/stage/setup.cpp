@@ -15,7 +15,6 @@
 #include "sim/solid/laws.h"
 #include "sim/space/sampling.h"
 #include "sim/space/scene_shapes.h"
-#include "sim/stage/boundary_mesh.h"
 #include "sim/stage/probes.h"
 #include "sim/stage/solid_setup.h"
 #include "sim/stage/strategy.h"
@@ -282,7 +281,7 @@ double expected_speed(const scene::Scene& scene) {
     return std::max(kSlowest, std::sqrt(speed2));
 }
 
-Simulation make_simulation(const scene::Scene& scene) {
+Simulation make_simulation(const scene::Scene& scene, SkinSetup skins) {
     warn_of_meshes(scene);
     const Smoothing smoothing(static_cast<Real>(scene.solver.spacing), static_cast<Real>(scene.solver.support));
     const double speed = expected_speed(scene);
@@ -329,7 +328,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     sim.solids = make_solids(scene, smoothing, sim.particles);
     make_phases(scene, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);
-    if (scene.surface.enabled) sim.embedded = make_embedded_surface(scene, sim.solids);
+    if (scene.surface.enabled && skins == SkinSetup::make) sim.embedded = make_embedded_surface(scene, sim.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(
@@ -340,35 +339,6 @@ Simulation make_simulation(const scene::Scene& scene) {
         sim.emitters.push_back({.next = flow_time_after(scene.emitters[e], scene.emitters[e].start, 0)});
     }
     return sim;
-}
-
-Size estimate_size(const scene::Scene& scene) {
-    for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
-    // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.
-    constexpr double kManySites = 1e5;
-    scene::Scene sampled = scene;
-    std::erase_if(sampled.emitters, [&](const scene::Emitter& e) {
-        return sites_of_opening(opening_of(scene, e).area, scene.solver.spacing) > kManySites;
-    });
-    return final_size(scene, make_simulation(sampled));
-}
-
-Size final_size(const scene::Scene& scene, const Simulation& at_start) {
-    double count = static_cast<double>(at_start.particles.size());
-    const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
-    for (const scene::Emitter& e : scene.emitters) {
-        const double area = opening_of(scene, e).area;
-        count += flow_seconds(e, end) * flow_speed(e, area) * area / cube(scene.solver.spacing);
-    }
-    return {count, static_cast<double>(at_start.embedded.size())};
-}
-
-double memory_of(const Size& size) {
-    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
-    // (150); a surfel of a liquid's in five particles. A solid's surfel, with the weights it is moved by, takes 1500.
-    constexpr double kProgram = 6e7, kParticle = 730, kSurfel = 1500;
-    return kProgram + kParticle * size.particles + kSurfel * size.surfels;
 }
 
 }  // namespace thixo

@@ -51,6 +51,12 @@ std::string look_of_material(const scene::Scene& scene, const std::string& mater
     return material;
 }
 
+std::string look_of_body(const scene::Scene& scene, const FrameBody& body) {
+    for (const scene::Body& b : scene.bodies)
+        if (b.name == body.name && !b.look.empty()) return b.look;
+    return look_of_material(scene, body.material);
+}
+
 std::string look_of_obstacle(const scene::Scene& scene, const FrameObstacle& obstacle) {
     for (const scene::Boundary& b : scene.world.boundaries)
         if (b.name == obstacle.name) return b.look.empty() ? b.name : b.look;
@@ -174,7 +180,7 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
     };
     std::map<int, Index> object_of_body;
     for (const FrameBody& b : frame.bodies) {
-        const std::string name = look_of_material(scene, b.material);
+        const std::string name = look_of_body(scene, b);
         object_of_body[b.id] = appearances.add_object(name);
         world.labels.push_back(label_of(b, name));
         require_uv(object_of_body[b.id], false, name, fmt::format("the body '{}' is made of surfels, and", b.name));

@@ -48,6 +48,8 @@ CacheReader open_cache(const RenderArgs& args) {
 std::string look_identity(const scene::Scene& scene, std::uint64_t seed, const std::string& crop) {
     std::string text = scene::look_hash(scene.look) + fmt::format(" {}", seed);
     for (const scene::Material& m : scene.materials) text += fmt::format(" {}={}", m.name, m.look);
+    for (const scene::Body& b : scene.bodies)
+        if (!b.look.empty()) text += fmt::format(" {}={}", b.name, b.look);
     for (const scene::Boundary& b : scene.world.boundaries) text += fmt::format(" {}={}", b.name, b.look);
     if (!crop.empty()) text += " crop " + crop;
     return hash_hex(text);

@@ -46,9 +46,9 @@ FrameReport compare_files(const std::string& name, const fs::path& a, const fs::
         const Image image_a = read_exr(a), image_b = read_exr(b);
         FrameReport report = compare_pictures(name, image_a, image_b, args.max_rel_mse);
         if (!report.same() && !args.diff.empty() && report.has_picture) {
-            make_folder(args.diff);
-            write_png(fs::path(args.diff) / (fs::path(name).stem().string() + ".diff.png"),
-                      difference_picture(image_a, image_b));
+            const fs::path folder = fs::path(args.diff) / fs::path(name).parent_path();
+            make_folder(folder);
+            write_png(folder / (fs::path(name).stem().string() + ".diff.png"), difference_picture(image_a, image_b));
         }
         return report;
     } catch (const CacheError& e) {
@@ -56,20 +56,35 @@ FrameReport compare_files(const std::string& name, const fs::path& a, const fs::
     }
 }
 
-void check_pictures(const CheckArgs& args, const std::vector<int>* frames, CheckReport& report) {
-    const fs::path a = args.path, b = args.against;
-    const std::vector<std::string> names_a = picture_names(a, frames), names_b = picture_names(b, frames);
-    const auto pairs = pair_names(names_a, names_b);
-    if (pairs.empty())
-        throw CacheError("'{}' and '{}' hold no picture of frames {}; render them first", args.path, args.against,
-                         args.frames);
+/// Compares the pictures of two folders; reports call them by `prefix` and their name. Returns how many there are.
+std::size_t compare_folders(const fs::path& a, const fs::path& b, const std::string& prefix, const CheckArgs& args,
+                            const std::vector<int>* frames, CheckReport& report) {
+    const auto pairs = pair_names(picture_names(a, frames), picture_names(b, frames));
     for (const auto& [name, in_a, in_b] : pairs) {
         if (in_a && in_b)
-            report.frames.push_back(compare_files(name, a / name, b / name, args));
+            report.frames.push_back(compare_files(prefix + name, a / name, b / name, args));
         else
             report.frames.push_back(
-                unpaired(name, in_a, [&, &file = name, &left = in_a] { read_exr((left ? a : b) / file); }));
+                unpaired(prefix + name, in_a, [&, &file = name, &left = in_a] { read_exr((left ? a : b) / file); }));
     }
+    return pairs.size();
+}
+
+void check_pictures(const CheckArgs& args, const std::vector<int>* frames, CheckReport& report) {
+    if (compare_folders(args.path, args.against, "", args, frames, report) == 0)
+        throw CacheError("'{}' and '{}' hold no picture of frames {}; render them first", args.path, args.against,
+                         args.frames);
+}
+
+/// The pictures beside two caches. What only one side has rendered is told, and is no difference.
+void check_pictures_of_outputs(const CheckArgs& args, const std::vector<int>* frames, CheckReport& report) {
+    for (const auto& [name, in_a, in_b] : pair_names(picture_folders(args.path), picture_folders(args.against)))
+        if (in_a && in_b)
+            compare_folders(fs::path(args.path) / name, fs::path(args.against) / name, name + "/", args, frames,
+                            report);
+        else
+            report.notes.push_back(
+                fmt::format("the pictures of {}/, which {} alone has", name, in_a ? args.path : args.against));
 }
 
 void check_caches(const CheckArgs& args, const std::vector<int>* frames, CheckReport& report) {
@@ -101,6 +116,7 @@ void check_caches(const CheckArgs& args, const std::vector<int>* frames, CheckRe
         }
     }
     if (b) report.notes = manifest_notes(a.manifest(), b->manifest());
+    if (b) check_pictures_of_outputs(args, frames, report);
     const auto asset_names = [](const Manifest& m) {
         std::vector<std::string> names;
         for (const CacheFile& f : m.assets) names.push_back(f.name);
@@ -144,9 +160,23 @@ void require_good(const CheckArgs& args, CheckKind kind, const std::vector<int>*
     for (const CacheFile& f : reader.manifest().assets) reader.load_asset(fs::path(f.name).stem().string());
 }
 
+void append(const std::string& folder, const std::vector<std::string>& names, std::vector<std::string>& to) {
+    for (const std::string& name : names) to.push_back(folder + "/" + name);
+}
+
 Update make_reference(const CheckArgs& args, CheckKind kind, const std::vector<int>* frames) {
     require_good(args, kind, frames);
-    if (kind == CheckKind::cache) return update_cache(args.path, args.against);
+    if (kind == CheckKind::cache) {
+        Update update = update_cache(args.path, args.against);
+        for (const std::string& name : picture_folders(args.path)) {
+            const fs::path a = fs::path(args.path) / name, b = fs::path(args.against) / name;
+            const Update pictures = update_pictures(a, picture_names(a, nullptr), b, picture_names(b, nullptr));
+            append(name, pictures.added, update.added);
+            append(name, pictures.replaced, update.replaced);
+            append(name, pictures.removed, update.removed);
+        }
+        return update;
+    }
     if (kind == CheckKind::picture) return update_picture(args.path, args.against);
     return update_pictures(args.path, picture_names(args.path, frames), args.against,
                            picture_names(args.against, frames));
@@ -154,7 +184,7 @@ Update make_reference(const CheckArgs& args, CheckKind kind, const std::vector<i
 
 void require_sense(const CheckArgs& args, CheckKind kind) {
     std::error_code ignored;
-    if (args.max_rel_mse > 0 && kind == CheckKind::cache)
+    if (args.max_rel_mse > 0 && kind == CheckKind::cache && picture_folders(args.path).empty())
         throw InputError("--max-rel-mse is for pictures; caches are compared bit for bit");
     if (args.update && kind == CheckKind::cache && !args.frames.empty())
         throw InputError("--update of a cache takes all its frames; leave out --frames");

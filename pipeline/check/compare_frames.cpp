@@ -214,7 +214,7 @@ void compare_points(const std::string& what, const PointSet& a, const PointSet& 
 FrameReport compare_frames(const std::string& name, const Frame& a, const Frame& b) {
     FrameReport report;
     report.name = name;
-    const auto& [number, time, spacing, particles, surfels, bodies, obstacles, totals] = a;
+    const auto& [number, time, spacing, particles, surfels, bodies, obstacles, totals, shortfalls] = a;
     if (number != b.number)
         report.problems.push_back(fmt::format("its number is {}, the reference {}", number, b.number));
     compare_numbers("time", time, b.time, report.problems);
@@ -222,6 +222,7 @@ FrameReport compare_frames(const std::string& name, const Frame& a, const Frame&
     compare_lists("bodies", bodies, b.bodies, report.problems);
     compare_lists("obstacles", obstacles, b.obstacles, report.problems);
     compare_totals(totals, b.totals, report.problems);
+    if (shortfalls != b.shortfalls) report.problems.push_back("its list of shortfalls differs");
     compare_points("particles", particles, b.particles, report);
     compare_points("surfels", surfels, b.surfels, report);
     return report;

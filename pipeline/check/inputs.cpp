@@ -54,4 +54,18 @@ std::vector<std::string> picture_names(const fs::path& folder, const std::vector
     return names;
 }
 
+std::vector<std::string> picture_folders(const fs::path& path) {
+    std::vector<std::string> names;
+    std::error_code failure;
+    if (!fs::exists(path / "cache" / kManifestName, failure)) return names;
+    for (fs::directory_iterator entry(path, failure), end; !failure && entry != end; entry.increment(failure)) {
+        const std::string name = entry->path().filename().string();
+        if ((name == "frames" || name.starts_with("frames.")) && !picture_names(entry->path(), nullptr).empty())
+            names.push_back(name);
+    }
+    if (failure) throw CacheError("'{}' cannot be listed: {}", path.string(), failure.message());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
 }  // namespace thixo

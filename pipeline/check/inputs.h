@@ -21,6 +21,10 @@ int frame_number_of(const std::string& file_name);
 /// does not exist has none.
 std::vector<std::string> picture_names(const std::filesystem::path& folder, const std::vector<int>* frames);
 
+/// Names of the folders of pictures of an output folder (frames, frames.<look>), ascending. Those without pictures do not
+/// count. None where the path is a cache within an output folder.
+std::vector<std::string> picture_folders(const std::filesystem::path& path);
+
 /// A name that is in A, in B or in both.
 template <class Name>
 struct Paired {

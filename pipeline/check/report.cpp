@@ -83,7 +83,8 @@ std::string print_text(const CheckReport& report) {
     }
     const std::string tier =
         report.max_rel_mse > 0 ? fmt::format("within relMSE {}", report.max_rel_mse) : "bit for bit";
-    const char* thing = report.kind == "cache" ? "frames" : "pictures";
+    const bool both = std::ranges::any_of(report.frames, &FrameReport::has_picture);
+    const char* thing = report.kind != "cache" ? "pictures" : both ? "frames and pictures" : "frames";
     if (failing == 0) return text + fmt::format("same: {} {} agree {}\n", report.frames.size(), thing, tier);
     return text + fmt::format("different: {} of {} {} do not agree {}\n", failing, report.frames.size(), thing, tier);
 }

@@ -51,7 +51,7 @@ struct Update {
 
 struct CheckReport {
     std::string a, b;
-    std::string kind;        // pictures, cache
+    std::string kind;        // pictures; cache: of output folders, their pictures too
     double max_rel_mse = 0;  // 0: exact
     std::vector<FrameReport> frames;
     std::vector<std::string> notes;  // differences of two manifests that do not make the check fail

@@ -43,6 +43,14 @@ void put_text(std::vector<std::string>& words, const char* name, const std::stri
     if (!value.empty()) put(words, name, value);
 }
 
+std::string shell_word(const std::string& word) {
+    const std::string plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%";
+    if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
+    std::string text = "'";
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + "'";
+}
+
 void put_path(std::vector<std::string>& words, const std::string& path) {
     if (path.empty()) return;
     words.push_back("--");

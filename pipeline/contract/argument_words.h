@@ -22,6 +22,9 @@ void put_text(std::vector<std::string>& words, const char* name, const std::stri
 /// "--" and the path where it is not empty: after "--" no word is an option, so a path may start with a dash.
 void put_path(std::vector<std::string>& words, const std::string& path);
 
+/// The word as a shell reads it, in quotes where it needs them.
+std::string shell_word(const std::string& word);
+
 /// The one way to take a number from a command line. The value stays as it is where the option is not given.
 /// Parsing throws InputError where the word is no number, is not finite, or lies outside [least, most].
 struct NumberRange {

@@ -6,6 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/contract/json_fields.h"
 #include "pipeline/contract/manifest.h"
+#include "pipeline/contract/shortfall_json.h"
 
 namespace thixo {
 namespace {
@@ -135,6 +136,8 @@ std::string print_frame_facts(const Frame& frame) {
                  {"bodies", Json::array()},        {"obstacles", Json::array()}};
     for (const FrameBody& b : frame.bodies) json["bodies"].push_back(body_json(b));
     for (const FrameObstacle& o : frame.obstacles) json["obstacles"].push_back(obstacle_json(o));
+    // Most frames have none, and their files stay as they were before there was this list.
+    if (!frame.shortfalls.empty()) json["shortfalls"] = shortfalls_json(frame.shortfalls);
     for (const char* key : {"time", "spacing", "totals", "obstacles"}) require_finite(json[key], key, frame.number);
     return print_json(json, "frame " + std::to_string(frame.number));
 }
@@ -151,6 +154,7 @@ Frame parse_frame_facts(std::string_view text, const std::string& file) {
     for (const Json& j : array_at(json, "bodies", place)) frame.bodies.push_back(parse_body(j, place.in("bodies")));
     for (const Json& j : array_at(json, "obstacles", place))
         frame.obstacles.push_back(parse_obstacle(j, place.in("obstacles")));
+    if (json.contains("shortfalls")) frame.shortfalls = parse_shortfalls(array_at(json, "shortfalls", place), file);
     return frame;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/contract/point_set.h"
+#include "pipeline/contract/shortfall.h"
 #include "pipeline/contract/trim.h"
 
 namespace thixo {
@@ -55,6 +56,7 @@ struct Frame {
     std::vector<FrameBody> bodies;
     std::vector<FrameObstacle> obstacles;
     FrameTotals totals;
+    std::vector<Shortfall> shortfalls;  // since the frame before
 };
 
 /// frame.NNNN.json: everything of a frame but its points (of those their counts). Throws DivergedError where a number

@@ -9,8 +9,10 @@
 #include "pipeline/base/error.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
+#include "pipeline/contract/cache_shortfalls.h"
 #include "pipeline/contract/image.h"
 #include "pipeline/contract/json_fields.h"
+#include "pipeline/contract/shortfall_json.h"
 #include "pipeline/contract/vdb_points.h"
 
 namespace thixo {
@@ -84,6 +86,7 @@ Json cache_json(const CacheReader& reader) {
     const Manifest& m = reader.manifest();
     Json json = {{"scene", m.scene}, {"format", m.format}, {"complete", m.complete}, {"frames", Json::array()}};
     for (const ManifestFrame& f : m.frames) json["frames"].push_back(frame_json(f, reader.load_facts(f.number)));
+    json["shortfalls"] = shortfalls_json(shortfalls_of(reader));
     return json;
 }
 
@@ -164,6 +167,8 @@ std::string cache_text(const Json& json) {
                             f["frame"].get<int>(), f["time"].get<double>(), f["particles"].get<std::uint64_t>(),
                             f["surfels"].get<std::uint64_t>(), f["bodies"].get<std::uint64_t>(),
                             f["mass"].get<double>(), f["energy"].get<double>(), f["volume"].get<double>());
+    if (!json["shortfalls"].empty()) text += "what the run could not do:\n";
+    for (const Json& s : json["shortfalls"]) text += "  " + s["text"].get<std::string>() + "\n";
     return text;
 }
 

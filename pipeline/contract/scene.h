@@ -41,7 +41,7 @@ void visit(V& v, Scene& s) {
     v.named_shapes("shapes", s.shapes, "shapes for use in other shapes by `named`");
     v.named("materials", s.materials, "what bodies and emitters are made of");
     v.named("bodies", s.bodies, "matter that is there at the start");
-    v.named("emitters", s.emitters, "discs that matter flows out of");
+    v.named("emitters", s.emitters, "openings that matter flows out of");
     v.named("handles", s.handles, "what holds, moves or pulls parts of solids");
     v.block("solver", s.solver, "how the simulation computes");
     v.block("surface", s.surface, "the surface of surfels around the particles");

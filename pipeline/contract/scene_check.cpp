@@ -146,6 +146,8 @@ void check_extents(const Scene& scene, const Checker& check) {
         if (!good(extents.of(b.shape), "world.boundaries." + b.name + ".shape")) return;
     for (const Body& b : scene.bodies)
         if (!good(extents.of(b.shape), "bodies." + b.name + ".shape")) return;
+    for (const Emitter& e : scene.emitters)
+        if (!good(extents.of(e.shape), "emitters." + e.name + ".shape")) return;
     for (const Handle& h : scene.handles)
         if (!good(extents.of(h.region), "handles." + h.name + ".region")) return;
     for (const Probe& p : scene.probes)
@@ -325,6 +327,21 @@ void check_solids(const Scene& scene, const Checker& check) {
     check.require(scene.world.periodic.empty(), "world.periodic", "solids in a periodic domain are not supported yet");
 }
 
+void check_emitter(const Emitter& e, const std::vector<std::string>& materials, const Checker& check) {
+    const std::string path = "emitters." + e.name;
+    check.refer(e.material, materials, path + ".material", "material");
+    check.require(e.stop > e.start, path + ".stop", fmt::format("\"stop\" is {} s, not after \"start\"", e.stop));
+    check.require(e.speed == 0 || e.rate == 0, path + ".rate",
+                  fmt::format("\"rate\" ({}) and \"speed\" ({}) both say how much flows out", e.rate, e.speed),
+                  "leave one of them out");
+    check.require(e.speed > 0 || e.rate > 0, path + ".speed", "an emitter needs a \"speed\" or a \"rate\" above 0",
+                  "\"switches\" turn it off");
+    for (std::size_t k = 1; k < e.switches.size(); ++k)
+        check.require(e.switches[k].time > e.switches[k - 1].time, fmt::format("{}.switches.{}.time", path, k),
+                      fmt::format("the switch at {} s is not after the one above it", e.switches[k].time));
+    check_motion(e.motion, path + ".motion", check);
+}
+
 }  // namespace
 
 void check_scene(const Scene& scene, ReadContext& context) {
@@ -343,13 +360,11 @@ void check_scene(const Scene& scene, ReadContext& context) {
     }
     for (const Material& m : scene.materials)
         check.refer(m.look, appearances, "materials." + m.name + ".look", "appearance");
-    for (const Body& b : scene.bodies) check.refer(b.material, materials, "bodies." + b.name + ".material", "material");
-    for (const Emitter& e : scene.emitters) {
-        check.refer(e.material, materials, "emitters." + e.name + ".material", "material");
-        check.require(e.stop > e.start, "emitters." + e.name + ".stop",
-                      fmt::format("\"stop\" is {} s, not after \"start\"", e.stop));
-        check_motion(e.motion, "emitters." + e.name + ".motion", check);
+    for (const Body& b : scene.bodies) {
+        check.refer(b.material, materials, "bodies." + b.name + ".material", "material");
+        check.refer(b.look, appearances, "bodies." + b.name + ".look", "appearance");
     }
+    for (const Emitter& e : scene.emitters) check_emitter(e, materials, check);
     for (const Probe& p : scene.probes)
         check.refer(p.material, materials, "probes." + p.name + ".material", "material");
     check_heat(scene, check);

@@ -67,8 +67,10 @@ void check_texture_coordinates(const Scene& scene, const Checker& check) {
         for (const Material& m : scene.materials)
             if (m.name == material) require(false, m.look, m.name, wearer);
     };
-    for (const Body& b : scene.bodies)
-        require_matter(b.material, fmt::format("the body \"{}\", made of surfels,", b.name));
+    for (const Body& b : scene.bodies) {
+        const std::string wearer = fmt::format("the body \"{}\", made of surfels,", b.name);
+        b.look.empty() ? require_matter(b.material, wearer) : require(false, b.look, b.look, wearer);
+    }
     for (const Emitter& e : scene.emitters)
         require_matter(e.material, fmt::format("what the emitter \"{}\" releases", e.name));
     for (const Boundary& b : scene.world.boundaries) {

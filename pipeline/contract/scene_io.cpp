@@ -9,6 +9,7 @@
 #include "pipeline/contract/look_images.h"
 #include "pipeline/contract/scene_build.h"
 #include "pipeline/contract/scene_check.h"
+#include "pipeline/contract/scene_defaults.h"
 #include "pipeline/contract/scene_problems.h"
 #include "pipeline/contract/scene_reader.h"
 #include "pipeline/contract/scene_tree.h"
@@ -16,49 +17,6 @@
 
 namespace thixo::scene {
 namespace {
-
-// The name of a scene that gives none: its file's.
-std::string name_of_file(const std::string& path) {
-    std::string name = std::filesystem::path(path).stem().string().substr(0, 64);
-    for (char& c : name)
-        if (!is_name(std::string("x") + c)) c = '_';
-    if (!is_name(name)) name = "scene" + name.substr(0, 59);
-    return name;
-}
-
-void add_default_lights(Look& look) {
-    if (!look.lights.empty()) return;
-    Light sky, sun;
-    sky.name = "sky";
-    sky.type = LightType::sky;
-    sky.colour = Vec3d(0.75, 0.87, 1.0);
-    sky.strength = 0.8;
-    sun.name = "sun";
-    sun.type = LightType::sun;
-    sun.colour = Vec3d(1.0, 0.95, 0.88);
-    sun.strength = 2.5;
-    sun.direction = Vec3d(0.5, 0.6, -1.0);
-    look.lights = {sky, sun};
-}
-
-// Appearances that are meant by the name of what wears them, and not given.
-void add_default_appearance(Look& look, std::string& reference, const std::string& name) {
-    if (!reference.empty()) return;
-    reference = name;
-    if (std::any_of(look.appearances.begin(), look.appearances.end(),
-                    [&](const Appearance& a) { return a.name == name; }))
-        return;
-    Appearance plain;
-    plain.name = name;
-    look.appearances.push_back(plain);
-}
-
-void fill_in(Scene& scene, const std::string& source_name) {
-    if (scene.name.empty()) scene.name = name_of_file(source_name);
-    add_default_lights(scene.look);
-    for (Material& m : scene.materials) add_default_appearance(scene.look, m.look, m.name);
-    for (Boundary& b : scene.world.boundaries) add_default_appearance(scene.look, b.look, b.name);
-}
 
 Position start_of(const Value& tree) { return {tree.at.source, 0, 0, 1}; }
 
@@ -82,11 +40,12 @@ Scene read_scene(std::optional<Value> tree, const std::string& name, const std::
     BlockReader reader(*tree, "", start_of(*tree), context);
     visit(reader, scene);
     reader.report_unknown("extends");
+    settle_defaults(scene, context.where);
     check_scene(scene, context);
     if (files == Files::check) read_mesh_hashes(scene, context);
     read_image_hashes(scene.look, context);
     problems.throw_if_any(what);
-    fill_in(scene, name);
+    fill_in(scene, name, context.where);
     return scene;
 }
 
@@ -98,6 +57,15 @@ std::optional<Value> look_block(std::optional<Value> tree, Problems& problems) {
             problems.add(label.at, fmt::format("a look file holds nothing beside the block \"look\", but has \"{}\"",
                                                shown(label.text)));
     return *tree->find("look");
+}
+
+/// Lights that nobody asked for go once a look names lights of its own, and all go where it says that there are none.
+void remove_replaced_lights(const Look& base, const Value& over, Value& tree) {
+    const Value* named = over.find("lights");
+    Value* lights = tree.find("lights");
+    if (!named || named->type != Value::Type::map || !lights) return;
+    for (const Light& l : base.lights)
+        if (named->items.empty() || (is_default_light(l) && !named->find(l.name))) lights->remove(l.name);
 }
 
 }  // namespace
@@ -144,6 +112,7 @@ Look overlay_look(const Look& base, const std::string& path, const std::vector<s
         if (over && over->type != Value::Type::map)
             problems.add(over->at, fmt::format("a look must be a map of blocks, not {}", describe(*over)));
         problems.throw_if_any(what);
+        remove_replaced_lights(base, *over, tree);
         std::vector<std::string> labels{"look"};
         overlay(tree, *over, labels);
     }
@@ -179,7 +148,10 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
         warnings.push_back(fmt::format(f, std::forward<A>(a)...));
     };
     std::set<std::string> materials, appearances;
-    for (const Body& b : scene.bodies) materials.insert(b.material);
+    for (const Body& b : scene.bodies) {
+        materials.insert(b.material);
+        appearances.insert(b.look);
+    }
     for (const Emitter& e : scene.emitters) materials.insert(e.material);
     for (const Material& m : scene.materials)
         for (const MaterialChange& c : m.elastic.changes) materials.insert(c.material);

@@ -34,7 +34,8 @@ std::string print_cached_scene(const Scene& scene);
 Scene parse_cached_scene(const std::string& text, const std::string& name,
                          const std::vector<std::string>& overrides = {});
 
-/// A look file laid over a look by name: what the file does not mention stays. The file holds a block `look`, or a
+/// A look file laid over a look by name: what the file does not mention stays. Default lights go where it names lights,
+/// and all lights where it says `lights: {}`. The file holds a block `look`, or a
 /// look's keys directly. Of the overrides those of look.* apply, after the file. An empty path: the overrides alone.
 /// Throws InputError as load_scene does.
 Look overlay_look(const Look& base, const std::string& path, const std::vector<std::string>& overrides = {});

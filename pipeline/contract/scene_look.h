@@ -242,9 +242,13 @@ struct Look {
 };
 template <class V>
 void visit(V& v, Look& l) {
-    v.block("camera", l.camera, "the camera");
-    v.named("lights", l.lights, "lights; where none is given, a sky and a sun");
-    v.named("appearances", l.appearances, "how surfaces look; materials and boundaries refer to them by name");
+    v.block("camera", l.camera,
+            "the camera; without position and look_at it sees the whole scene from in front and above");
+    v.named("lights", l.lights, "lights; left out: a sky and a sun, which go once a look file names lights; {}: none");
+    v.named("appearances", l.appearances,
+            "how surfaces look; materials, bodies and boundaries refer to them by name. What has none gets one: thin "
+            "liquids "
+            "like water, thick ones and solids coloured, boundaries grey");
     v.key("background", l.background, kColour, at_least(0), "radiance the camera sees where there is no sky");
     v.block("output", l.output, "the pictures");
 }

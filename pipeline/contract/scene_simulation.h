@@ -43,7 +43,10 @@ void visit(V& v, Boundary& b) {
     v.key("inside", b.inside, "", any(), "true: matter stays inside the shape; false: the shape is an obstacle");
     v.key("contact_angle", b.contact_angle, "degrees", between(0, 180),
           "angle in the liquid where its surface meets the wall: 0 wets it, 180 does not stick at all");
-    v.key("no_slip", b.no_slip, "", any(), "true: fluid sticks to the surface; false: it slides along it");
+    v.key("no_slip", b.no_slip, "", any(),
+          "true: fluid sticks to the surface; false: it slides along it; left out: true where the scene has a liquid "
+          "of 1 "
+          "Pa s or more, as thick as syrup");
     v.key("isothermal", b.isothermal, "", any(), "true: its surface is kept at `temperature`; false: it takes no heat");
     v.key("temperature", b.temperature, "degC", between(-273.15, 1e5), "temperature of an isothermal boundary");
     v.list("motion", b.motion, "moves the boundary");
@@ -132,13 +135,32 @@ void visit(V& v, Sampling& s) {
     v.key("levels", s.levels, "", between(0, 8), "octree: cells deep inside are up to 2^levels spacings wide");
 }
 
+/// A velocity that varies linearly: row a holds the derivatives of component a along x, y and z.
+struct VelocityGradient {
+    Vec3d x{0, 0, 0}, y{0, 0, 0}, z{0, 0, 0};  // 1/s
+    Mat3d matrix() const {
+        Mat3d g;
+        g << x.transpose(), y.transpose(), z.transpose();
+        return g;
+    }
+};
+template <class V>
+void visit(V& v, VelocityGradient& g) {
+    constexpr auto kRange = between(-1e6, 1e6);
+    v.key("x", g.x, "1/s", kRange, "change of the velocity along x with the place: [dvx/dx, dvx/dy, dvx/dz]");
+    v.key("y", g.y, "1/s", kRange, "the same of the velocity along y");
+    v.key("z", g.z, "1/s", kRange, "the same of the velocity along z");
+}
+
 struct Body {
     std::string name, material;
     Shape shape;
-    Vec3d velocity{0, 0, 0};          // m/s
-    Vec3d angular_velocity{0, 0, 0};  // rad/s about the shape's centre of mass
-    double temperature = 20;          // degC
-    int surfels = 0;                  // about so many on a solid; 0: by surface.radius
+    Vec3d velocity{0, 0, 0};             // m/s
+    Vec3d angular_velocity{0, 0, 0};     // rad/s about the shape's centre of mass
+    VelocityGradient velocity_gradient;  // about the shape's centre of mass
+    std::string look;                    // appearance; empty: the material's
+    double temperature = 20;             // degC
+    int surfels = 0;                     // about so many on a solid; 0: by surface.radius
     Sampling sampling;
 };
 template <class V>
@@ -148,31 +170,54 @@ void visit(V& v, Body& b) {
     v.key("velocity", b.velocity, "m/s", between(-1e6, 1e6), "velocity at the start");
     v.key("angular_velocity", b.angular_velocity, "rad/s", between(-1e6, 1e6),
           "spin at the start, about the centre of mass");
+    v.block("velocity_gradient", b.velocity_gradient,
+            "linear flow at the start, about the centre of mass: stretching, shear or spin. It adds to `velocity`, "
+            "which is that of the centre");
+    v.reference("look", b.look, Refers::appearance, any(), "appearance; left out: the material's");
     v.key("temperature", b.temperature, "degC", between(-273.15, 1e5), "temperature at the start");
     v.key("surfels", b.surfels, "", between(0, 10'000'000),
           "number of surfels on the surface of a solid, about; 0: discs of the size surface.radius asks for");
     v.block("sampling", b.sampling, "where its particles stand");
 }
 
+/// An instant at which an emitter is turned on or off.
+struct Switch {
+    double time = 0;  // s
+    bool on = true;
+};
+template <class V>
+void visit(V& v, Switch& s) {
+    v.key("time", s.time, "s", required(at_least(0)), "instant; ascending in the list");
+    v.key("on", s.on, "", required(), "true: it flows from then on; false: it rests");
+}
+
 struct Emitter {
     std::string name, material;
     Vec3d position{0, 0, 0}, direction{0, 0, -1};
     double radius = 0.05;          // m, of the disc
-    double speed = 1;              // m/s
+    Shape shape;                   // its cut is the opening; no kind: a disc
+    double speed = 1;              // m/s; 0: by the rate
+    double rate = 0;               // m^3/s; 0: by the speed
     double start = 0, stop = 1e9;  // s
-    double jitter = 0;             // in spacings, random offset in the disc's plane
-    double temperature = 20;       // degC
-    std::vector<Key> motion;       // moves the emitter
+    std::vector<Switch> switches;
+    double jitter = 0;        // in spacings, random offset in the disc's plane
+    double temperature = 20;  // degC
+    std::vector<Key> motion;  // moves the emitter
 };
 template <class V>
 void visit(V& v, Emitter& e) {
     v.reference("material", e.material, Refers::material, required(), "what flows out");
-    v.key("position", e.position, "m", any(), "centre of the disc that the fluid leaves");
+    v.key("position", e.position, "m", any(), "centre of the opening that the fluid leaves");
     v.key("direction", e.direction, "", direction(), "direction of the flow; any length");
-    v.key("radius", e.radius, "m", above(0), "radius of the disc");
-    v.key("speed", e.speed, "m/s", above_to(0, 1e4), "speed of the flow");
+    v.key("radius", e.radius, "m", above(0), "radius of the disc; with `shape` it has no effect");
+    v.shape("shape", e.shape, any(),
+            "opening of another form: where this shape, a mesh too, meets the plane through `position` across "
+            "`direction`. It stands in the scene, not in the emitter's frame, and moves with `motion`");
+    v.key("speed", e.speed, "m/s", between(0, 1e4), "speed of the flow; 0, or left out beside `rate`: by `rate`");
+    v.key("rate", e.rate, "m^3/s", between(0, 1e9), "volume that flows out, in place of `speed`; 0: by `speed`");
     v.key("start", e.start, "s", at_least(0), "time the flow starts");
     v.key("stop", e.stop, "s", at_least(0), "time the flow stops");
+    v.list("switches", e.switches, "turns the flow off and on again between `start` and `stop`");
     v.key("jitter", e.jitter, "spacings", between(0, 0.5), "random shift of each particle in the disc's plane");
     v.key("temperature", e.temperature, "degC", between(-273.15, 1e5), "temperature of what flows out");
     v.list("motion", e.motion, "moves the emitter");

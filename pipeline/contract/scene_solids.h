@@ -77,7 +77,7 @@ void visit(V& v, Elastic& e) {
         "poisson_ratio", e.poisson_ratio, "1", {.low = -1, .high = 0.5, .open_low = true, .open_high = true},
         "how much a stretched solid narrows; 0.5 would be no compression at all: write 0.49, or add volume_stiffness");
     v.key("volume_stiffness", e.volume_stiffness, "Pa", between(0, 1e13),
-          "k_v, additional resistance of a solid to a change of volume; about E keeps hard impacts from "
+          "k_v, additional resistance of a solid to a change of volume; left out: E, which keeps hard impacts from "
           "turning particles inside out");
     v.key("zero_energy", e.zero_energy, "1", between(0, 10),
           "stiffness, in parts of E, against the zigzag of neighbouring particles that strain does not see");

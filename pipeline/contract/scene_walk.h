@@ -28,6 +28,7 @@ void walk_shapes(S& scene, F&& f) {
     for (auto& h : scene.world.heat_sources) walk_shape(h.region, "world.heat_sources." + h.name + ".region", f);
     for (auto& m : scene.surface.moulds) walk_shape(m.shape, "surface.moulds." + m.name + ".shape", f);
     for (auto& b : scene.bodies) walk_shape(b.shape, "bodies." + b.name + ".shape", f);
+    for (auto& e : scene.emitters) walk_shape(e.shape, "emitters." + e.name + ".shape", f);
     for (auto& h : scene.handles) walk_shape(h.region, "handles." + h.name + ".region", f);
     for (auto& p : scene.probes) walk_shape(p.region, "probes." + p.name + ".region", f);
 }

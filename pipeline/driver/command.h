@@ -28,6 +28,7 @@ struct Command {
     bool print = false;           // validate
     bool repair = false;          // verify
     bool verify = false;          // run
+    bool strict = false;          // run, sim, validate
     std::string text;             // not empty: help or version; print this and exit with 0
 };
 

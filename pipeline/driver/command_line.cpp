@@ -24,7 +24,7 @@ constexpr const char* kHelp = R"(Usage: thixo VERB ... [OPTION...]      thixo VE
 The launcher ./thixo adds: setup (install packages), test [--all] (build and run the tests), --no-build.
 SCENE is a YAML file. CACHE is an output folder or its cache/. Output goes to ./out/<scene>, a draft's to ./out/<scene>.draft.
 Exit codes: 0 done; 1 a check found a difference; 2 bad usage or input; 3 the simulation diverged; 4 a cache is missing or damaged;
-5 out of memory or disk; 130 and 143 interrupted, the state is saved.
+5 out of memory or disk; 6 with --strict, a run could not do all that its scene says; 130 and 143 interrupted, the state is saved.
 )";
 
 /// Adds options to a verb by name, each written once for all verbs that have it.
@@ -98,6 +98,10 @@ class Verb {
             ->type_name("N");
         return *this;
     }
+    Verb& strict() {
+        sub_->add_flag("--strict", command.strict, "exit 6 where a run cannot do all that its scene says");
+        return *this;
+    }
     Verb& flag(const char* name, bool& value, const char* what) {
         sub_->add_flag(name, value, what);
         return *this;
@@ -125,10 +129,19 @@ Verbs all_verbs(CLI::App& app) {
     Verb& run = add(verbs, app, "run", "Simulates, renders and encodes what is not there yet.", "SCENE", kScene);
     run.text("--look", run.command.look, kLook).restart("start the simulation and the frames over");
     run.flag("--verify", run.command.verify, "at the end check every file of the output folder");
-    run.frames().scene().seed().out().threads().quiet().json().dry_run();
+    run.strict().frames().scene().seed().out().threads().quiet().json().dry_run();
 
     Verb& sim = add(verbs, app, "sim", "Simulates a scene into a cache; goes on where it stopped.", "SCENE", kScene);
-    sim.restart("discard the cache that is there").frames().scene().seed().out().threads().quiet().json().dry_run();
+    sim.strict()
+        .restart("discard the cache that is there")
+        .frames()
+        .scene()
+        .seed()
+        .out()
+        .threads()
+        .quiet()
+        .json()
+        .dry_run();
 
     Verb& render =
         add(verbs, app, "render", "Renders the frames of a cache that are not there yet.", "SCENE-or-CACHE", kEither);
@@ -174,7 +187,7 @@ Verbs all_verbs(CLI::App& app) {
     Verb& validate =
         add(verbs, app, "validate", "Names all problems of a scene at once, else what it will need.", "SCENE", kScene);
     validate.flag("--print", validate.command.print, "print the scene with every default written out");
-    validate.scene().seed().json();
+    validate.strict().scene().seed().json();
 
     Verb& info = add(verbs, app, "info", "Tells what a scene, a cache, a frame or a picture holds.", "PATH",
                      "scene file, output folder, cache file or picture");

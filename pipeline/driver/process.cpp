@@ -15,17 +15,10 @@
 #include <cstring>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/argument_words.h"
 
 namespace thixo {
 namespace {
-
-std::string quoted(const std::string& word) {
-    const std::string plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=,:+@%";
-    if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-    std::string text = "'";
-    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return text + "'";
-}
 
 struct Pipe {
     int read = -1, write = -1;
@@ -85,9 +78,9 @@ void reap(Process& process) {
 }  // namespace
 
 std::string shell_line(const ProgramCall& call) {
-    std::string line = call.folder.empty() ? "" : "cd -- " + quoted(call.folder.string()) + " && ";
-    line += quoted(call.program.string());
-    for (const std::string& word : call.args) line += " " + quoted(word);
+    std::string line = call.folder.empty() ? "" : "cd -- " + shell_word(call.folder.string()) + " && ";
+    line += shell_word(call.program.string());
+    for (const std::string& word : call.args) line += " " + shell_word(word);
     return line;
 }
 

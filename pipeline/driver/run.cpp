@@ -8,8 +8,10 @@
 #include "pipeline/base/log.h"
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/scene_io.h"
+#include "pipeline/contract/shortfall_json.h"
 #include "pipeline/driver/command.h"
 #include "pipeline/driver/conduct.h"
+#include "pipeline/driver/fell_short.h"
 #include "pipeline/driver/film.h"
 #include "pipeline/driver/job.h"
 #include "pipeline/driver/json_output.h"
@@ -19,11 +21,13 @@ namespace thixo {
 namespace fs = std::filesystem;
 namespace {
 
-void print_result(const Command& command, const Job& job, const fs::path& frames, const fs::path& film) {
+void print_result(const Command& command, const Job& job, const fs::path& frames, const fs::path& film,
+                  const std::vector<Shortfall>& shortfalls) {
     if (command.json) {
         nlohmann::ordered_json result{
             {"out", job.out.string()}, {"cache", (job.out / "cache").string()}, {"frames", frames.string()}};
         if (!film.empty()) result["film"] = film.string();
+        result["shortfalls"] = shortfalls_json(shortfalls);
         print_json(result);
     } else if (!command.quiet) {
         fmt::print("{}\n", film.empty() ? frames.string() : film.string());
@@ -52,8 +56,11 @@ int run_verb(const Command& command) {
             make_film(plan, film);
         }
     }
-    print_result(command, job, frames, film);
-    return command.verify ? report_damages(job.out, verify_output(job.out), command) : int(kDone);
+    const std::vector<Shortfall> shortfalls = shortfalls_in(job.out);
+    print_result(command, job, frames, film, shortfalls);
+    const int short_of = tell_shortfalls(shortfalls, command);
+    const int damaged = command.verify ? report_damages(job.out, verify_output(job.out), command) : int(kDone);
+    return damaged != kDone ? damaged : short_of;
 }
 
 }  // namespace thixo

@@ -8,7 +8,9 @@
 #include "pipeline/contract/machine_memory.h"
 #include "pipeline/contract/picture_cost.h"
 #include "pipeline/contract/scene_io.h"
+#include "pipeline/contract/shortfall_json.h"
 #include "pipeline/driver/command.h"
+#include "pipeline/driver/fell_short.h"
 #include "pipeline/driver/job.h"
 #include "pipeline/driver/json_output.h"
 
@@ -25,6 +27,7 @@ nlohmann::ordered_json estimate(const Command& command, const Job& job, int& cod
     try {
         nlohmann::ordered_json parsed = nlohmann::ordered_json::parse(text);
         for (const char* key : {"particles", "memory", "disk"}) parsed.at(key).get<double>();
+        parsed.at("shortfalls");
         return parsed;
     } catch (const nlohmann::json::exception& e) {
         throw InputError("thixo-sim --estimate answers in another form than this program expects ({}); build both anew",
@@ -45,6 +48,7 @@ int validate_verb(const Command& command) {
     int code = kDone;
     nlohmann::ordered_json needs = estimate(command, job, code);
     if (code != kDone) return code;
+    const std::vector<Shortfall> shortfalls = parse_shortfalls(needs["shortfalls"], "thixo-sim --estimate");
     // A run simulates and renders at once.
     const scene::PictureCost pictures = scene::picture_cost(job.scene->look, nullptr);
     const double frames = job.scene->frames.last - job.scene->frames.first + 1;
@@ -54,16 +58,17 @@ int validate_verb(const Command& command) {
     if (memory > machine_memory())
         log_warning("this needs about {} of memory, and this machine has {}", bytes_text(memory),
                     bytes_text(machine_memory()));
+    const int strict = tell_shortfalls(shortfalls, command);
     if (command.json) {
         nlohmann::ordered_json result{{"scene", job.scene->name}, {"warnings", warnings}};
         result.update(needs);
         print_json(result);
     } else {
-        fmt::print("{}: no problems; about {} particles, {} of memory, {} on disk and {} of pictures\n", command.path,
-                   needs["particles"].get<std::int64_t>(), bytes_text(memory), bytes_text(needs["disk"]),
-                   bytes_text(needs["picture_disk"]));
+        fmt::print("{}: {}; about {} particles, {} of memory, {} on disk and {} of pictures\n", command.path,
+                   shortfalls.empty() ? "no problems" : "falls short", needs["particles"].get<std::int64_t>(),
+                   bytes_text(memory), bytes_text(needs["disk"]), bytes_text(needs["picture_disk"]));
     }
-    return kDone;
+    return strict;
 }
 
 }  // namespace thixo

@@ -19,7 +19,8 @@ TriangleMesh tessellate(const Shape& shape, double cell, int segments = 128);
 /// its projected centre.
 TriangleMesh extract_surface(const Shape& shape, double cell);
 
-/// A square of two triangles, with the edge `extent` [m], around `centre`.
-TriangleMesh tessellate_plane(const Vec3d& centre, const Vec3d& normal, double extent);
+/// A square of two triangles, with the edge `extent` [m], around `centre`. Each ring around it is four times as wide. So
+/// a plane reaches far, and no triangle is much larger than its distance: rays meet it as exactly as what is near.
+TriangleMesh tessellate_plane(const Vec3d& centre, const Vec3d& normal, double extent, int rings = 0);
 
 }  // namespace thixo

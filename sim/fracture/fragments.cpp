@@ -311,6 +311,7 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     e.acceleration[i] = e.acceleration[host];
     e.plastic[i] = e.plastic[host];
     if (e.hardens) e.hardened[i] = e.hardened[host];
+    if (e.breaks) e.strength[i] = e.strength[host];
     body.elements.push_back(i);
     number_element(particle, i, solids);
 

@@ -46,6 +46,13 @@ std::string likely_cause(const Simulation& sim, const StepLimits& limits, const 
            "flow";
 }
 
+/// The command that runs the frame again: options stand before the scene.
+std::string replay_line(const Simulation& sim) {
+    const scene::Scene& scene = sim.problem.scene;
+    return fmt::format("thixo sim --frames={}-{} {}", scene.frames.first, sim.clock.frame + 1,
+                       sim.problem.replay.empty() ? scene.name : sim.problem.replay);
+}
+
 const std::string& body_name(const scene::Scene& scene, std::size_t body) {
     return body < scene.bodies.size() ? scene.bodies[body].name : scene.emitters[body - scene.bodies.size()].name;
 }
@@ -61,16 +68,14 @@ void check_health(const Simulation& sim, const StepLimits& limits) {
         n, n, [&](std::size_t i) { return wrong_term(sim, i, fastest) ? i : n; },
         [](std::size_t a, std::size_t b) { return std::min(a, b); });
     if (first == n) return;
-    const scene::Scene& scene = sim.problem.scene;
     const Vec3& x = sim.particles.position[first];
     const char* term = wrong_term(sim, first, fastest);
     throw DivergedError(
         "the simulation diverged: {} of particle {} at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, step {} (dt "
         "{:.3g} s, limit {:.3g} s, "
-        "speed {:.3g} m/s)\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
+        "speed {:.3g} m/s)\nlikely: {}\nreplay: {}",
         term, sim.particles.id[first], x.x(), x.y(), x.z(), sim.clock.frame + 1, sim.clock.step, sim.clock.last_dt,
-        limits.smallest(), speed(sim.sweep.motion[first]), likely_cause(sim, limits, term),
-        sim.problem.scene_path.empty() ? scene.name : sim.problem.scene_path, scene.frames.first, sim.clock.frame + 1);
+        limits.smallest(), speed(sim.sweep.motion[first]), likely_cause(sim, limits, term), replay_line(sim));
 }
 
 void check_solids_health(const Simulation& sim, const SolidReport& report) {
@@ -99,14 +104,14 @@ void check_solids_health(const Simulation& sim, const SolidReport& report) {
     throw DivergedError(
         "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, "
         "step {} (sub-step "
-        "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: thixo sim {} --frames {}-{}",
+        "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: {}",
         x.allFinite() ? "velocity" : "position", p.id[first], body_name(scene, static_cast<std::size_t>(p.body[first])),
         x.x(), x.y(), x.z(), sim.clock.frame + 1, sim.clock.step, report.smallest_dt, std::sqrt(sim.solids.stretch2),
         sim.solids.stretch2 > 9
             ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "
               "raise youngs_modulus, or add volume_stiffness"
             : "a handle or a moving wall is faster than the body can follow",
-        sim.problem.scene_path.empty() ? scene.name : sim.problem.scene_path, scene.frames.first, sim.clock.frame + 1);
+        replay_line(sim));
 }
 
 }  // namespace thixo

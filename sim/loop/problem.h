@@ -21,7 +21,7 @@ namespace thixo {
 struct Problem {
     scene::Scene scene;
     Strategy strategy;
-    std::string scene_path;  // as the user wrote it, for messages; may be empty
+    std::string replay;  // words behind `thixo sim` that give this run again, for messages; empty: the scene's name
     Smoothing smoothing;
     TensionScale tension;
     std::vector<MaterialParams> materials;

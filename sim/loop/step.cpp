@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
@@ -147,12 +148,13 @@ void solve_pressure(Simulation& sim, double dt) {
                 sim.stats.density, sim.counts.density);
 }
 
-/// Matter that an emitter drives moves as the emitter says, whatever presses against it.
-void drive_openings(Simulation& sim) {
+/// Matter that an emitter drives moves as the emitter says, whatever presses against it. The pressure solve takes it for
+/// infinitely heavy: its neighbours make way. Were it light, they would be told of a part of the flow alone.
+void drive_openings(const Plan& plan, Simulation& sim) {
     const auto driven = drive_openings(sources_of(sim), sim.clock.time, sim.emitters, sim.particles);
     for (const Index i : driven) {
         sim.particles.acceleration[i].setZero();
-        if (incompressible(sim)) sim.solve_scratch.shift[i].setZero();
+        if (plan.pressure_solve) sim.pressure_system.slope[i].w = 0;  // V0/(m k)
     }
 }
 
@@ -177,6 +179,17 @@ double pressure_limit(const Simulation& sim) {
            std::sqrt(2 * sum / std::max<double>(1, static_cast<double>(p.size())) + 1e-30);
 }
 
+/// A fixed step is taken whatever the state allows. What the scene itself sets as `maximum` is no limit of the method.
+void note_long_step(StepLimits limits, double dt, StepStats& stats) {
+    limits.maximum = std::numeric_limits<double>::infinity();
+    const double ratio = dt / limits.smallest();
+    if (ratio <= 1 + 1e-9) return;
+    ++stats.long_steps;
+    if (ratio <= stats.overstep) return;
+    stats.overstep = ratio;
+    stats.overstepped = limits.cause();
+}
+
 double choose_step(const Plan& plan, Simulation& sim, double wall_speed) {
     const scene::TimeStep& params = sim.problem.scene.solver.time_step;
     // Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
@@ -190,6 +203,7 @@ double choose_step(const Plan& plan, Simulation& sim, double wall_speed) {
     const double dt =
         divide_evenly(sim.clock.next_frame - sim.clock.time,
                       params.fixed > 0 ? params.fixed : std::min(limits.smallest(), sim.solids.cracks.step));
+    note_long_step(limits, dt, sim.stats);
     sim.stats.fastest = std::max(sim.stats.fastest, limits.fastest);
     if (dt < sim.stats.smallest_dt) sim.stats.limit = params.fixed > 0 ? "fixed" : limits.cause();
     sim.stats.smallest_dt = std::min(sim.stats.smallest_dt, dt);
@@ -255,7 +269,9 @@ void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
     c.last_dt = dt;
     ++c.step;
     move_walls(sim.walls, c.time);
-    if (!alone) hold_off_walls(sim.walls, sim.particles, least_wall_distance(sim), sim.sweep.walls, dt, wall_speed);
+    if (!alone)
+        sim.stats.passed_walls +=
+            hold_off_walls(sim.walls, sim.particles, least_wall_distance(sim), sim.sweep.walls, dt, wall_speed);
     count_passages(sim.probes, sim.particles, sim.problem.periodic);
     wrap_particles(sim.problem.periodic, sim.particles);
 }
@@ -333,8 +349,8 @@ void step(Simulation& sim) {
     const double wall_speed = largest_wall_speed(sim.walls, sim.particles.position);
     const double dt = choose_step(plan, sim, wall_speed);  // time_step, health
     if (plan.viscosity_solve) find_viscosity(sim, dt);     // viscosity_solver  4.3.1
+    drive_openings(plan, sim);                             // sources
     if (plan.pressure_solve) solve_pressure(sim, dt);
-    drive_openings(sim);                 // sources
     conduct(sim, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, sim);  // leapfrog   7.2, solids  5.3, 6.3, walls
     break_solids(plan, dt, sim);         // fracture   5.6

@@ -43,7 +43,11 @@ struct StepStats {
     int solid_newton = 0, solid_iterations = 0, solid_unconverged = 0;  // of implicit steps
     std::int64_t pairs = 0, particle_steps = 0;
     int surface_updates = 0;
-    SurfaceReport surface;  // counts summed, the rest of the last update
+    SurfaceReport surface;          // counts summed, the rest of the last update
+    std::int64_t passed_walls = 0;  // particles that a step carried through a wall
+    int long_steps = 0;             // fixed steps above the limit of the state
+    double overstep = 0;            // the largest of them over its limit [1]
+    const char* overstepped = "";   // that limit
 };
 
 }  // namespace thixo

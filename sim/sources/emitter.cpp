@@ -19,16 +19,38 @@ constexpr int kShorter = 8;            // flights tried for a layer that meets o
 constexpr int kTries = 12;             // positions of the packing along each axis of its cell
 enum RandomUse : std::uint64_t { kJitterRadius = 0x656d6974, kJitterAngle };
 
-// Calls f(site) for every site of packing layer k (0 or 1) within the disc, the packing shifted by (dx, dy).
+// Depth of a place, in the emitter's own frame, outside of the opening's edge [m]; for a shape as good as its distance.
+struct Edge {
+    const Opening& opening;
+    const Mat3d& turn;
+    const Vec3d& centre;
+    Real operator()(const Vec3& own) const {
+        if (!opening.shape) return std::hypot(own.x(), own.y()) - static_cast<Real>(opening.radius);
+        return opening.shape->distance((centre + turn * Vec3d(own.x(), own.y(), 0)).cast<Real>());
+    }
+};
+
+// Calls f(site) for every site of packing layer k (0 or 1) within the opening, the packing shifted by (dx, dy).
 template <class F>
-void for_each_site_in_disc(double radius, Real spacing, int k, Real dx, Real dy, F&& f) {
+void for_each_site_in(const Edge& edge, Real spacing, int k, Real dx, Real dy, F&& f) {
+    const double radius = edge.opening.radius;
     const int reach = static_cast<int>(radius / static_cast<double>(packing_distance(spacing)) * 1.2) + 3;
     for (int j = -reach; j <= reach; ++j)
         for (int i = -reach; i <= reach; ++i) {
             Vec3 s = packing_site(i, j, k, spacing) + Vec3(dx, dy, 0);
             s.z() = 0;
-            if (s.squaredNorm() < static_cast<Real>(square(radius))) f(s);
+            if (s.squaredNorm() < static_cast<Real>(square(radius)) && (!edge.opening.shape || edge(s) < 0)) f(s);
         }
+}
+
+// The own frame of what flows along a direction: z is the direction.
+Mat3d frame_along(const Vec3d& direction) {
+    const Vec3d n = direction.normalized();
+    Vec3d a, b;
+    orthonormal_basis(n, a, b);
+    Mat3d turn;
+    turn << a, b, n;
+    return turn;
 }
 
 // What an emitter's sites are checked against: the particles that were there, and those made before them in this layer.
@@ -70,7 +92,7 @@ struct Emission {
     };
     Disc disc(double time) const {
         Disc d{layout.motion.pose(time), layout.motion.velocity(time), {}, {}, {}};
-        d.jet = d.pose.rotation * Vec3d(layout.turn.col(2) * emitter.speed);
+        d.jet = d.pose.rotation * Vec3d(layout.turn.col(2) * layout.speed);
         d.axis = d.jet.normalized();
         d.centre = d.pose.apply(layout.centre);
         return d;
@@ -91,6 +113,24 @@ struct Emission {
         return std::nullopt;
     }
 
+    // How far ahead of the disc a layer starts, and how near to walls its sites may be [m].
+    struct Standing {
+        double ahead;
+        Real wall_room;
+    };
+    Standing stand_back(const Disc& d, const std::vector<Vec3>& layer) const {
+        const std::optional<double> clear = start_beyond_wall(d, layer);
+        return {clear.value_or(0), clear ? kWallRoom * smoothing.spacing : Real(0)};
+    }
+    std::int64_t sites_in_walls(const Disc& d, const std::vector<Vec3>& layer) const {
+        const Standing standing = stand_back(d, layer);
+        const Vec3d from = d.centre + standing.ahead * d.axis;
+        return std::ranges::count_if(layer, [&](const Vec3& site) {
+            const Vec3d x = from + d.pose.rotation * (layout.turn * site.cast<double>());
+            return wall_distance(walls, periodic.wrapped(x.cast<Real>())) < standing.wall_room;
+        });
+    }
+
     struct Placed {
         Vec3 in;         // within the domain [m]
         Vec3d velocity;  // [m/s]
@@ -101,11 +141,9 @@ struct Emission {
                                              std::uint64_t seed, const Particles& particles,
                                              std::int64_t next_id) const {
         const double spacing = smoothing.spacing;
-        const std::optional<double> clear = start_beyond_wall(d, layer);
-        const double ahead = clear.value_or(0);
-        const Real wall_room = clear ? kWallRoom * smoothing.spacing : Real(0);
+        const auto [ahead, wall_room] = stand_back(d, layer);
         const Vec3d now = d.centre + age * d.flow(d.centre) + 0.5 * square(age) * gravity;
-        FreeRoom others(particles, periodic, now.cast<Real>(), static_cast<Real>(emitter.radius + 3 * spacing),
+        FreeRoom others(particles, periodic, now.cast<Real>(), static_cast<Real>(layout.opening.radius + 3 * spacing),
                         kFreeRoom * smoothing.spacing);
         FreeRoom own(kFreeRoom * smoothing.spacing);
         std::vector<Placed> placed;
@@ -129,20 +167,25 @@ struct Emission {
 
     // Notes the liquid at the opening, and gives it the speed of the flow; keeps what is behind the disc behind it.
     void drive(const Disc& d, Particles& particles, std::vector<Index>& driven) const {
-        const double spacing = smoothing.spacing, wide2 = square(emitter.radius + 0.5 * spacing);
+        const double spacing = smoothing.spacing, wide2 = square(layout.opening.radius + 0.5 * spacing);
+        const Edge edge{layout.opening, layout.turn, layout.centre};
         for (std::size_t i = 0; i < particles.size(); ++i) {
             if (particles.phase[i] != Phase::liquid) continue;
             const Vec3d x = periodic.nearest_image(particles.position[i], d.centre.cast<Real>()).cast<double>();
             const double ahead = d.axis.dot(x - d.centre);
             if (ahead < -1.5 * spacing || ahead > 2 * spacing) continue;
             if ((x - d.centre).squaredNorm() - square(ahead) > wide2) continue;
+            if (layout.opening.shape) {
+                const Vec3d own = layout.turn.transpose() * (d.pose.rotation.conjugate() * (x - d.centre));
+                if (edge(own.cast<Real>()) > smoothing.spacing / 2) continue;
+            }
             driven.push_back(static_cast<Index>(i));
             if (ahead > 0) {
                 particles.velocity[i] = d.flow(x).cast<Real>();
                 continue;
             }
             // What is too near for the next layer makes way backwards.
-            const double most = ahead > -0.8 * spacing ? -emitter.speed : 0;
+            const double most = ahead > -0.8 * spacing ? -layout.speed : 0;
             const double through = d.axis.dot(particles.velocity[i].cast<double>() - d.own_velocity(x));
             if (through > most) particles.velocity[i] -= ((through - most) * d.axis).cast<Real>();
         }
@@ -169,24 +212,93 @@ void add_emitted(const Emission::Placed& placed, const Emission& emission, std::
 
 }  // namespace
 
-double sites_of_emitter(const scene::Emitter& emitter, double spacing) {
-    const double site = cube(spacing) / static_cast<double>(packing_layer(static_cast<Real>(spacing)));
-    return kPi * square(emitter.radius) / site;
+Opening opening_of(const scene::Scene& scene, const scene::Emitter& emitter) {
+    Opening opening;
+    opening.radius = emitter.radius;
+    opening.area = kPi * square(emitter.radius);
+    if (std::holds_alternative<std::monostate>(emitter.shape.kind)) return opening;
+    opening.shape = make_shape(scene, emitter.shape);
+    const auto box = opening.shape->bounds();
+    if (!box)
+        throw InputError("{}: the shape of emitter '{}' has no bounds; intersect it with a box", emitter.shape.where,
+                         emitter.name);
+    const Vec3 centre = emitter.position.cast<Real>();
+    const Vec3 farthest = (box->lower - centre).cwiseAbs().cwiseMax((box->upper - centre).cwiseAbs());
+    opening.radius = static_cast<double>(farthest.norm());
+    const Mat3d turn = frame_along(emitter.direction);
+    const double cell = std::max(scene.solver.spacing / 8, opening.radius / 256);
+    const int reach = static_cast<int>(std::ceil(opening.radius / cell));
+    const Edge edge{opening, turn, emitter.position};
+    double cells = 0, widest = 0;
+    for (int j = -reach; j < reach; ++j)
+        for (int i = -reach; i < reach; ++i) {
+            const Vec3d own(cell * (i + 0.5), cell * (j + 0.5), 0);
+            const double part = clamp01(0.5 - static_cast<double>(edge(own.cast<Real>())) / cell);
+            cells += part;
+            if (part > 0) widest = std::max(widest, own.norm());
+        }
+    opening.area = square(cell) * cells;
+    opening.radius = widest + cell;
+    if (cells == 0)
+        throw InputError(
+            "{}: the shape of emitter '{}' does not meet the plane through its position across its direction",
+            emitter.shape.where, emitter.name);
+    return opening;
 }
 
-EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParams& material, Real spacing) {
+double flow_time_after(const scene::Emitter& emitter, double from, double interval) {
+    double at = from + interval, off = from;
+    bool on = true;
+    for (const scene::Switch& s : emitter.switches) {
+        if (s.time <= from) {
+            on = s.on;
+        } else if (on && !s.on) {
+            if (s.time > at) return at;
+            off = s.time;
+            on = false;
+        } else if (!on && s.on) {
+            at += s.time - off;
+            on = true;
+        }
+    }
+    return on ? at : std::max(at, emitter.stop);
+}
+
+double flow_seconds(const scene::Emitter& emitter, double end) {
+    const double last = std::min(end, emitter.stop);
+    double seconds = 0, from = emitter.start;
+    bool on = true;
+    const auto until = [&](double time) {
+        const double to = std::clamp(time, from, std::max(from, last));
+        if (on) seconds += to - from;
+        from = to;
+    };
+    for (const scene::Switch& s : emitter.switches) {
+        until(s.time);
+        on = s.on;
+    }
+    until(last);
+    return seconds;
+}
+
+double sites_of_opening(double area, double spacing) {
+    return area / (cube(spacing) / static_cast<double>(packing_layer(static_cast<Real>(spacing))));
+}
+
+EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& emitter, const MaterialParams& material,
+                              Real spacing) {
     EmitterLayout layout;
-    const double area = kPi * square(emitter.radius);
+    layout.opening = opening_of(scene, emitter);
+    const double area = layout.opening.area;
+    layout.speed = flow_speed(emitter, area);
     layout.mass = static_cast<double>(material.density) * cube(static_cast<double>(spacing));
-    layout.flow = static_cast<double>(material.density) * area * emitter.speed;
+    layout.flow = static_cast<double>(material.density) * area * layout.speed;
     layout.centre = emitter.position;
     layout.motion = motion_of(emitter.motion);
-    Vec3d a, b;
-    const Vec3d n = emitter.direction.normalized();
-    orthonormal_basis(n, a, b);
-    layout.turn << a, b, n;
+    layout.turn = frame_along(emitter.direction);
 
-    const double wanted = 2 * sites_of_emitter(emitter, static_cast<double>(spacing));
+    const Edge edge{layout.opening, layout.turn, layout.centre};
+    const double wanted = 2 * sites_of_opening(area, static_cast<double>(spacing));
     double best = 1e300;
     Real best_dx = 0, best_dy = 0;
     const Real step = packing_distance(spacing) / kTries;
@@ -197,7 +309,7 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
             Vec3 lean(0, 0, 0);
             std::size_t sites[2] = {0, 0};
             for (const int k : {0, 1})
-                for_each_site_in_disc(emitter.radius, spacing, k, dx, dy, [&](const Vec3& s) {
+                for_each_site_in(edge, spacing, k, dx, dy, [&](const Vec3& s) {
                     lean += s;
                     ++sites[k];
                 });
@@ -211,20 +323,32 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
         }
     if (best == 1e300)
         throw InputError(
-            "emitter '{}' has a radius of {} m, too thin for particles {} m apart; raise its radius or lower "
+            "emitter '{}' has an opening of {:.4g} m^2, too small for particles {} m apart; make it wider or lower "
             "solver.spacing",
-            emitter.name, emitter.radius, spacing);
+            emitter.name, area, spacing);
     for (const int k : {0, 1})
-        for_each_site_in_disc(emitter.radius, spacing, k, best_dx, best_dy,
-                              [&](const Vec3& s) { layout.layers[k].push_back(s); });
+        for_each_site_in(edge, spacing, k, best_dx, best_dy, [&](const Vec3& s) { layout.layers[k].push_back(s); });
     return layout;
+}
+
+OpeningRoom room_at_opening(const Sources& sources, std::size_t emitter, double time) {
+    const Emission emission{
+        sources.emitters[emitter], sources.layouts[emitter], sources.smoothing, sources.walls, Vec3d::Zero(),
+        sources.periodic};
+    OpeningRoom room;
+    for (const std::vector<Vec3>& layer : sources.layouts[emitter].layers) {
+        room.sites += static_cast<std::int64_t>(layer.size());
+        room.blocked += emission.sites_in_walls(emission.disc(time), layer);
+    }
+    return room;
 }
 
 std::vector<Index> drive_openings(const Sources& sources, double time, const std::vector<EmitterState>& states,
                                   Particles& particles) {
     std::vector<Index> driven;
     for (std::size_t e = 0; e < sources.emitters.size(); ++e) {
-        if (!states[e].pushing || time >= sources.emitters[e].stop) continue;
+        const scene::Emitter& emitter = sources.emitters[e];
+        if (!states[e].pushing || time >= emitter.stop || flow_time_after(emitter, time, 0) > time) continue;
         const Emission emission{sources.emitters[e], sources.layouts[e], sources.smoothing,
                                 sources.walls,       Vec3d::Zero(),      sources.periodic};
         emission.drive(emission.disc(time), particles, driven);
@@ -257,7 +381,7 @@ void emit_particles(const Sources& sources, double time, double last_dt, std::ve
             for (std::size_t k = 0; k < count; ++k) add_emitted((*placed)[k], emission, next_id++, particles);
             state.due += static_cast<std::int64_t>(layer.size());
             state.blocked += static_cast<std::int64_t>(layer.size() - count);
-            state.next += interval;
+            state.next = flow_time_after(emitter, state.next, interval);
             ++state.layer;
         }
     }

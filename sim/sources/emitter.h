@@ -1,11 +1,13 @@
-// Sources: discs that release hexagonally packed layers. Dissertation 4.2.
+// Sources: openings, discs or of any form, that release hexagonally packed layers. Dissertation 4.2.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "pipeline/contract/scene.h"
 #include "pipeline/geometry/keyframes.h"
+#include "pipeline/geometry/shape.h"
 #include "sim/space/periodic.h"
 #include "sim/space/smoothing.h"
 #include "sim/space/walls.h"
@@ -14,15 +16,39 @@
 
 namespace thixo {
 
-/// What an emitter releases, worked out once: the sites of two alternating layers of the packing that lie in the disc.
+/// What an emitter's matter leaves through, where it stands before the motion.
+struct Opening {
+    std::optional<Shape> shape{};  // it is cut by the plane through the emitter's position; none: a disc
+    double radius = 0;             // about the position, all of the opening lies within [m]
+    double area = 0;               // [m^2]
+};
+
+/// Throws InputError where the shape does not meet the plane, or has no bounds. The area of a shape's cut is summed over
+/// cells of an eighth of a spacing, or of 1/512 of its width where that is more.
+Opening opening_of(const scene::Scene& scene, const scene::Emitter& emitter);
+
+/// Speed of what leaves an opening [m/s]: the emitter's, or rate/area.
+inline double flow_speed(const scene::Emitter& emitter, double area) {
+    return emitter.speed > 0 ? emitter.speed : emitter.rate / area;
+}
+
+/// The instant that follows `from` by `interval` of flowing time [s]; emitter.stop where switches leave too little.
+double flow_time_after(const scene::Emitter& emitter, double from, double interval);
+/// Seconds of flowing time from the start to `end` [s].
+double flow_seconds(const scene::Emitter& emitter, double end);
+
+/// What an emitter releases, worked out once: the sites of two alternating layers of the packing that lie in the
+/// opening.
 /// They stand in the emitter's own frame: z is the direction of flow, the origin the centre.
 struct EmitterLayout {
     std::vector<Vec3> layers[2];     // [m], z = 0
     Mat3d turn = Mat3d::Identity();  // own frame -> scene, before the motion
     Vec3d centre{0, 0, 0};           // [m]
     RigidMotion motion;
-    double mass = 0;  // of a particle [kg]
-    double flow = 0;  // rho0 area speed [kg/s]
+    Opening opening;
+    double speed = 0;  // of the flow [m/s]
+    double mass = 0;   // of a particle [kg]
+    double flow = 0;   // rho0 area speed [kg/s]
     int body = 0, material = 0;
 };
 
@@ -46,14 +72,15 @@ struct Sources {
     std::uint64_t seed;  // of jitter
 };
 
-/// Sites of a layer in the mean: area of the disc over the area of a site.
-double sites_of_emitter(const scene::Emitter& emitter, double spacing);
+/// Sites of a layer in the mean: area of the opening over the area of a site.
+double sites_of_opening(double area, double spacing);
 
-/// Lays out an emitter's layers. The packing is shifted over the disc until its two layers hold closest to the mean
+/// Lays out an emitter's layers. The packing is shifted over the opening until its two layers hold closest to the mean
 /// number of sites, area / (area of a site). Time balances the remainder: layer n follows the one before after
 ///     n_particles m / (rho0 area speed)      [s]
 /// So the mass rate is exact.
-EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParams& material, Real spacing);
+EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& emitter, const MaterialParams& material,
+                              Real spacing);
 
 /// Releases every layer that is due by `time` [s]. A particle that left the disc at t_k starts where free flight has
 /// brought it by now. Nothing overlaps what is there, across periodic faces too:
@@ -65,6 +92,12 @@ EmitterLayout lay_out_emitter(const scene::Emitter& emitter, const MaterialParam
 /// are stored half of it back.
 void emit_particles(const Sources& sources, double time, double last_dt, std::vector<EmitterState>& states,
                     Particles& particles, std::int64_t& next_id);
+
+/// Sites of an emitter's two layers, and those of them that walls leave no room for at a time [s].
+struct OpeningRoom {
+    std::int64_t sites = 0, blocked = 0;
+};
+OpeningRoom room_at_opening(const Sources& sources, std::size_t emitter, double time);
 
 /// Drives the liquid before emitters that push. Up to two spacings ahead of the disc it gets the velocity of the flow,
 /// and none passes the disc from behind. Returns these particles: other forces may not change their velocities in this

@@ -1,6 +1,7 @@
 // Walls: rigid shapes, at rest or moved along keyframes, that matter cannot enter.
 #pragma once
 
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -86,9 +87,10 @@ void find_wall_effects(const Walls& walls, const std::vector<Vec3>& points, std:
 /// Keeps particles that the wall's pressure let through at `least` [m] from the wall. It moves them there along the
 /// normal and takes away their velocity towards the wall. A particle that leaves the wall is never held. `before` says
 /// how near the walls were a step earlier. `dt` [s] and `wall_speed` [m/s] bound how near they can have come since, so
-/// that most particles need no look.
-void hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before,
-                    double dt, double wall_speed);
+/// that most particles need no look. Returns how many came to the other side of a wall: the way that they took against it
+/// leads through its inside.
+std::int64_t hold_off_walls(const Walls& walls, Particles& particles, Real least, const std::vector<WallEffect>& before,
+                            double dt, double wall_speed);
 
 /// The largest speed of any wall at any of the points [m/s].
 double largest_wall_speed(const Walls& walls, const std::vector<Vec3>& points);

@@ -1,5 +1,7 @@
 #include "sim/stage/boundary_mesh.h"
 
+#include <cmath>
+
 #include "pipeline/base/error.h"
 #include "pipeline/base/log.h"
 #include "pipeline/geometry/mesh_repair.h"
@@ -10,14 +12,49 @@
 namespace thixo {
 namespace {
 
-constexpr double kPlaneExtent = 200;  // m, edge of the square a plane is drawn as
+constexpr double kPlaneExtent = 200;  // m, edge of the square in the middle of a plane
+constexpr int kPlaneRings = 10;       // a million times as wide
+
+/// The square is this wide or 4, 16, ... times as wide or narrow. Single precision places a ray's hit to a ten millionth
+/// of the triangle that it meets.
+double plane_extent(double spacing) {
+    double extent = kPlaneExtent;
+    while (extent < 2e3 * spacing) extent *= 4;
+    while (extent / 4 > 1.28e5 * spacing) extent /= 4;
+    return extent;
+}
+
+/// The middle of all matter at the start [m].
+Vec3d middle_of_matter(const scene::Scene& scene) {
+    Vec3d lower = Vec3d::Constant(1e300), upper = -lower;
+    const auto add = [&](const Vec3d& x) {
+        lower = lower.cwiseMin(x);
+        upper = upper.cwiseMax(x);
+    };
+    for (const scene::Emitter& e : scene.emitters) add(e.position);
+    for (const scene::Body& b : scene.bodies)
+        if (const auto box = make_shape(scene, b.shape).bounds()) {
+            add(box->lower.cast<double>());
+            add(box->upper.cast<double>());
+        }
+    return lower.x() > upper.x() ? Vec3d(0, 0, 0) : Vec3d(0.5 * (lower + upper));
+}
+
+/// A plane from horizon to horizon. Its squares lie about its point nearest to the origin. For matter far away they lie
+/// a whole number of half squares from there along the axes.
+TriangleMesh endless_plane(const scene::Scene& scene, const Vec3d& on, const Vec3d& normal) {
+    const double extent = plane_extent(scene.solver.spacing);
+    const Vec3d away = (middle_of_matter(scene) - on) / (extent / 2);
+    const Vec3d shift = extent / 2 * Vec3d(std::trunc(away.x()), std::trunc(away.y()), std::trunc(away.z()));
+    return tessellate_plane(on + shift - normal.dot(shift) * normal, normal, extent, kPlaneRings);
+}
 
 std::optional<TriangleMesh> tessellated(const scene::Scene& scene, const scene::Boundary& b) {
     if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind)) {
         const Vec3d n = p->normal.normalized();
         const Quatd turn = rotation_from_degrees(b.shape.rotate);
         const Vec3d on = turn * Vec3d(b.shape.scale * p->offset * n) + b.shape.translate + b.shape.offset * (turn * n);
-        return tessellate_plane(on, b.inside ? Vec3d(-(turn * n)) : Vec3d(turn * n), kPlaneExtent);
+        return endless_plane(scene, on, b.inside ? Vec3d(-(turn * n)) : Vec3d(turn * n));
     }
     const Shape shape = make_shape(scene, b.shape);
     if (!shape.bounds()) {

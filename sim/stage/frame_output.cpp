@@ -6,6 +6,7 @@
 #include "sim/loop/step.h"
 #include "sim/space/scene_shapes.h"
 #include "sim/stage/boundary_mesh.h"
+#include "sim/stage/shortfalls.h"
 #include "sim/surface/volume.h"
 
 namespace thixo {
@@ -202,6 +203,7 @@ Frame make_frame(const Simulation& sim, const std::vector<DrawnBoundary>& bounda
     frame.bodies = frame_bodies(sim);
     for (const DrawnBoundary& b : boundaries) frame.obstacles.push_back(frame_obstacle(b, sim.clock.time));
     frame.totals = totals(sim);
+    frame.shortfalls = find_shortfalls(sim);
     return frame;
 }
 

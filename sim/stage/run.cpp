@@ -10,6 +10,7 @@
 #include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
+#include "pipeline/contract/argument_words.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/folder_lock.h"
@@ -17,8 +18,10 @@
 #include "pipeline/contract/machine_memory.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
+#include "pipeline/contract/shortfall_json.h"
 #include "sim/loop/step.h"
 #include "sim/stage/checkpoint.h"
+#include "sim/stage/estimate.h"
 #include "sim/stage/frame_output.h"
 #include "sim/stage/probes.h"
 #include "sim/stage/setup.h"
@@ -64,14 +67,16 @@ int last_cached(const Manifest& manifest, int first) {
 int estimate(const scene::Scene& scene, int last) {
     // On disk a particle takes about 50 bytes a frame, a surfel 64; a liquid has a surfel in five particles.
     constexpr double kDisk = 65, kSurfelDisk = 64;
-    const Size size = estimate_size(scene);
+    const Estimate expected = estimate_run(scene);
+    const Size& size = expected.size;
     const double particles = size.particles, surfels = size.surfels;
     const double frames = last - scene.frames.first + 1;
     const double disk_per_frame = kDisk * particles + kSurfelDisk * surfels;
     const nlohmann::ordered_json answer = {{"particles", std::llround(particles)},
                                            {"memory", static_cast<std::int64_t>(memory_of(size))},
                                            {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
-                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)}};
+                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)},
+                                           {"shortfalls", shortfalls_json(expected.shortfalls)}};
     fmt::print("{}\n", answer.dump());
     return kDone;
 }
@@ -88,6 +93,16 @@ void write_frame(Simulation& sim, CacheWriter& cache, const std::vector<DrawnBou
     append_stats(out, sim, frame.totals, wall_seconds() - started);
 }
 
+/// What changes the scene and names the folder, but nothing that leaves the bytes as they are.
+std::string replay_words(SimArgs args) {
+    args.frames.clear();
+    args.threads = 0;
+    args.quiet = args.machine_progress = args.restart = false;
+    std::string line;
+    for (const std::string& word : args.print()) line += (line.empty() ? "" : " ") + shell_word(word);
+    return line;
+}
+
 /// A run's cache: new, discarded, or continued; and the simulation where it goes on.
 struct Start {
     CacheWriter cache;
@@ -97,7 +112,7 @@ struct Start {
 Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimArgs& args) {
     const fs::path out = args.out;
     Simulation sim = make_simulation(scene);
-    sim.problem.scene_path = args.scene;
+    sim.problem.replay = replay_words(args);
     if (const double memory = memory_of(final_size(scene, sim)); memory > machine_memory())
         log_warning(
             "this simulation may need {} of memory at its last frame, and this machine has {}; raise "

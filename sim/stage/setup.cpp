@@ -15,7 +15,6 @@
 #include "sim/solid/laws.h"
 #include "sim/space/sampling.h"
 #include "sim/space/scene_shapes.h"
-#include "sim/stage/boundary_mesh.h"
 #include "sim/stage/probes.h"
 #include "sim/stage/solid_setup.h"
 #include "sim/stage/strategy.h"
@@ -65,10 +64,14 @@ double fastest_of(const scene::Scene& scene) {
     for (const scene::Body& b : scene.bodies) {
         const auto bounds = make_shape(scene, b.shape).bounds();
         const double reach = bounds ? 0.5 * static_cast<double>((bounds->upper - bounds->lower).norm()) : 0;
-        fastest = std::max(fastest, b.velocity.norm() + b.angular_velocity.norm() * reach);
+        const double turning = b.angular_velocity.norm() + b.velocity_gradient.matrix().norm();
+        fastest = std::max(fastest, b.velocity.norm() + turning * reach);
     }
-    for (const scene::Emitter& e : scene.emitters)
-        fastest = std::max(fastest, e.speed + fastest_of(e.motion, e.position.norm() + e.radius));
+    for (const scene::Emitter& e : scene.emitters) {
+        const Opening opening = opening_of(scene, e);
+        const double reach = e.position.norm() + opening.radius;
+        fastest = std::max(fastest, flow_speed(e, opening.area) + fastest_of(e.motion, reach));
+    }
     for (const scene::Boundary& b : scene.world.boundaries)
         if (b.motion.size() > 1)
             fastest = std::max(fastest, fastest_of(b.motion, reach_of(make_shape(scene, b.shape))));
@@ -235,6 +238,7 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
             body.shape.where, body.name, d);
     if (solid) refuse_overlap(body, sites.position, sim);
     const Vec3d centre = centre_of_mass(sites);
+    const Mat3d gradient = body.velocity_gradient.matrix();
     const std::size_t first = sim.particles.size();
     if (first + count > kMostParticles)
         throw InputError("{}: with body '{}' the scene has {} particles, and {} are possible; raise solver.spacing",
@@ -246,8 +250,9 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
         p.id[i] = sim.next_id++;
         p.position[i] = sim.problem.periodic.wrapped(sites.position[k]);
         if (p.has.surface) p.surface_position[i] = p.position[i];
+        const Vec3d from_centre = sites.position[k].cast<double>() - centre;
         p.velocity[i] =
-            (body.velocity + body.angular_velocity.cross(sites.position[k].cast<double>() - centre)).cast<Real>();
+            (body.velocity + body.angular_velocity.cross(from_centre) + gradient * from_centre).cast<Real>();
         p.acceleration[i] = sim.problem.outside.gravity;
         p.rest_volume[i] = sites.volume[k];
         if (p.has.spacing) p.spacing[i] = sites.spacing[k];
@@ -276,7 +281,7 @@ double expected_speed(const scene::Scene& scene) {
     return std::max(kSlowest, std::sqrt(speed2));
 }
 
-Simulation make_simulation(const scene::Scene& scene) {
+Simulation make_simulation(const scene::Scene& scene, SkinSetup skins) {
     warn_of_meshes(scene);
     const Smoothing smoothing(static_cast<Real>(scene.solver.spacing), static_cast<Real>(scene.solver.support));
     const double speed = expected_speed(scene);
@@ -286,7 +291,7 @@ Simulation make_simulation(const scene::Scene& scene) {
     Walls walls = make_walls(scene, smoothing, strategy);
     Problem problem{.scene = scene,
                     .strategy = strategy,
-                    .scene_path = {},
+                    .replay = {},
                     .smoothing = smoothing,
                     .tension = TensionScale(smoothing, strategy),
                     .materials = resolve_materials(scene.materials, static_cast<Real>(speed), strategy),
@@ -323,46 +328,18 @@ Simulation make_simulation(const scene::Scene& scene) {
     sim.solids = make_solids(scene, smoothing, sim.particles);
     make_phases(scene, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);
-    if (scene.surface.enabled) sim.embedded = make_embedded_surface(scene, sim.solids);
+    if (scene.surface.enabled && skins == SkinSetup::make) sim.embedded = make_embedded_surface(scene, sim.solids);
     make_breaking(scene, sim.embedded, sim.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(
-            scene.emitters[e], sim.problem.materials[static_cast<std::size_t>(material)], smoothing.spacing);
+            scene, scene.emitters[e], sim.problem.materials[static_cast<std::size_t>(material)], smoothing.spacing);
         layout.material = material;
         layout.body = static_cast<int>(scene.bodies.size() + e);
         sim.problem.emitters.push_back(std::move(layout));
-        sim.emitters.push_back({.next = scene.emitters[e].start});
+        sim.emitters.push_back({.next = flow_time_after(scene.emitters[e], scene.emitters[e].start, 0)});
     }
     return sim;
-}
-
-Size estimate_size(const scene::Scene& scene) {
-    for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
-    // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.
-    constexpr double kManySites = 1e5;
-    scene::Scene sampled = scene;
-    std::erase_if(sampled.emitters,
-                  [&](const scene::Emitter& e) { return sites_of_emitter(e, scene.solver.spacing) > kManySites; });
-    return final_size(scene, make_simulation(sampled));
-}
-
-Size final_size(const scene::Scene& scene, const Simulation& at_start) {
-    double count = static_cast<double>(at_start.particles.size());
-    const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
-    for (const scene::Emitter& e : scene.emitters) {
-        const double seconds = std::max(0.0, std::min(end, e.stop) - e.start);
-        count += seconds * e.speed * kPi * square(e.radius) / cube(scene.solver.spacing);
-    }
-    return {count, static_cast<double>(at_start.embedded.size())};
-}
-
-double memory_of(const Size& size) {
-    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
-    // (150); a surfel of a liquid's in five particles. A solid's surfel, with the weights it is moved by, takes 1500.
-    constexpr double kProgram = 6e7, kParticle = 730, kSurfel = 1500;
-    return kProgram + kParticle * size.particles + kSurfel * size.surfels;
 }
 
 }  // namespace thixo

@@ -5,10 +5,13 @@
 
 namespace thixo {
 
+/// Whether solids get their surfels. What only counts matter does without: sampling surfaces takes longest by far.
+enum class SkinSetup { make, leave_out };
+
 /// Builds walls, materials, emitters and the particles of all bodies. A body's particles are packed in its shape, away
 /// from walls (0.1 spacings) and from earlier bodies (0.7 spacings). Ids count up in order of bodies and sites. Throws
 /// InputError.
-Simulation make_simulation(const scene::Scene& scene);
+Simulation make_simulation(const scene::Scene& scene, SkinSetup skins = SkinSetup::make);
 
 /// The speed that the flow is expected to reach [m/s], for the automatic stiffness: solver.expected_speed, or else the
 /// largest of three speeds:
@@ -18,16 +21,5 @@ Simulation make_simulation(const scene::Scene& scene);
 /// v is the speed of the fastest body, emitter or moving wall, and H the height of the highest matter over the lowest
 /// wall. With the second, the surface's pull on its outermost layer compresses it by at most 1 %.
 double expected_speed(const scene::Scene& scene);
-
-/// The size of a scene at its end, for `--estimate`. Particles are those of bodies, counted, and those that emitters
-/// release by the last frame. Surfels are those on solids at the start.
-struct Size {
-    double particles = 0, surfels = 0;
-};
-Size estimate_size(const scene::Scene& scene);
-/// The same of a simulation at its first frame.
-Size final_size(const scene::Scene& scene, const Simulation& at_start);
-/// Memory of a simulation of this size [bytes].
-double memory_of(const Size& size);
 
 }  // namespace thixo

@@ -160,6 +160,25 @@ TEST_F(RenderStage, ALookFileHasAFolderOfItsOwn) {
     EXPECT_NE(read_whole(fs::path(out("a")) / "frames.night/beauty.0001.exr"), bytes(out("a"), 1));
 }
 
+TEST_F(RenderStage, ABodyWearsItsOwnLook) {
+    // Of a body's own look and of its material's come the same colours; without it other ones.
+    const auto beauty = [&](const std::string& name, const std::string& change, const std::string& to) {
+        std::string text = kScene;
+        text.replace(text.find(change), change.size(), to);
+        const scene::Scene scene = scene::parse_scene(text, "drop.yaml");
+        CacheWriter w =
+            CacheWriter::create(out(name), {scene.name, scene::print_scene(scene), scene::simulation_hash(scene)});
+        add_frame(w, 1);
+        w.finish();
+        run_stage(args(out(name)));
+        const Image image = read_exr(fs::path(out(name)) / "frames/beauty.0001.exr");
+        return std::vector{image.get("R"), image.get("G"), image.get("B")};
+    };
+    const auto own = beauty("own", "material: water,", "material: water, look: table,");
+    EXPECT_EQ(own, beauty("material", "water: {}", "water: {look: table}"));
+    EXPECT_NE(own, beauty("none", "water: {}", "water: {}"));
+}
+
 TEST_F(RenderStage, AMissingFrameIsNamedAfterTheOthersAreRendered) {
     make_cache(out("a"), 2);
     try {

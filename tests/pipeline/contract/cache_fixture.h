@@ -94,7 +94,7 @@ inline Frame sample_frame(int number, std::size_t particles = 300, std::size_t s
 }
 
 inline CacheIdentity sample_identity() {
-    return {"pour", "scene: pour\nframes: {first: 1, last: 3}\n", "0123456789abcdef"};
+    return {"pour", "scene: {name: pour}\nframes: {first: 1, last: 3}\n", "0123456789abcdef"};
 }
 
 /// Frames 1 to last with one asset, finished.

@@ -25,7 +25,7 @@ TEST(Info, OfACacheHasExactlyThePromisedKeys) {
     const TemporaryFolder out;
     write_sample_cache(out.path(), 2);
     const auto j = ordered_json::parse(describe(out.path(), true));
-    EXPECT_EQ(keys(j), (std::vector<std::string>{"scene", "format", "complete", "frames"}));
+    EXPECT_EQ(keys(j), (std::vector<std::string>{"scene", "format", "complete", "frames", "shortfalls"}));
     EXPECT_EQ(j["scene"], "pour");
     EXPECT_EQ(j["format"], 1);
     EXPECT_EQ(j["complete"], true);

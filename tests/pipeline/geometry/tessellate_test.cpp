@@ -152,6 +152,16 @@ TEST(Tessellation, OfAPlaneFacesItsNormal) {
     }
 }
 
+TEST(Tessellation, RingsOfAPlaneCoverItOnceWithoutGaps) {
+    const TriangleMesh mesh = tessellate_plane({1, 2, 3}, {1, 1, 2}, 4, 3);
+    EXPECT_NEAR(area_of(mesh), square(4 * 64), 1e-5 * square(4 * 64));  // an overlap or a gap would change it
+    for (const auto& t : mesh.triangles) {
+        const Vec3f n =
+            (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]).normalized();
+        EXPECT_NEAR(n.dot(Vec3f(1, 1, 2).normalized()), 1, 1e-5);
+    }
+}
+
 TEST(Tessellation, RefusesWhatHasNoClosedSurface) {
     EXPECT_THROW(tessellate(plane({0, 0, 1}, 0), 0.1), InputError);
     EXPECT_THROW(tessellate(intersection_of({sphere(1), translated(sphere(1), {3, 0, 0})}), 0.1), InputError);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/packing.h"
 #include "tests/sim/fixture.h"
 
 namespace thixo {
@@ -86,6 +87,93 @@ TEST(Emitter, JetHasTheRestDensityInside) {
     }
     ASSERT_GT(count, 50);
     EXPECT_NEAR(sum / count, 1000, 20);
+}
+
+TEST(Emitter, ReleasesItsRate) {
+    scene::Scene scene = jet_scene(0.02, 0);
+    scene.emitters[0].rate = 2e-3;  // m^3/s: 1.6 m/s through the disc
+    const double seconds = 0.5;
+    const Particles p = free_jet(scene, seconds, 0.0005);
+    const double expected = scene.emitters[0].rate * seconds / cube(0.01);
+    EXPECT_NEAR(static_cast<double>(p.size()), expected, 0.02 * expected);  // a layer in 80, twice
+    const double speed = 2e-3 / (kPi * square(0.02));
+    for (const Vec3& v : p.velocity) EXPECT_NEAR(static_cast<double>(v.norm()), speed, 1e-4 * speed);
+}
+
+/// Seconds of flowing that the matter of a free jet amounts to.
+double flowed(const std::vector<scene::Switch>& switches, double seconds) {
+    scene::Scene scene = jet_scene(0.03, 1);
+    scene.emitters[0].switches = switches;
+    const double rate = kPi * square(0.03) * 1 / cube(0.01);
+    return static_cast<double>(free_jet(scene, seconds, 0.0007).size()) / rate;
+}
+
+TEST(Emitter, FlowsWhileItIsOn) {
+    // A layer, 0.9 spacings, flows for 9 ms.
+    const double layer = static_cast<double>(packing_layer(Real(0.01)));
+    EXPECT_NEAR(flowed({{0.1, false}, {0.3, true}}, 0.5), 0.3, layer);
+    EXPECT_NEAR(flowed({{0.1, false}}, 0.5), 0.1, layer);
+    EXPECT_NEAR(flowed({{0, false}, {0.2, true}}, 0.5), 0.3, layer);
+    EXPECT_NEAR(flowed({{0, false}}, 0.5), 0, 0);
+    EXPECT_NEAR(flowed({{0.1, true}, {0.2, true}}, 0.5), 0.5, layer);
+}
+
+TEST(Emitter, LosesNothingByBeingSwitchedOften) {
+    // On for 4 ms of every 8: each time half a layer, which the next time completes.
+    std::vector<scene::Switch> switches;
+    for (int k = 0; k < 100; ++k) switches.push_back({0.004 * (k + 1), k % 2 == 1});
+    EXPECT_NEAR(flowed(switches, 0.4), 0.2, static_cast<double>(packing_layer(Real(0.01))));
+    scene::Emitter e;
+    e.switches = switches;
+    EXPECT_NEAR(flow_seconds(e, 0.4), 0.2, 1e-12);
+}
+
+TEST(Emitter, ReleasesNothingBetweenSwitches) {
+    scene::Scene scene = jet_scene(0.03, 1);
+    scene.world.gravity = {0, 0, 0};
+    scene.emitters[0].switches = {{0.1, false}, {0.3, true}};
+    // What left the disc at time t is at -(0.5 - t) now: nothing of 0.1 < t < 0.3, but for a layer's width.
+    for (const Vec3& x : free_jet(scene, 0.5, 0.0005).position) {
+        const double left_at = 0.5 + static_cast<double>(x.z());
+        EXPECT_TRUE(left_at < 0.11 || left_at > 0.29) << left_at;
+    }
+}
+
+/// A jet of speed 1 m/s through a shape's cut at z = 0.
+Particles jet_through(const scene::Shape& shape, double seconds) {
+    scene::Scene scene = jet_scene(0.05, 1);
+    scene.emitters[0].shape = shape;
+    return free_jet(scene, seconds, 0.0005);
+}
+
+TEST(Emitter, FillsTheCutOfAShape) {
+    // Boxes, a ring, a slanted cylinder: area times speed.
+    scene::Shape slit = fixture::shape_at({0.02, 0, 0.01}, scene::BoxShape{{0.2, 0.04, 0.1}, 0});
+    scene::Shape ring = fixture::shape_at({0, 0, 0}, scene::Torus{0.06, 0.02});
+    scene::Shape slanted = fixture::shape_at({0, 0, 0}, scene::Cylinder{0.04, 1, 0});
+    slanted.rotate = {0, 60, 0};
+    const double seconds = 0.4;
+    for (const auto& [shape, area] : {std::pair(slit, 0.2 * 0.04),
+                                      {ring, kPi * (square(0.08) - square(0.04))},
+                                      {slanted, kPi * square(0.04) / std::cos(kPi / 3)}}) {
+        const double expected = area * seconds / cube(0.01);
+        EXPECT_NEAR(static_cast<double>(jet_through(shape, seconds).size()), expected, 0.03 * expected);
+    }
+}
+
+TEST(Emitter, ReleasesInsideTheCutAlone) {
+    for (const Vec3& x : jet_through(fixture::shape_at({0, 0, 0}, scene::Torus{0.06, 0.02}), 0.2).position) {
+        EXPECT_GT(std::hypot(x.x(), x.y()), 0.0399);
+        EXPECT_LT(std::hypot(x.x(), x.y()), 0.0801);
+    }
+}
+
+TEST(Emitter, RefusesAShapeThatItsPlaneMisses) {
+    scene::Scene scene = jet_scene(0.05, 1);
+    scene.emitters[0].shape = fixture::shape_at({0, 0, 1}, scene::Sphere{0.1});
+    EXPECT_THROW(make_simulation(scene), InputError);
+    scene.emitters[0].shape = fixture::shape_at({0, 0, 0}, scene::Plane{});
+    EXPECT_THROW(make_simulation(scene), InputError);
 }
 
 TEST(Emitter, RefusesADiscThinnerThanAParticle) { EXPECT_THROW(make_simulation(jet_scene(0.001, 1)), InputError); }

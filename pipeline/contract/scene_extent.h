@@ -1,0 +1,20 @@
+// About how large a scene is, from its text alone.
+#pragma once
+
+#include <optional>
+
+#include "pipeline/contract/scene.h"
+
+namespace thixo::scene {
+
+struct Extent {
+    Vec3d lower{0, 0, 0}, upper{0, 0, 0};  // [m]
+};
+
+/// A box that holds all bodies at the start and all emitters; nothing where there are none. It also holds visible
+/// boundaries that are at most four times as large. Of planes it holds the point below the middle, if that is near. It
+/// may be larger than needed: turned shapes are held by turned boxes. A mesh without `height` has the size that its
+/// file says, which is not read here: the answer is then nothing, too.
+std::optional<Extent> extent_of(const Scene& scene);
+
+}  // namespace thixo::scene

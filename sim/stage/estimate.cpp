@@ -1,0 +1,83 @@
+#include "sim/stage/estimate.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "pipeline/base/parallel.h"
+#include "sim/sources/emitter.h"
+#include "sim/space/scene_shapes.h"
+#include "sim/stage/boundary_mesh.h"
+#include "sim/stage/setup.h"
+#include "sim/stage/shortfalls.h"
+
+namespace thixo {
+namespace {
+
+/// Area of a shape's surface [m^2]: the volume of the layer within a cell of it, over the layer's thickness.
+double area_of(const Shape& shape, double spacing) {
+    const auto box = shape.bounds();
+    if (!box) return 0;
+    constexpr double kMostCells = 32;  // along an axis
+    const Vec3d size = (box->upper - box->lower).cast<double>();
+    const double cell = std::max(spacing / 2, size.maxCoeff() / kMostCells);
+    const Vec3d from = box->lower.cast<double>() - Vec3d::Constant(1.5 * cell);
+    std::array<std::size_t, 3> n{};
+    for (std::size_t a = 0; a < 3; ++a)
+        n[a] = static_cast<std::size_t>(std::ceil(size[static_cast<Eigen::Index>(a)] / cell)) + 3;
+    const double near = parallel_sum(n[0] * n[1] * n[2], [&](std::size_t k) {
+        const Vec3d at(static_cast<double>(k % n[0]) + 0.5, static_cast<double>(k / n[0] % n[1]) + 0.5,
+                       static_cast<double>(k / (n[0] * n[1])) + 0.5);
+        return std::abs(static_cast<double>(shape.distance((from + cell * at).cast<Real>()))) < cell ? 1.0 : 0.0;
+    });
+    return near * cube(cell) / (2 * cell);
+}
+
+/// A surfel has a square of the spacing as its own; those beyond edges are not counted.
+double surfels_on(const scene::Scene& scene, const Simulation& sim) {
+    if (!scene.surface.enabled) return 0;
+    double surfels = 0;
+    for (const SolidBody& body : sim.solids.bodies) {
+        if (!body.shape || body.empty()) continue;
+        const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.source)];
+        const double apart = scene.surface.radius * scene.solver.spacing;
+        surfels += source.surfels > 0 ? source.surfels : area_of(*body.shape, scene.solver.spacing) / square(apart);
+    }
+    return surfels;
+}
+
+}  // namespace
+
+Size final_size(const scene::Scene& scene, const Simulation& at_start) {
+    double count = static_cast<double>(at_start.particles.size());
+    const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
+    for (const scene::Emitter& e : scene.emitters) {
+        const double area = opening_of(scene, e).area;
+        count += flow_seconds(e, end) * flow_speed(e, area) * area / cube(scene.solver.spacing);
+    }
+    return {count, static_cast<double>(at_start.embedded.size())};
+}
+
+double memory_of(const Size& size) {
+    // Bytes per particle: its arrays (150), sweeps and grid (190), neighbours (60 indices of 4), a checkpoint in memory
+    // (150); a surfel of a liquid's in five particles. A solid's surfel, with the weights it is moved by, takes 1500.
+    constexpr double kProgram = 6e7, kParticle = 730, kSurfel = 1500;
+    return kProgram + kParticle * size.particles + kSurfel * size.surfels;
+}
+
+Estimate estimate_run(const scene::Scene& scene) {
+    for (const scene::Boundary& b : scene.world.boundaries)
+        if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
+    // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.
+    constexpr double kManySites = 1e5;
+    scene::Scene sampled = scene;
+    std::erase_if(sampled.emitters, [&](const scene::Emitter& e) {
+        return sites_of_opening(opening_of(scene, e).area, scene.solver.spacing) > kManySites;
+    });
+    const Simulation sim = make_simulation(sampled, SkinSetup::leave_out);
+    Size size = final_size(scene, sim);
+    size.surfels = surfels_on(scene, sim);
+    return {size, expect_shortfalls(sim)};
+}
+
+}  // namespace thixo

@@ -24,20 +24,29 @@ void note_signal(int number) { pending_signal = number; }
 constexpr const char* kRefused =
     "{}: the system refused: {}; free space, close other programs, or use fewer --threads\n";
 
-/// Libraries start threads before main is there to catch what the system says to that (log4cplus, of OpenVDB).
-void end_at_startup() {
+/// oneTBB has no type of its own for a thread that the system refuses.
+bool is_refused_thread(const std::exception& e) { return std::string_view(e.what()).starts_with("pthread_create"); }
+
+/// Where libraries start threads, nobody may be there to catch what the system says to that. log4cplus, of OpenVDB, does
+/// so before main. Embree does so where it lets no exception through.
+void end_uncaught() {
     try {
         if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
     } catch (const std::system_error& e) {
         fmt::print(stderr, kRefused, program_invocation_short_name, e.what());
         std::_Exit(kNoResource);
+    } catch (const std::exception& e) {
+        if (is_refused_thread(e)) {
+            fmt::print(stderr, kRefused, program_invocation_short_name, e.what());
+            std::_Exit(kNoResource);
+        }
     } catch (...) {
     }
     __gnu_cxx::__verbose_terminate_handler();
 }
 /// Run by the loader before the constructors of libraries.
-[[gnu::section(".preinit_array"), gnu::used]] void (*const set_end_at_startup)() = [] {
-    std::set_terminate(end_at_startup);
+[[gnu::section(".preinit_array"), gnu::used]] void (*const set_end_uncaught)() = [] {
+    std::set_terminate(end_uncaught);
 };
 
 const char* running_program = "";
@@ -91,7 +100,7 @@ int run_guarded(const char* program, int (*body)(int, char**), int argc, char** 
         fmt::print(stderr, kRefused, program, e.what());
         return kNoResource;
     } catch (const std::exception& e) {
-        if (std::string_view(e.what()).starts_with("pthread_create")) {  // oneTBB: no type of its own
+        if (is_refused_thread(e)) {
             fmt::print(stderr, kRefused, program, e.what());
             return kNoResource;
         }

@@ -8,9 +8,11 @@
 
 #include "pipeline/check/compare_frames.h"
 #include "pipeline/check/compare_manifests.h"
+#include "pipeline/check/compare_noisy.h"
 #include "pipeline/check/compare_pictures.h"
 #include "pipeline/check/difference_picture.h"
 #include "pipeline/check/inputs.h"
+#include "pipeline/check/sequence.h"
 #include "pipeline/check/update.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
@@ -41,17 +43,51 @@ FrameReport unpaired(const std::string& name, bool in_a, const std::function<voi
     return one_problem(name, in_a ? "is not in the reference" : "is missing");
 }
 
-FrameReport compare_files(const std::string& name, const fs::path& a, const fs::path& b, const CheckArgs& args) {
+/// A sequence of pictures that is compared in order.
+struct PictureCheck {
+    const CheckArgs& args;
+    double false_alarms = kFalseAlarms;  // of one picture
+    Sequence sequence{};
+
+    FrameReport compare(const std::string& name, const Image& a, const Image& b) {
+        if (args.tier == "passes") return compare_pictures(name, without_noise(a), without_noise(b), args.max_rel_mse);
+        const bool noise = args.tier == "noise";
+        FrameReport report = compare_pictures(name, a, b, noise ? kRelMse.most : args.max_rel_mse);
+        if (noise && report.has_picture) report.noise = compare_noisy(a, b, false_alarms, report.problems);
+        return report;
+    }
+    void measure(const Image& a, const Image& b, FrameReport& report) {
+        if (!report.has_picture) return sequence.interrupt();
+        report.measures = sequence.next(a, b);
+        if (!report.measures) return;
+        const PictureMeasures& m = *report.measures;
+        if (args.max_flip > 0 && !(m.flip <= args.max_flip))
+            report.problems.push_back(fmt::format("FLIP {:.4g} is above {:.4g}", m.flip, args.max_flip));
+        if (args.max_flicker > 0 && m.flicker >= 0 && !(m.flicker <= args.max_flicker))
+            report.problems.push_back(fmt::format("flicker {:.4g} is above {:.4g}", m.flicker, args.max_flicker));
+    }
+};
+
+void write_difference(const fs::path& file, const Image& a, const Image& b) {
+    make_folder(file.parent_path());
+    write_png(file, difference_picture(a, b));
+}
+
+FrameReport compare_files(const std::string& name, const fs::path& a, const fs::path& b, PictureCheck& check) {
     try {
         const Image image_a = read_exr(a), image_b = read_exr(b);
-        FrameReport report = compare_pictures(name, image_a, image_b, args.max_rel_mse);
-        if (!report.same() && !args.diff.empty() && report.has_picture) {
-            const fs::path folder = fs::path(args.diff) / fs::path(name).parent_path();
-            make_folder(folder);
-            write_png(folder / (fs::path(name).stem().string() + ".diff.png"), difference_picture(image_a, image_b));
+        FrameReport report = check.compare(name, image_a, image_b);
+        check.measure(image_a, image_b, report);
+        if (report.same() || !report.has_picture) return report;
+        const fs::path file = fs::path(name).parent_path() / (fs::path(name).stem().string() + ".diff.png");
+        if (!check.args.diff.empty()) write_difference(fs::path(check.args.diff) / file, image_a, image_b);
+        if (!check.args.html.empty()) {
+            report.sheet_picture = file.string();
+            write_difference(fs::path(check.args.html) / file, image_a, image_b);
         }
         return report;
     } catch (const CacheError& e) {
+        check.sequence.interrupt();
         return one_problem(name, e.what(), true);
     }
 }
@@ -60,12 +96,15 @@ FrameReport compare_files(const std::string& name, const fs::path& a, const fs::
 std::size_t compare_folders(const fs::path& a, const fs::path& b, const std::string& prefix, const CheckArgs& args,
                             const std::vector<int>* frames, CheckReport& report) {
     const auto pairs = pair_names(picture_names(a, frames), picture_names(b, frames));
+    PictureCheck check{args, kFalseAlarms / static_cast<double>(std::max<std::size_t>(1, pairs.size()))};
     for (const auto& [name, in_a, in_b] : pairs) {
-        if (in_a && in_b)
-            report.frames.push_back(compare_files(prefix + name, a / name, b / name, args));
-        else
-            report.frames.push_back(
-                unpaired(prefix + name, in_a, [&, &file = name, &left = in_a] { read_exr((left ? a : b) / file); }));
+        if (in_a && in_b) {
+            report.frames.push_back(compare_files(prefix + name, a / name, b / name, check));
+            continue;
+        }
+        check.sequence.interrupt();
+        report.frames.push_back(
+            unpaired(prefix + name, in_a, [&, &file = name, &left = in_a] { read_exr((left ? a : b) / file); }));
     }
     return pairs.size();
 }
@@ -186,6 +225,10 @@ void require_sense(const CheckArgs& args, CheckKind kind) {
     std::error_code ignored;
     if (args.max_rel_mse > 0 && kind == CheckKind::cache && picture_folders(args.path).empty())
         throw InputError("--max-rel-mse is for pictures; caches are compared bit for bit");
+    if (kind == CheckKind::cache && (args.tier != kCheckTiers.front() || args.max_flip > 0 || args.max_flicker > 0))
+        throw InputError("--tier, --max-flip and --max-flicker are for pictures; caches are compared bit for bit");
+    if (args.tier == "noise" && args.max_rel_mse > 0)
+        throw InputError("--max-rel-mse is a limit of its own; leave it out with --tier noise");
     if (args.update && kind == CheckKind::cache && !args.frames.empty())
         throw InputError("--update of a cache takes all its frames; leave out --frames");
     if (args.update && fs::exists(args.against, ignored) && fs::equivalent(args.path, args.against, ignored))
@@ -213,10 +256,12 @@ CheckReport check(const CheckArgs& args) {
     report.b = args.against;
     report.kind = kind == CheckKind::cache ? "cache" : "pictures";
     report.max_rel_mse = args.max_rel_mse;
+    report.tier = args.tier == "exact" && args.max_rel_mse > 0 ? "rel_mse" : args.tier;
     if (!first_reference) {
+        PictureCheck one{args};
         if (kind == CheckKind::picture)
             report.frames.push_back(
-                compare_files(fs::path(args.path).filename().string(), args.path, args.against, args));
+                compare_files(fs::path(args.path).filename().string(), args.path, args.against, one));
         else if (kind == CheckKind::folder)
             check_pictures(args, frames, report);
         else

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 
@@ -68,7 +69,18 @@ void compare_channel(const ImageChannel& a, const ImageChannel& b, int width, st
     if (sums.mse() > 0) d.psnr = std::min(d.psnr, 10 * std::log10(square(sums.peak) / sums.mse()));
 }
 
+constexpr std::array<std::string_view, 7> kNoiseFree{"A", "Z", "N", "albedo", "P", "motion", "body"};
+
 }  // namespace
+
+Image without_noise(const Image& image) {
+    Image kept = image;
+    std::erase_if(kept.channels, [](const ImageChannel& c) {
+        const std::string_view layer = std::string_view(c.name).substr(0, c.name.find('.'));
+        return std::ranges::find(kNoiseFree, layer) == kNoiseFree.end() && !layer.starts_with("Crypto");
+    });
+    return kept;
+}
 
 FrameReport compare_pictures(const std::string& name, const Image& a, const Image& b, double max_rel_mse) {
     FrameReport report;

@@ -12,4 +12,8 @@ namespace thixo {
 /// from.
 FrameReport compare_pictures(const std::string& name, const Image& a, const Image& b, double max_rel_mse);
 
+/// The picture with its channels A, Z, N, albedo, P, motion, body and Cryptomatte alone. These tell of the first surface
+/// and carry no noise of light. Equal seeds and samples give these the same bits, however light is sampled.
+Image without_noise(const Image& image);
+
 }  // namespace thixo

@@ -28,7 +28,8 @@ struct CacheIdentity {
 
 /// The bytes of a file that the manifest of this cache folder lists. Throws CacheError where they are not those listed.
 std::string read_listed(const std::filesystem::path& folder, const CacheFile& file);
-/// Whether they are; where not, a warning says why.
+/// Whether they are. Where not, is_sound tells why by a warning, and is_whole is silent.
+bool is_whole(const std::filesystem::path& folder, const CacheFile& file);
 bool is_sound(const std::filesystem::path& folder, const CacheFile& file);
 
 /// Writes out/cache. Every file is written whole (atomic_file.h), a frame's files before the manifest that lists them.
@@ -89,8 +90,9 @@ class CacheReader {
     /// Reads frames first, first + 1, ... as long as they are there undamaged: the last of them, or first - 1. A
     /// damaged file is told as a warning.
     int last_sound(int first) const;
-    /// Reads every asset; a damaged one is told as a warning.
-    bool assets_are_sound() const;
+    /// Reads frames first to last and every asset: whether all are there undamaged. Tells nothing: who mends the cache
+    /// tells what was damaged, and once.
+    bool is_whole(int first, int last) const;
     bool has_frame(int number) const { return manifest_.find(number) != nullptr; }
     bool complete() const { return manifest_.complete; }
     const std::string& scene_text() const { return manifest_.scene_text; }

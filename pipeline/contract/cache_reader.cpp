@@ -42,6 +42,15 @@ std::string read_listed(const fs::path& folder, const CacheFile& file) {
     return bytes;
 }
 
+bool is_whole(const fs::path& folder, const CacheFile& file) {
+    try {
+        read_listed(folder, file);
+        return true;
+    } catch (const CacheError&) {
+        return false;
+    }
+}
+
 bool is_sound(const fs::path& folder, const CacheFile& file) {
     try {
         read_listed(folder, file);
@@ -90,8 +99,15 @@ int CacheReader::last_sound(int first) const {
     return number - 1;
 }
 
-bool CacheReader::assets_are_sound() const {
-    return std::ranges::all_of(manifest_.assets, [&](const CacheFile& a) { return is_sound(folder_, a); });
+bool CacheReader::is_whole(int first, int last) const {
+    const auto whole = [&](const CacheFile& file) { return thixo::is_whole(folder_, file); };
+    for (int number = first; number <= last; ++number) {
+        const ManifestFrame* f = manifest_.find(number);
+        if (!f ||
+            !std::ranges::all_of(f->files(), whole, [](const CacheFile* file) -> const CacheFile& { return *file; }))
+            return false;
+    }
+    return std::ranges::all_of(manifest_.assets, whole);
 }
 
 Frame CacheReader::load_facts(int number) const {

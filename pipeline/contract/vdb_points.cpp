@@ -1,66 +1,19 @@
 #include "pipeline/contract/vdb_points.h"
 
 #include <fmt/core.h>
-#include <openvdb/io/Compression.h>
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/points/PointDataGrid.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <set>
 #include <span>
 #include <sstream>
-#include <streambuf>
 
 #include "pipeline/contract/hash.h"
-
-// Makes OpenVDB read the values of nodes only as far as there is room for them. The templates of its grids call what is
-// specialised here.
-namespace thixo {
-namespace {
-
-/// A chunk of values begins with its length: above 0 of bytes by Blosc, whose header tells both lengths, else minus
-/// that of plain bytes. OpenVDB reads the latter before it compares them with `bytes`, the room there is, and trusts the
-/// header. Throws openvdb::IoError where a length is another; leaves the stream where it was.
-void check_chunk(std::istream& in, std::size_t bytes) {
-    constexpr std::size_t kHeader = 16;  // flags of 4 bytes, length of the values, of a block, of the chunk
-    const auto begin = in.tellg();
-    std::int64_t length = 0;
-    in.read(reinterpret_cast<char*>(&length), sizeof length);
-    bool right = false;
-    if (length > 0) {
-        std::array<char, kHeader> header{};
-        in.read(header.data(), kHeader);
-        std::uint32_t values = 0, chunk = 0;
-        std::memcpy(&values, header.data() + 4, sizeof values);
-        std::memcpy(&chunk, header.data() + 12, sizeof chunk);
-        right = values == bytes && static_cast<std::int64_t>(chunk) == length && chunk <= bytes + kHeader;
-    } else {
-        right = length == -static_cast<std::int64_t>(bytes);
-    }
-    if (!right) throw openvdb::IoError("the values of a node have another length");
-    in.seekg(begin);
-}
-
-}  // namespace
-}  // namespace thixo
-
-namespace openvdb::OPENVDB_VERSION_NAME::io {
-
-template <>
-inline void readData<PointDataIndex32>(std::istream& in, PointDataIndex32* data, Index count, uint32_t compression,
-                                       DelayedLoadMetadata*, size_t) {
-    const std::size_t bytes = sizeof(PointDataIndex32) * count;
-    if (data == nullptr || !(compression & COMPRESS_BLOSC) || (compression & COMPRESS_ZIP))
-        throw IoError("the values of a node are stored in another way");
-    thixo::check_chunk(in, bytes);
-    bloscFromStream(in, reinterpret_cast<char*>(data), bytes);
-}
-
-}  // namespace openvdb::OPENVDB_VERSION_NAME::io
+#include "pipeline/contract/vdb_reader.h"
 
 namespace thixo {
 namespace {
@@ -73,8 +26,6 @@ using Leaf = vp::PointDataTree::LeafNodeType;
 // 8 bytes magic, 4 file version, 8 library version, 1 flag; then 36 characters of UUID.
 constexpr std::size_t kUuidAt = 21, kUuidLength = 36;
 constexpr double kFarthest = 8e6;  // voxels from the origin: beyond, float positions are coarser than a voxel
-constexpr const char* kTypesKey = "thixo_attributes";
-constexpr const char* kCountKey = "thixo_count";
 
 /// How an attribute type is stored, and its name in docs/cache_format.md.
 template <class T>
@@ -109,12 +60,6 @@ T store(const T& value) {
     return value;
 }
 vdb::Vec3f store(const Vec3f& v) { return {v.x(), v.y(), v.z()}; }
-template <class T>
-T restore(const T& value) {
-    return value;
-}
-Vec3f restore(const vdb::Vec3f& v) { return {v.x(), v.y(), v.z()}; }
-
 bool finite(float v) { return std::isfinite(v); }
 bool finite(const Vec3f& v) { return v.allFinite(); }
 bool finite(std::int32_t) { return true; }
@@ -264,95 +209,6 @@ std::string as_uuid(const std::string& hash) {
                        hash.substr(20, 12));
 }
 
-/// Reads from memory without a copy.
-class MemoryBuffer : public std::streambuf {
-  public:
-    explicit MemoryBuffer(std::string_view bytes) {
-        char* first = const_cast<char*>(bytes.data());  // a get area is never written to
-        setg(first, first, first + bytes.size());
-    }
-
-  protected:
-    pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
-        const off_type base = from == std::ios_base::beg   ? 0
-                              : from == std::ios_base::cur ? gptr() - eback()
-                                                           : egptr() - eback();
-        const off_type target = base + offset;
-        if (target < 0 || target > egptr() - eback()) return pos_type(off_type(-1));
-        setg(eback(), eback() + target, egptr());
-        return pos_type(target);
-    }
-    pos_type seekpos(pos_type target, std::ios_base::openmode mode) override {
-        return seekoff(off_type(target), std::ios_base::beg, mode);
-    }
-};
-
-/// Appends a leaf's values of one attribute.
-template <class T>
-void append(std::vector<T>& out, const vp::AttributeArray& array, std::size_t count) {
-    if (!array.isType<StoredArray<T>>() || array.size() != count)
-        throw std::runtime_error("an attribute has another type or length");
-    const auto& typed = StoredArray<T>::cast(array);
-    typed.loadData();
-    for (std::size_t k = 0; k < count; ++k) out.push_back(restore(typed.getUnsafe(static_cast<vdb::Index>(k))));
-}
-
-/// Voxel-relative to world, for the points of one leaf that were appended last.
-void to_world(std::vector<Vec3f>& positions, std::size_t first, const Leaf& leaf, double voxel_size) {
-    std::size_t k = first;
-    for (vdb::Index voxel = 0; voxel < Leaf::SIZE; ++voxel) {
-        const vdb::Coord ijk = leaf.offsetToGlobalCoord(voxel);
-        const Vec3d corner(ijk.x(), ijk.y(), ijk.z());
-        for (const std::size_t end = first + leaf.getValue(voxel); k < end; ++k)
-            positions[k] = ((corner + positions[k].cast<double>()) * voxel_size).cast<float>();
-    }
-}
-
-/// Empty arrays of the names and types the file states; these are known even where there is no point.
-std::vector<Attribute> parse_type_list(const std::string& text) {
-    std::vector<Attribute> list;
-    std::istringstream words(text);
-    for (std::string word; words >> word;) {
-        const std::size_t colon = word.rfind(':');
-        const std::string type = colon == std::string::npos ? "" : word.substr(colon + 1);
-        Attribute a{word.substr(0, colon), {}};
-        if (type == Stored<float>::name)
-            a.data = std::vector<float>();
-        else if (type == Stored<Vec3f>::name)
-            a.data = std::vector<Vec3f>();
-        else if (type == Stored<std::int32_t>::name)
-            a.data = std::vector<std::int32_t>();
-        else if (type == Stored<std::int64_t>::name)
-            a.data = std::vector<std::int64_t>();
-        else
-            throw std::runtime_error("an attribute of unknown type");
-        list.push_back(std::move(a));
-    }
-    return list;
-}
-
-PointSet read_grid(const vp::PointDataGrid& grid) {
-    const auto count = static_cast<std::size_t>(grid.metaValue<std::int64_t>(kCountKey));
-    const double voxel_size = grid.voxelSize()[0];
-    PointSet points;
-    points.attributes = parse_type_list(grid.metaValue<std::string>(kTypesKey));
-    if (count > 0 && (points.attributes.empty() || points.attributes[0].name != "P"))
-        throw std::runtime_error("points without positions");
-    std::size_t found = 0;
-    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) found += leaf->getLastValue();
-    if (found != count) throw std::runtime_error("another number of points than stated");
-    for (Attribute& a : points.attributes) std::visit([&](auto& v) { v.reserve(count); }, a.data);
-    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
-        leaf->validateOffsets();
-        const std::size_t in_leaf = leaf->getLastValue();
-        for (Attribute& a : points.attributes)
-            std::visit([&](auto& v) { append(v, leaf->constAttributeArray(a.name), in_leaf); }, a.data);
-        to_world(std::get<std::vector<Vec3f>>(points.attributes[0].data), points.count, *leaf, voxel_size);
-        points.count += in_leaf;
-    }
-    return points;
-}
-
 bool is_vdb(std::string_view bytes) {
     const vdb::Int64 magic = vdb::OPENVDB_MAGIC;
     return bytes.size() >= kUuidAt + kUuidLength && std::memcmp(bytes.data(), &magic, 4) == 0;
@@ -397,19 +253,7 @@ bool is_own_points(std::string_view bytes) {
 
 PointSet decode_points(std::string_view bytes, const std::string& file) {
     verify(bytes, file);
-    vdb::initialize();
-    try {
-        MemoryBuffer buffer(bytes);
-        std::istream in(&buffer);
-        in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
-        vdb::io::Stream stream(in, false);
-        const vdb::GridPtrVecPtr grids = stream.getGrids();
-        const auto grid = grids && grids->size() == 1 ? vdb::gridPtrCast<vp::PointDataGrid>(grids->front()) : nullptr;
-        if (!grid) throw std::runtime_error("not one point grid");
-        return read_grid(*grid);
-    } catch (const std::exception& e) {  // OpenVDB throws its own types, bad_alloc and ios failures on damage
-        throw CacheError("'{}' is damaged: {}", file, e.what());
-    }
+    return read_vdb_points(bytes, file);
 }
 
 }  // namespace thixo

@@ -10,6 +10,11 @@ int check_verb(const Command& command) {
     args.against = command.against;
     args.frames = command.frames;
     args.max_rel_mse = command.max_rel_mse;
+    args.tier = command.tier;
+    args.max_flip = command.max_flip;
+    args.max_flicker = command.max_flicker;
+    args.junit = command.junit;
+    args.html = command.html;
     args.diff = command.diff;
     args.threads = command.threads;
     args.update = command.update;

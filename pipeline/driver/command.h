@@ -18,18 +18,20 @@ struct Command {
     std::optional<std::uint64_t> seed;
     bool draft = false, quiet = false, json = false, dry_run = false, restart = false;
     // of some verbs
-    std::string look;             // run, render
-    std::string crop;             // render
-    std::string what, attribute;  // preview, export
-    std::string to;               // export
-    std::string against, diff;    // check
-    double max_rel_mse = 0;       // check
-    bool update = false;          // check
-    bool print = false;           // validate
-    bool repair = false;          // verify
-    bool verify = false;          // run
-    bool strict = false;          // run, sim, validate
-    std::string text;             // not empty: help or version; print this and exit with 0
+    std::string look;                         // run, render
+    std::string crop;                         // render
+    std::string what, attribute;              // preview, export
+    std::string to;                           // export
+    std::string against, diff;                // check
+    double max_rel_mse = 0;                   // check
+    double max_flip = 0, max_flicker = 0;     // check
+    std::string tier = "exact", junit, html;  // check
+    bool update = false;                      // check
+    bool print = false;                       // validate
+    bool repair = false;                      // verify
+    bool verify = false;                      // run
+    bool strict = false;                      // run, sim, validate
+    std::string text;                         // not empty: help or version; print this and exit with 0
 };
 
 /// Throws InputError, one line, where the words are no command.

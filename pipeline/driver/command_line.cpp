@@ -182,6 +182,14 @@ Verbs all_verbs(CLI::App& app) {
     check.text("--diff", check.command.diff, "folder for a picture of every difference");
     check.number("--max-rel-mse", check.command.max_rel_mse, kRelMse,
                  "largest relative mean square error of a picture's channel; 0: equal bit for bit");
+    check.choice("--tier", check.command.tier,
+                 "of pictures: exact; passes, those alone that carry no noise; noise, colours up to their noise",
+                 kCheckTiers);
+    check.number("--max-flip", check.command.max_flip, kFlip, "largest mean FLIP of a picture; 0: no limit")
+        .number("--max-flicker", check.command.max_flicker, kRelMse,
+                "largest change between frames that the reference has not; 0: no limit");
+    check.text("--junit", check.command.junit, "file for a report in JUnit's XML")
+        .text("--html", check.command.html, "folder for a sheet of all pictures that differ");
     check.frames().threads().quiet().json().dry_run();
 
     Verb& validate =

@@ -79,7 +79,7 @@ MeshQuery::Closest MeshQuery::closest(const Vec3& x, Index near) const {
     int top = 0;
     stack[top++] = {0, box_distance2(tree_->nodes[0], x)};
     Real best2 = std::numeric_limits<Real>::max();
-    Closest best{std::numeric_limits<Real>::max(), x, kNone};
+    Closest best{std::numeric_limits<Real>::max(), x, 0};  // stays where x is not finite, or too far to be squared
     if (near < mesh_.triangles.size()) {
         const auto& t = mesh_.triangles[near];
         best.point = closest_on_triangle(x, mesh_.vertices[t[0]].cast<Real>(), mesh_.vertices[t[1]].cast<Real>(),

@@ -25,6 +25,7 @@ class MeshQuery {
     MeshQuery(MeshQuery&&) noexcept;
     MeshQuery& operator=(MeshQuery&&) noexcept;
 
+    /// Of a place that is not finite, or too far to be squared: the first triangle at the largest distance there is.
     struct Closest {
         Real distance;  // [m], unsigned
         Vec3 point;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
@@ -53,8 +54,15 @@ std::string replay_line(const Simulation& sim) {
                        sim.problem.replay.empty() ? scene.name : sim.problem.replay);
 }
 
-const std::string& body_name(const scene::Scene& scene, std::size_t body) {
-    return body < scene.bodies.size() ? scene.bodies[body].name : scene.emitters[body - scene.bodies.size()].name;
+/// Of a body that has split off: the name of the one that it comes from.
+std::string body_name(const Simulation& sim, std::int32_t id) {
+    const scene::Scene& scene = sim.problem.scene;
+    const auto piece = std::ranges::find(sim.solids.bodies, id, &SolidBody::id);
+    const auto body =
+        static_cast<std::size_t>(piece != sim.solids.bodies.end() && piece->source >= 0 ? piece->source : id);
+    if (body < scene.bodies.size()) return scene.bodies[body].name;
+    const std::size_t emitter = body - scene.bodies.size();
+    return emitter < scene.emitters.size() ? scene.emitters[emitter].name : std::to_string(id);
 }
 
 }  // namespace
@@ -105,8 +113,8 @@ void check_solids_health(const Simulation& sim, const SolidReport& report) {
         "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, "
         "step {} (sub-step "
         "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: {}",
-        x.allFinite() ? "velocity" : "position", p.id[first], body_name(scene, static_cast<std::size_t>(p.body[first])),
-        x.x(), x.y(), x.z(), sim.clock.frame + 1, sim.clock.step, report.smallest_dt, std::sqrt(sim.solids.stretch2),
+        x.allFinite() ? "velocity" : "position", p.id[first], body_name(sim, p.body[first]), x.x(), x.y(), x.z(),
+        sim.clock.frame + 1, sim.clock.step, report.smallest_dt, std::sqrt(sim.solids.stretch2),
         sim.solids.stretch2 > 9
             ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "
               "raise youngs_modulus, or add volume_stiffness"

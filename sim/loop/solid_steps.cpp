@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
 #include "pipeline/geometry/shapes.h"
@@ -112,6 +113,17 @@ void flow_for(double dt, Solids& solids) {
     flow_plastically(stencil_laws(solids), dt, solids.gradients, solids.elements);
 }
 
+/// Steel at a spacing of a millimetre needs some 4e5 sub-steps in a frame. More than a million in one step come from a
+/// state that has no motion. They would not end, or not move the clock at all.
+void require_progress(double stable, double whole, int taken) {
+    constexpr int kMost = 1'000'000;
+    if (stable * kMost >= whole && taken <= kMost) return;
+    throw DivergedError(
+        "the simulation diverged: the solids need sub-steps of {:.3g} s in a step of {:.3g} s\nlikely: a body is "
+        "stretched or pressed beyond what its elastic law describes, or far too stiff for its mass and solver.spacing",
+        stable, whole);
+}
+
 /// Sub-steps of leapfrog to `end`.
 void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScratch& scratch, SolidReport& report) {
     double now = time;
@@ -122,7 +134,9 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
             find_contacts(now, end - now, solids);
         }
         const double until = std::min(end, solids.contacts.next);
-        const double step = divide_evenly(until - now, stable_sub_step(solids, !walls.list.empty()));
+        const double stable = stable_sub_step(solids, !walls.list.empty());
+        require_progress(stable, end - time, report.sub_steps);
+        const double step = divide_evenly(until - now, stable);
         move_walls(walls, now);
         find_elastic_forces(now == time, step, solids, scratch);
         {
@@ -178,6 +192,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
         }
         const SavedState saved(solids);
         double step = std::min(end, solids.contacts.next) - now;
+        require_progress(end - time, end - time, report.sub_steps);
         for (;; step = std::max(step / 2, shortest)) {
             const ImplicitReport done = step_implicitly(
                 now, step, tolerance, walls, [&](double to, double dt) { move_held(to, dt, solids); }, solids, scratch);

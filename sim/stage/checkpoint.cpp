@@ -388,6 +388,9 @@ void read_checkpoint(std::string_view bytes, const std::string& file, const std:
         visit_state(r, sim);
         if (!r.at_end()) throw CacheError("{}: is longer than its content", file);
         if (frame && sim.clock.frame != *frame) throw CacheError("{}: holds frame {}", file, sim.clock.frame);
+    } catch (const InputError& e) {  // surfels that are no shape of a piece, for one
+        put_back(std::move(before), sim);
+        throw CacheError("{}: {}", file, e.what());
     } catch (...) {
         put_back(std::move(before), sim);
         throw;

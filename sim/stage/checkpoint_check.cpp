@@ -133,6 +133,27 @@ void check_bodies(const Check& check, const Simulation& sim, const Solids& at_st
     }
 }
 
+/// Sizes of elements may differ from each other, as those of an octree do. Far from the scene's own they are nobody's: a
+/// grid of such cells would have no end, nor would the sub-steps of such springs.
+void check_sizes(const Check& check, const Simulation& sim) {
+    constexpr Real kApart = 1e3;
+    const Elements& e = sim.solids.elements;
+    const auto require_like = [&](const char* name, const std::vector<Real>& array, Real usual, Real apart) {
+        check.values(name, array, "is far from all sizes of the scene",
+                     [=](Real v) { return v > usual / apart && v < usual * apart; });
+    };
+    const Real spacing = static_cast<Real>(sim.problem.scene.solver.spacing);
+    require_like("solid.support", e.support, static_cast<Real>(sim.problem.smoothing.support), kApart);
+    require_like("solid.volume", e.volume, cube(spacing), cube(kApart));
+    for (Index i = 0; i < e.size(); ++i) {
+        const auto material = static_cast<std::size_t>(sim.solids.owner(i).material);
+        const Real density = e.mass[i] / e.volume[i];
+        const auto usual = static_cast<Real>(sim.problem.scene.materials[material].density);
+        check.require(density > usual / kApart && density < usual * kApart, "solid.mass",
+                      "gives no density of its material");
+    }
+}
+
 /// What a scene makes of elements, and later steps do not change.
 void check_elements(const Check& check, const Simulation& sim) {
     const Elements& e = sim.solids.elements;
@@ -149,9 +170,6 @@ void check_elements(const Check& check, const Simulation& sim) {
     check.range("solid.owner", e.owner, 0, static_cast<std::int64_t>(sim.solids.bodies.size()));
     for (Index i = 0; e.softens && i < n; ++i) check.require(e.law[i] == i, "solid.law", "is not every element's own");
     check.values("solid.rest", e.rest, "lies beyond all scenes", [](const Quad& q) { return is_near(xyz(q)); });
-    check.values("solid.mass", e.mass, "holds what is no mass", is_positive);
-    check.values("solid.volume", e.volume, "holds what is no volume", is_positive);
-    check.values("solid.support", e.support, "holds what is no length", is_positive);
 }
 
 void check_bonds(const Check& check, const Bonds& bonds, std::size_t elements) {
@@ -167,6 +185,13 @@ void check_bonds(const Check& check, const Bonds& bonds, std::size_t elements) {
     check.length_or_none("bonds.base", bonds.base, total);
     check.length("bonds.base_back", bonds.base_back, bonds.base.size());
     check.length_or_none("bonds.visibility", bonds.visibility, total);
+    for (const auto& [name, array] : {std::pair("bonds.weight", &bonds.weight),
+                                      {"bonds.weight_back", &bonds.weight_back},
+                                      {"bonds.base", &bonds.base},
+                                      {"bonds.base_back", &bonds.base_back}})
+        check.values(name, *array, "holds what is no weight", [](Real w) { return w >= 0 && std::isfinite(w); });
+    check.values("bonds.visibility", bonds.visibility, "is not between 0 and 1",
+                 [](Real v) { return v >= 0 && v <= 1; });
     check.length("bonds.moment", bonds.moment, elements);
     std::vector<Index> flat;
     for (const auto& [i, projection] : bonds.flat) flat.push_back(i);
@@ -329,6 +354,7 @@ void check_altered(const Simulation& sim, const Solids& at_start, const std::str
     const Check check{file};
     check_elements(check, sim);
     check_bodies(check, sim, at_start);
+    check_sizes(check, sim);
     check_bonds(check, sim.solids.elements.bonds, sim.solids.elements.size());
     check_embedded(check, sim);
     check_cracks(sim, file);

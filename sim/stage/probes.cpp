@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <fstream>
 #include <numeric>
+#include <sstream>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/ownership.h"
@@ -119,6 +121,22 @@ std::string header(const Probes& probes) {
     return line + "\n";
 }
 
+/// A run that continues does not measure past frames again. Tells the first frame up to `last` whose line is not there,
+/// or has not as many cells as the head of the table.
+void warn_of_gap(const std::filesystem::path& file, const std::string& table, int first, int last) {
+    std::istringstream lines(table);
+    std::string line;
+    std::getline(lines, line);
+    const auto commas = std::ranges::count(line, ',');
+    for (int frame = first; frame <= last; ++frame)
+        if (!std::getline(lines, line) || !line.starts_with(fmt::format("{},", frame)) ||
+            std::ranges::count(line, ',') != commas) {
+            log_warning("{}: has no whole line for frame {}; simulate with --restart to measure it again",
+                        file.string(), frame);
+            return;
+        }
+}
+
 }  // namespace
 
 Probes make_probes(const scene::Scene& scene) {
@@ -177,6 +195,7 @@ void begin_probe_file(const std::filesystem::path& out, const Simulation& sim, i
         std::getline(old, line);
         if (line + "\n" == text) text += lines_of_frames(old, "", frame);
     }
+    warn_of_gap(out / kFile, text, sim.problem.scene.frames.first, frame);
     make_folder(out);
     write_whole(out / kFile, text);
 }

@@ -57,13 +57,6 @@ void refuse_other_simulation(const Manifest& there, const scene::Scene& scene, c
         (out / "cache").string(), keys.empty() ? "what this program computes" : keys);
 }
 
-/// Frames first, first + 1, ... that are there without a gap: the last of them, or first - 1.
-int last_cached(const Manifest& manifest, int first) {
-    int last = first - 1;
-    while (manifest.find(last + 1)) ++last;
-    return last;
-}
-
 int estimate(const scene::Scene& scene, int last) {
     // On disk a particle takes about 50 bytes a frame, a surfel 64; a liquid has a surfel in five particles.
     constexpr double kDisk = 65, kSurfelDisk = 64;
@@ -145,9 +138,7 @@ int run_simulation(const SimArgs& args) {
         const CacheReader there(out);
         if (there.manifest().simulation_hash != identity.simulation_hash)
             refuse_other_simulation(there.manifest(), scene, out);
-        const bool listed =
-            last_cached(there.manifest(), first) >= last && (last < scene.frames.last || there.complete());
-        if (listed && there.last_sound(first) >= last && there.assets_are_sound()) {
+        if ((last < scene.frames.last || there.complete()) && there.is_whole(first, last)) {
             progress.update(last - first + 1, "already there");
             progress.finish();
             return kDone;

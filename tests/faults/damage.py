@@ -1,4 +1,6 @@
-"""One damage to one file of an output folder, then one verb. It names the file, mends it, or has the outcome of the undamaged folder."""
+"""One damage to one file of an output folder, then one verb. It names the file, mends it, or has the outcome of the undamaged folder.
+
+A file in which nothing shows any more that Thixo wrote it counts as another's: it is named, with exit code 2, and stays."""
 import json
 import pathlib
 import shutil
@@ -48,6 +50,8 @@ def judge(verb, done, out, file, reference, expected):
     """The kind of the outcome; None where it breaks the promise."""
     if done.code == 4 and file.name in done.said:
         return "named"
+    if done.code == 2 and file.name in done.said and "was not written by Thixo" in done.said:
+        return "refused as another's"  # nothing in it shows any more who wrote it, and the files of others stay
     if done.code != 0:
         return None
     if verb in MAKES:

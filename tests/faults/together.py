@@ -3,7 +3,8 @@ import shutil
 import subprocess
 
 import end_to_end as tools
-from campaign import LONGEST, SCENES, contents, run
+import campaign as common
+from campaign import SCENES, contents, run
 
 VERBS = {
     "run": lambda scene, out: ["run", scene, "--out", out],
@@ -35,7 +36,7 @@ def one_round(campaign, number):
     started = [subprocess.Popen([tools.bin_folder / "thixo", *map(str, VERBS[verb](scene, out))], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
                for verb in pair]
     for verb, process in zip(pair, started):
-        said = process.communicate(timeout=LONGEST)[0]
+        said = process.communicate(timeout=common.longest)[0]
         if process.returncode == 0:
             campaign.counts["done"] += 1
         elif refused_clearly(process.returncode, said):

@@ -45,6 +45,12 @@ TEST(Error, TheMessageIsOneLineThatNamesTheProgram) {
     EXPECT_EQ("thixo-x: no material 'watr'; write one of water\n", outcome.message);
 }
 
+TEST(Error, AThreadThatTheSystemRefusesEndsWith5EvenWhereALibraryLetsNoExceptionThrough) {
+    const std::function<void()> refused = [] { throw std::runtime_error("pthread_create has failed: no memory"); };
+    const auto no_exception_through = [&]() noexcept { refused(); };
+    EXPECT_EXIT(no_exception_through(), testing::ExitedWithCode(kNoResource), "the system refused: pthread_create");
+}
+
 TEST(Error, ATextWithBracesPassesThrough) {
     const Outcome outcome = run([](int, char**) -> int { throw CacheError("{}", "a file named {0}"); });
     EXPECT_EQ("thixo-x: a file named {0}\n", outcome.message);

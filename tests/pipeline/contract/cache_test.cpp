@@ -224,14 +224,15 @@ TEST(Cache, DamagedFramesAndAssetsAreFoundBeforeTheyAreKept) {
     write_sample_cache(out.path(), 3);
     const std::string asset = "cache/" + CacheReader(out.path()).manifest().assets[0].name;
     EXPECT_EQ(CacheReader(out.path()).last_sound(1), 3);
-    EXPECT_TRUE(CacheReader(out.path()).assets_are_sound());
+    EXPECT_TRUE(CacheReader(out.path()).is_whole(1, 3));
     for (const std::string& name : {std::string("cache/surfels.0002.vdb"), asset}) {
         const std::string bytes = read_whole(out / name);
         std::string flipped = bytes;
         flipped[bytes.size() / 2] = static_cast<char>(flipped[bytes.size() / 2] ^ 1);
         write_whole(out / name, flipped);
         EXPECT_EQ(CacheReader(out.path()).last_sound(1), name == asset ? 3 : 1) << name;
-        EXPECT_EQ(CacheReader(out.path()).assets_are_sound(), name != asset) << name;
+        EXPECT_FALSE(CacheReader(out.path()).is_whole(1, 3)) << name;
+        EXPECT_EQ(CacheReader(out.path()).is_whole(1, 1), name != asset) << name;
         fs::remove(out / name);
         EXPECT_EQ(CacheReader(out.path()).last_sound(1), name == asset ? 3 : 1) << name;
         if (name != asset) write_whole(out / name, bytes);
@@ -240,7 +241,7 @@ TEST(Cache, DamagedFramesAndAssetsAreFoundBeforeTheyAreKept) {
     EXPECT_NE(message_of([&] { writer.require_assets(); }, kBadCache), "");
     writer.add_asset("ply\nthe mesh of a glass\n");
     writer.require_assets();
-    EXPECT_TRUE(CacheReader(out.path()).assets_are_sound());
+    EXPECT_TRUE(CacheReader(out.path()).is_whole(1, 3));
 }
 
 TEST(Cache, AManifestThatIsAFolderIsADamagedCache) {

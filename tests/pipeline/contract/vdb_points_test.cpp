@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 
+#include "tests/pipeline/contract/mutated.h"
 #include "tests/pipeline/contract/cache_fixture.h"
 
 namespace thixo::test {
@@ -131,6 +132,63 @@ TEST(VdbPoints, EveryFlippedBitAndEveryTruncationIsFound) {
                   std::string::npos)
             << i;
     }
+}
+
+/// What a file with the right checksum gives: points of which all is there, or an error that names the file. True: points.
+bool is_read(const std::string& bytes) {
+    try {
+        const PointSet read = decode_points(sealed_points(bytes), "the file");
+        for (const Attribute& a : read.attributes)
+            std::visit([&](const auto& values) { EXPECT_EQ(values.size(), read.count) << a.name; }, a.data);
+        return true;
+    } catch (const CacheError& e) {
+        EXPECT_NE(std::string(e.what()).find("the file"), std::string::npos) << e.what();
+        return false;
+    }
+}
+
+/// Two leaves of points, one attribute that is equal everywhere.
+std::string small_file() {
+    PointSet points = sample_points(20, 6);
+    for (Vec3f& p : std::get<std::vector<Vec3f>>(points.attributes[1].data))
+        p = p.cwiseProduct(Vec3f(0.4f, 0.2f, 0.2f)) + Vec3f(0, 0.25f, 0.25f);
+    points.add("density", std::vector<float>(points.count, 1000));
+    return encode_points(points, "particles", kVoxel);
+}
+
+TEST(CraftedPoints, ALengthThatIsAnotherIsAnError) {
+    const std::string bytes = small_file();
+    // The tree's masks, 10 kB of nearly only zeros, are tried more rarely.
+    std::size_t refused = 0, step = 1;
+    for (std::size_t at = 57; at < bytes.size(); at += step) {
+        step = bytes.compare(at, 64, std::string(64, '\0')) == 0 ? 16 : 1;
+        for (const std::int32_t number : {0, -1, 1000, INT32_MAX}) {
+            std::string crafted = bytes;
+            std::memcpy(crafted.data() + at, &number, std::min(sizeof number, bytes.size() - at));
+            refused += !is_read(crafted);
+        }
+    }
+    EXPECT_GT(refused, bytes.size() / 10);
+}
+
+TEST(CraftedPoints, AChangedFileIsReadOrRefused) {
+    const std::string bytes = small_file();
+    const std::uint64_t rounds = fuzz_rounds(2000);
+    std::uint64_t refused = 0;
+    for (std::uint64_t k = 0; k < rounds; ++k) refused += !is_read(mutated(bytes, 20260101, k));
+    EXPECT_GT(refused, rounds / 4);
+}
+
+TEST(CraftedPoints, MoreValuesThanFitIntoTheFileAreRefused) {
+    // Leaves of many equal points: each attribute is stored as one value.
+    PointSet points;
+    points.count = 2'000'000;
+    points.add("P", std::vector<Vec3f>(points.count, Vec3f(0.5f, 0.5f, 0.5f)));
+    points.add("v", std::vector<Vec3f>(points.count, Vec3f(1, 0, 0)));
+    const std::string bytes = encode_points(points, "x", kVoxel);
+    ASSERT_LT(bytes.size(), 20'000u);
+    EXPECT_NE(message_of([&] { decode_points(bytes, "the file"); }, kBadCache).find("fit into its size"),
+              std::string::npos);
 }
 
 }  // namespace

@@ -185,6 +185,16 @@ TEST(MeshShape, GivesTheSameDistancesInARowAsOneByOne) {
     for (std::size_t k = 0; k < x.size(); ++k) ASSERT_EQ(d[k], shape.distance(x[k]));
 }
 
+TEST(MeshQuery, OfAPlaceThatIsNoneFindsATriangleAtTheLargestDistance) {
+    const MeshQuery query(cases()[0].mesh);
+    const Real none = std::numeric_limits<Real>::quiet_NaN(), endless = std::numeric_limits<Real>::infinity();
+    for (const Real x : {none, endless, -endless, std::numeric_limits<Real>::max()}) {
+        const MeshQuery::Closest closest = query.closest(Vec3(x, 0, 0));
+        EXPECT_LT(closest.triangle, query.mesh().triangles.size()) << x;
+        EXPECT_GT(closest.distance, 1e18) << x;
+    }
+}
+
 TEST(SampledShape, IsNearTheShapeInTheBandAndOfTheRightSignEverywhere) {
     // Trilinear interpolation of a function with slope 1: second order, cell^2/8 times the curvature 1/0.25 and the
     // medial axis's kinks away from the surface; 0.05 cells near it.

@@ -1,7 +1,10 @@
 #include "sim/stage/probes.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "pipeline/contract/atomic_file.h"
+#include "tests/pipeline/driver/temporary_folder.h"
 #include "tests/sim/fixture.h"
 
 namespace thixo {
@@ -143,6 +146,30 @@ TEST(Probes, FluxThroughAPeriodicFaceIsCountedOnBothSides) {
     const auto flux = measure(s);
     for (const auto& through : flux) EXPECT_NEAR(through.value() / flux[1].value(), 1, 0.1);  // a layer in ten
     EXPECT_GT(flux[1].value(), 0);
+}
+
+TEST(ProbeFile, ALineThatIsMissingOrCutIsToldWhereARunContinues) {
+    const TemporaryFolder folder;
+    Simulation s = falling_cube();
+    s.problem.scene.probes = {probe(scene::Measure::total)};
+    s.probes = make_probes(s.problem.scene);
+    const int first = s.problem.scene.frames.first;
+    begin_probe_file(folder.path, s, first - 1);
+    for (s.clock.frame = first; s.clock.frame < first + 4; ++s.clock.frame) append_probes(folder.path, s);
+    const std::string whole = read_whole(folder.path / "probes.csv");
+    const auto told = [&](const std::string& text) {
+        write_whole(folder.path / "probes.csv", text);
+        testing::internal::CaptureStderr();
+        begin_probe_file(folder.path, s, first + 3);
+        return testing::internal::GetCapturedStderr();
+    };
+    EXPECT_EQ(told(whole), "");
+    const std::string third = fmt::format("\n{},", first + 2);
+    const std::size_t at = whole.find(third), end = whole.find('\n', at + 1);
+    const std::string without = whole.substr(0, at) + whole.substr(end);
+    const std::string cut = whole.substr(0, whole.rfind(',', end)) + whole.substr(end);
+    for (const std::string& text : {without, cut})
+        EXPECT_NE(told(text).find(fmt::format("frame {};", first + 2)), std::string::npos) << text;
 }
 
 }  // namespace

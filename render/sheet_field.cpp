@@ -32,6 +32,11 @@ SheetField::SheetField(const SurfelCloud& cloud, const std::vector<Index>& membe
         discs_.push_back(d);
     }
     find_plane();
+    if (!discs_.empty()) lower_ = upper_ = discs_.front().place;
+    for (const Disc& d : discs_) {
+        lower_ = lower_.cwiseMin(d.place);
+        upper_ = upper_.cwiseMax(d.place);
+    }
     axis_.resize(discs_.size());
     sort(0, discs_.size(), 0);
 }
@@ -164,7 +169,9 @@ float SheetField::far_distance(const Vec3f& x) const {
 }
 
 bool SheetField::within(const Vec3f& x, float reach) const {
-    Vec3f away = Vec3f::Zero();
+    Vec3f away = (lower_ - x).cwiseMax(x - upper_).cwiseMax(0);
+    if (discs_.empty() || away.squaredNorm() >= square(reach)) return false;
+    away.setZero();
     Nearest best{.distance2 = square(reach)};
     nearest<false>(0, discs_.size(), 0, x, away, best);
     return best.disc != nullptr;

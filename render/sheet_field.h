@@ -55,7 +55,8 @@ class SheetField {
     std::vector<unsigned char> axis_;
     std::vector<Bundle> bundles_;  // of ranges of kBundle discs and more; the parts of node k are 2 k + 1 and 2 k + 2
     float widest_ = 0;             // support [m]
-    bool flat_ = false;            // all discs lie in one plane
+    Vec3f lower_ = Vec3f::Zero(), upper_ = Vec3f::Zero();  // box of the discs' places
+    bool flat_ = false;                                    // all discs lie in one plane
 };
 
 }  // namespace thixo::render

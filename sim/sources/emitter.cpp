@@ -179,11 +179,12 @@ struct Emission {
                 const Vec3d own = layout.turn.transpose() * (d.pose.rotation.conjugate() * (x - d.centre));
                 if (edge(own.cast<Real>()) > smoothing.spacing / 2) continue;
             }
-            driven.push_back(static_cast<Index>(i));
             if (ahead > 0) {
+                driven.push_back(static_cast<Index>(i));
                 particles.velocity[i] = d.flow(x).cast<Real>();
                 continue;
             }
+            particles.acceleration[i].setZero();
             // What is too near for the next layer makes way backwards.
             const double most = ahead > -0.8 * spacing ? -layout.speed : 0;
             const double through = d.axis.dot(particles.velocity[i].cast<double>() - d.own_velocity(x));

@@ -99,9 +99,9 @@ struct OpeningRoom {
 };
 OpeningRoom room_at_opening(const Sources& sources, std::size_t emitter, double time);
 
-/// Drives the liquid before emitters that push. Up to two spacings ahead of the disc it gets the velocity of the flow,
-/// and none passes the disc from behind. Returns these particles: other forces may not change their velocities in this
-/// step.
+/// Drives the liquid before emitters that push. Up to two spacings ahead of the disc it gets the velocity of the flow.
+/// None passes the disc from behind. Returns the particles ahead: other forces may not change their velocities in this
+/// step. Of those behind the acceleration is cleared, and pressure may still move them.
 std::vector<Index> drive_openings(const Sources& sources, double time, const std::vector<EmitterState>& states,
                                   Particles& particles);
 

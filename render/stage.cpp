@@ -201,6 +201,7 @@ class Stage {
         film.noise = float(scene_.look.output.noise);
         film.seed =
             random_bits(seed_, std::uint64_t(number), 0, 0x66696c6dull);  // another pattern of noise in every frame
+        film.denoise = scene_.look.output.denoise;
         film.x0 = crop_.x;
         film.y0 = crop_.y;
         film.x1 = crop_.x + crop_.width;

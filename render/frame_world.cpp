@@ -201,6 +201,7 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
     for (const scene::Light& l : look.lights)
         world.lights.push_back(
             make_light(l, l.type == scene::LightType::environment ? pictures.environments.at(l.content) : nullptr));
+    if (look.output.passes.lights) world.light_groups = light_groups(look.lights);
     world.attributes = std::any_of(world.materials.begin(), world.materials.end(),
                                    [](const Material& m) { return m.reads_attributes(); });
     world.passes = look.output.passes;

@@ -1,5 +1,6 @@
 #include "render/lights.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "pipeline/base/error.h"
@@ -131,6 +132,17 @@ float light_strength(const Light& l, const Vec3f& position) {
     if (l.type == LightType::environment)
         return luminance(l.radiance.cwiseProduct(l.environment->mean())) * solid_angle;
     return luminance(l.radiance) * solid_angle;
+}
+
+LightGroups light_groups(const std::vector<scene::Light>& lights) {
+    LightGroups groups{{scene::kBackgroundGroup}, {}};
+    for (const scene::Light& l : lights) {
+        const std::string& name = scene::group_of(l);
+        const auto found = std::find(groups.names.begin(), groups.names.end(), name);
+        groups.of_light.push_back(Index(found - groups.names.begin()));
+        if (found == groups.names.end()) groups.names.push_back(name);
+    }
+    return groups;
 }
 
 }  // namespace thixo::render

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "pipeline/contract/scene.h"
@@ -56,5 +57,14 @@ float hit_area(const Light& light, const Vec3f& origin, const Vec3f& d);
 
 /// About the irradiance a light could give at a place, by which lights share samples; nothing is in its way.
 float light_strength(const Light& light, const Vec3f& position);
+
+/// Lights whose shares of a picture are kept apart. Empty where nobody asks for them.
+struct LightGroups {
+    std::vector<std::string> names;  // the background, then the others as the lights name them
+    std::vector<Index> of_light;     // by light, into `names`
+    static constexpr std::size_t kBackground = 0;
+};
+/// A light that names no group is one of its own name.
+LightGroups light_groups(const std::vector<scene::Light>& lights);
 
 }  // namespace thixo::render

@@ -27,6 +27,7 @@ struct State {
     Vec3f position{0, 0, 0}, normal{0, 0, 0};            // there
     float albedo = 0;                                    // there [1]
     int looked_for = 0;                                  // lights
+    bool seen = false;                                   // FirstHit::seen is set
     float total_strength = 0;                            // of those lights; 0: each gets a sample
 };
 
@@ -43,8 +44,9 @@ constexpr float kBright = 0.4f;
 
 class Path {
   public:
-    Path(const World& world, const Ray& ray, Sampler& sampler, FirstHit& first, Strategy strategy)
-        : world_(world), sampler_(sampler), first_(first), strategy_(strategy) {
+    Path(const World& world, const Ray& ray, Sampler& sampler, FirstHit& first, Strategy strategy,
+         std::span<Vec3d> groups)
+        : world_(world), sampler_(sampler), first_(first), strategy_(strategy), groups_(groups) {
         s_.ray = ray;
         s_.interior = world.camera_interior;
     }
@@ -85,6 +87,15 @@ class Path {
         if (world_.passes.motion) first_.motion = motion_at(hit);
     }
 
+    /// What all clear and mirroring surfaces so far show, its colour times what they leave of it.
+    void note_seen(const Vec3f& colour) {
+        if (s_.seen) return;
+        s_.seen = true;
+        const Vec3f share = (s_.compression * s_.throughput).cwiseMin(1.0f);
+        first_.seen = share.cwiseProduct(colour).cwiseMin(1.0f);
+        first_.way = share.mean() * s_.ray.direction;
+    }
+
     /// The point goes on along its velocity, straight; its picture moves with it and with the camera.
     Eigen::Vector4f motion_at(const Hit& hit) const {
         const ObjectLabel& label = world_.labels[hit.object];
@@ -98,14 +109,19 @@ class Path {
         return {next.x(), -next.y(), last.x(), -last.y()};
     }
 
-    /// Adds light. What took more than one scattering is limited, since single samples of it can be arbitrarily bright.
-    void add(const Vec3f& light, bool indirect) {
+    /// Adds what comes from light i. What took more than one scattering is limited, since single samples of it can be
+    /// arbitrarily bright.
+    void add(std::size_t i, const Vec3f& light, bool indirect) {
+        add_to(groups_.empty() ? 0 : world_.light_groups.of_light[i], light, indirect);
+    }
+    void add_to(std::size_t group, const Vec3f& light, bool indirect) {
         Vec3f c = s_.throughput.cwiseProduct(light);
         if (!c.allFinite()) return;
         const float largest = c.maxCoeff();
         if (indirect && world_.settings.clamp > 0 && largest > world_.settings.clamp)
             c *= world_.settings.clamp / largest;
         s_.radiance += c;
+        if (!groups_.empty()) groups_[group] += c.cast<double>();
     }
 
     /// Whether the last shaded surface looks for light i by samples of its own, beside meeting it by chance. A sky
@@ -169,24 +185,27 @@ class Path {
         if (s_.bounces == 0) first_.found = true;
         const float weight = chance_weight(nearest, t);
         const Vec3f left = absorb(world_, s_.interior, s_.ray, 0, t);
-        if (weight > 0) add(weight * world_.lights[nearest].radiance.cwiseProduct(left), indirect_chance());
+        note_seen(world_.lights[nearest].radiance.cwiseProduct(left));
+        if (weight > 0) add(nearest, weight * world_.lights[nearest].radiance.cwiseProduct(left), indirect_chance());
         return true;
     }
 
     /// Out of the scene.
     void escape() {
+        if (s_.bounces == 0 && world_.settings.transparent_background) return;
         bool sky = false;
+        Vec3f all(0, 0, 0);
         for (std::size_t i = 0; i < world_.lights.size(); ++i) {
             if (!world_.lights[i].infinite()) continue;
             sky |= world_.lights[i].surrounds();
             const Vec3f light = infinite_radiance(world_.lights[i], s_.ray.direction);
             if (light.maxCoeff() <= 0) continue;
-            if (s_.bounces == 0 && world_.settings.transparent_background) continue;
+            all += light;
             const float weight = chance_weight(i, kInfinity);
-            if (weight > 0) add(weight * light, indirect_chance());
+            if (weight > 0) add(i, weight * light, indirect_chance());
         }
-        if (!sky && s_.shaded == 0 && !(s_.bounces == 0 && world_.settings.transparent_background))
-            add(world_.background, false);
+        note_seen(sky ? all : Vec3f(all + world_.background));
+        if (!sky && s_.shaded == 0) add_to(LightGroups::kBackground, world_.background, false);
     }
 
     /// The path's next ray, at the same time as the one before.
@@ -246,6 +265,7 @@ class Path {
         const Frame3 frame = frame_at(hit);
         const Vec3f wo = frame.local(-s_.ray.direction);
         const auto f = [&](const Vec3f& wi, float& pdf) { return Vec3f(Vec3f::Constant(rough.evaluate(wo, wi, pdf))); };
+        note_seen(Vec3f::Ones());
         begin_shading(hit, frame.n, 0);
         light_up(hit, frame, frame.side, s_.interior, f);
         light_up(hit, frame, -frame.side, interface.behind, f);
@@ -279,6 +299,7 @@ class Path {
                  [&](const Vec3f& wi, float& pdf) { return material.evaluate(colour, wo, wi, pdf); });
         const float choose = sampler_.next();
         const Scatter scattered = material.scatter(colour, wo, choose, sampler_.next2());
+        if (!scattered.mirror()) note_seen(colour);
         if (scattered.weight.maxCoeff() <= 0) return false;
         const Vec3f direction = frame.world(scattered.direction);
         if (frame.side.dot(direction) <= 0) return false;
@@ -370,7 +391,7 @@ class Path {
         const float chance = share(i) * light.pdf;
         // Light that came through a dielectric cannot be met by chance (chance_weight).
         const float weight = through || strategy_ == Strategy::lights ? 1 : 1 - surface_weight(i, pdf, chance);
-        add(scattered.cwiseProduct(light.radiance).cwiseProduct(left) * (weight / chance), s_.shaded > 1);
+        add(i, scattered.cwiseProduct(light.radiance).cwiseProduct(left) * (weight / chance), s_.shaded > 1);
     }
 
     bool roulette() {
@@ -386,6 +407,7 @@ class Path {
     Sampler& sampler_;
     FirstHit& first_;
     Strategy strategy_;
+    std::span<Vec3d> groups_;
     State s_;
 };
 
@@ -414,8 +436,9 @@ Vec3f transmittance(const World& world, Ray ray, Interior interior, bool& throug
     return left;
 }
 
-Vec3f radiance(const World& world, const Ray& camera_ray, Sampler& sampler, FirstHit& first, Strategy strategy) {
-    return Path(world, camera_ray, sampler, first, strategy).follow();
+Vec3f radiance(const World& world, const Ray& camera_ray, Sampler& sampler, FirstHit& first, Strategy strategy,
+               std::span<Vec3d> groups) {
+    return Path(world, camera_ray, sampler, first, strategy, groups).follow();
 }
 
 }  // namespace thixo::render

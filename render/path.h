@@ -1,6 +1,8 @@
 // Light along one path from the camera.
 #pragma once
 
+#include <span>
+
 #include "render/sampler.h"
 #include "render/world.h"
 
@@ -15,6 +17,8 @@ struct FirstHit {
     Eigen::Vector4f motion{0, 0, 0, 0};  // pixels to the right and up, to the next frame and to the one before
     const ObjectLabel* label = nullptr;  // where the world has labels
     Hit hit;                             // as the ray met it; untouched where a lamp is seen
+    Vec3f seen{0, 0, 0};                 // colour of what is seen through and in clear and mirroring surfaces
+    Vec3f way{0, 0, 0};                  // direction in which that is met, times the share that arrives of it
 };
 
 /// Which ways to sample light take part. `both` is for pictures; the single ones give the same mean, and test it.
@@ -24,9 +28,10 @@ enum class Strategy { both, lights, surfaces };
 /// heuristic (Veach 1997). With settings.straight_shadows light reaches shaded points straight through smooth
 /// dielectrics. It loses what Fresnel reflection and absorption take. Paths that would bring the same light by
 /// refraction are left out, and so are reflections of suns and area lights in dielectrics (caustics). Without it such
-/// light arrives by refraction and reflection alone.
+/// light arrives by refraction and reflection alone. What comes of each of the world's light groups is added to
+/// `groups`, unless that is empty.
 Vec3f radiance(const World& world, const Ray& camera_ray, Sampler& sampler, FirstHit& first,
-               Strategy strategy = Strategy::both);
+               Strategy strategy = Strategy::both, std::span<Vec3d> groups = {});
 
 /// Share of light that comes straight along the ray to its origin, per colour. `through`: it went through a
 /// dielectric's surface.

@@ -25,6 +25,7 @@
 #include "render/film.h"
 #include "render/frame_world.h"
 #include "render/preview/preview.h"
+#include "render/relight.h"
 #include "render/view_transform.h"
 
 namespace thixo::render {
@@ -45,13 +46,14 @@ CacheReader open_cache(const RenderArgs& args) {
 }
 
 /// Everything but the cached frame that a picture's bytes depend on.
-std::string look_identity(const scene::Scene& scene, std::uint64_t seed, const std::string& crop) {
+std::string look_identity(const scene::Scene& scene, std::uint64_t seed, const RenderArgs& args) {
     std::string text = scene::look_hash(scene.look) + fmt::format(" {}", seed);
     for (const scene::Material& m : scene.materials) text += fmt::format(" {}={}", m.name, m.look);
     for (const scene::Body& b : scene.bodies)
         if (!b.look.empty()) text += fmt::format(" {}={}", b.name, b.look);
     for (const scene::Boundary& b : scene.world.boundaries) text += fmt::format(" {}={}", b.name, b.look);
-    if (!crop.empty()) text += " crop " + crop;
+    if (!args.crop.empty()) text += " crop " + args.crop;
+    if (args.relight) text += " relit";  // within half rounding of a rendered one, not equal to it
     return hash_hex(text);
 }
 
@@ -65,6 +67,11 @@ Crop crop_of(const RenderArgs& args, const scene::Output& output) {
     return crop;
 }
 
+std::string frames_name(const RenderArgs& args) {
+    if (!args.look.empty()) return "frames." + fs::path(args.look).stem().string();
+    return args.relight ? "frames.relit" : "frames";
+}
+
 class Stage {
   public:
     explicit Stage(const RenderArgs& args)
@@ -73,9 +80,9 @@ class Stage {
           scene_(resolve_scene(args, reader_.scene_text())),
           seed_(args.seed.value_or(scene_.solver.seed)),
           crop_(crop_of(args, scene_.look.output)),
-          look_(look_identity(scene_, seed_, args.crop)),
+          look_(look_identity(scene_, seed_, args)),
           root_(args.pictures.empty() ? args.out : args.pictures),
-          folder_(root_ / (args.look.empty() ? "frames" : "frames." + fs::path(args.look).stem().string())),
+          folder_(root_ / frames_name(args)),
           locks_(folder_) {}
 
     int run() {
@@ -179,9 +186,32 @@ class Stage {
         if (there()) return fmt::format("frame {} was there", number);
         if (!locks_.take(number)) return std::nullopt;
         const bool made_meanwhile = there();
-        if (!made_meanwhile) render_picture(id);
+        if (!made_meanwhile && !relight(id)) render_picture(id);
         locks_.release(number);
         return fmt::format("frame {}{}", number, made_meanwhile ? " was there" : "");
+    }
+
+    /// Makes the picture of that in frames/ by mixing its light groups, where that is asked for and enough. Says why
+    /// where it is not.
+    bool relight(const PictureIdentity& id) {
+        if (!args_.relight) return false;
+        const fs::path source = fs::path(args_.out) / "frames";
+        const StoredPicture stored = read_picture(source, id.frame);
+        Relighting mix;
+        if (!stored.problem.empty())
+            mix.reason = stored.problem;
+        else if (stored.cache != id.cache)
+            mix.reason = "its picture is of another cache";
+        else if (stored.lights.empty())
+            mix.reason = "its picture has no light groups (look.output.passes.lights)";
+        else
+            mix = relighting(stored.lights, light_record(scene_, seed_));
+        if (!mix.reason.empty()) {
+            if (warned_.insert(mix.reason).second) log_info("frame {} is rendered: {}", id.frame, mix.reason);
+            return false;
+        }
+        finish_picture(id, relit(read_exr(exr_path(source, id.frame), Checksum::required), mix.factor));
+        return true;
     }
 
     void render_picture(const PictureIdentity& id) {
@@ -201,6 +231,7 @@ class Stage {
         film.noise = float(scene_.look.output.noise);
         film.seed =
             random_bits(seed_, std::uint64_t(number), 0, 0x66696c6dull);  // another pattern of noise in every frame
+        film.denoise = scene_.look.output.denoise;
         film.x0 = crop_.x;
         film.y0 = crop_.y;
         film.x1 = crop_.x + crop_.width;
@@ -209,6 +240,11 @@ class Stage {
         if (!args_.crop.empty())
             image.attributes["thixo.crop"] =
                 fmt::format("{} of {} x {}", args_.crop, scene_.look.output.width, scene_.look.output.height);
+        if (!world.light_groups.names.empty()) image.attributes[kLightsKey] = light_record(scene_, seed_);
+        finish_picture(id, std::move(image));
+    }
+
+    void finish_picture(const PictureIdentity& id, Image image) {
         const Image8 display = to_display(image, scene_.look.output.view, scene_.look.output.exposure);
         write_picture(folder_, id, std::move(image), display);
     }
@@ -233,6 +269,7 @@ scene::Scene resolve_scene(const RenderArgs& args, const std::string& cache_scen
                                             : scene::load_scene(args.scene, args.set);
     if (!args.look.empty()) scene.look = scene::overlay_look(scene.look, args.look, args.set);
     if (args.draft) scene::apply_draft(scene.look);
+    scene.look.output.passes.lights |= args.relight;  // what is rendered can be mixed the next time
     return scene;
 }
 

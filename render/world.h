@@ -41,6 +41,7 @@ struct World {
     std::vector<Index> material_of;  // by object
     std::vector<Material> materials;
     std::vector<Light> lights;
+    LightGroups light_groups;
     Vec3f background{0, 0, 0};  // radiance seen where there is no sky
     PathSettings settings;
     Camera camera;

@@ -37,7 +37,9 @@ struct NoisyChannel {
 };
 
 std::optional<NoisyChannel> noisy_channel(const Image& image, const std::string& colour) {
-    const NoisyChannel c{image.find(colour), image.find("variance." + colour), image.find("samples")};
+    // The variance of a denoised picture is that of its colours as they were before.
+    const ImageChannel* before = image.find("noisy." + colour);
+    const NoisyChannel c{before ? before : image.find(colour), image.find("variance." + colour), image.find("samples")};
     if (!c.mean || !c.variance || !c.samples) return {};
     return c;
 }

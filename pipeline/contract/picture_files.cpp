@@ -30,6 +30,7 @@ StoredPicture read_picture(const fs::path& folder, int frame) {
         stored.exr_there = true;
         stored.look = attribute(kLookKey);
         stored.cache = attribute(kCacheKey);
+        stored.lights = attribute(kLightsKey);
         const std::string png = read_whole(png_path(folder, frame)), stated = attribute(kPngKey);
         // Pictures of earlier versions do not state the checksum of their PNG.
         if (stated.empty() ? !is_own_png(png) : stated != hash_hex(png))

@@ -35,6 +35,8 @@ void check_look(const Look& look, ReadContext& context) {
     check.require(view.norm() <= 1e-9 || view.normalized().cross(c.up.normalized()).norm() > 1e-6, "look.camera.up",
                   "\"up\" of the camera points along its view", "write for example up: [0, 1, 0]");
     check_motion(c.motion, "look.camera.motion", check);
+    check.require(!look.output.denoise || look.output.samples > 1, "look.output.denoise",
+                  "\"denoise\" needs 2 samples a pixel at least", "write for example samples: 8");
     for (const Appearance& a : look.appearances) {
         const std::string path = "look.appearances." + a.name;
         for (std::size_t k = 1; k < a.colour_map.size(); ++k)
@@ -48,6 +50,13 @@ void check_look(const Look& look, ReadContext& context) {
                       "an image takes the place of \"colour\": it goes with neither \"checker\" nor \"colour_by\"");
         check.require(a.image.file.empty() || a.type != AppearanceType::dielectric, path + ".image",
                       "a dielectric has no colour that an image could give; its colour is \"absorption\"");
+    }
+    for (const Light& l : look.lights) {
+        check.require(l.group.empty() || is_name(l.group), "look.lights." + l.name + ".group",
+                      fmt::format("\"{}\" is no name of a group", l.group), "letters, digits, _ and -, at most 64");
+        check.require(!look.output.passes.lights || group_of(l) != kBackgroundGroup, "look.lights." + l.name,
+                      fmt::format("the group \"{}\" is that of look.background", kBackgroundGroup),
+                      "write another group");
     }
     for (const Light& l : look.lights)
         check.require(l.type != LightType::environment || !l.file.empty(), "look.lights." + l.name,

@@ -55,15 +55,17 @@ std::string block_of(const std::string& path) {
 
 std::string simulation_hash(const Scene& scene) { return hash_lines(simulation_lines(scene)); }
 
-std::string look_hash(const Look& look) {
+std::vector<Line> look_lines(const Look& look) {
     Look pictures = look;
     pictures.output.film = Output{}.film;
     std::vector<Line> all, lines;
     flatten(to_block(pictures), "look", all);
     for (Line& line : all)  // where an image lies is of no matter: its content is a key of its own
         if (!line.first.ends_with(".file")) lines.push_back(std::move(line));
-    return hash_lines(lines);
+    return lines;
 }
+
+std::string look_hash(const Look& look) { return hash_lines(look_lines(look)); }
 
 std::vector<std::string> differing_keys(const Scene& a, const Scene& b) {
     const std::vector<Line> lines_a = simulation_lines(a), lines_b = simulation_lines(b);

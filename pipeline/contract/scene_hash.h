@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pipeline/contract/scene.h"
@@ -12,8 +13,10 @@ namespace thixo::scene {
 /// (a larger one continues), solver.checkpoint_every, the look, and where mesh files lie.
 std::string simulation_hash(const Scene& scene);
 
-/// Hash of every key of the look, image contents included. Not in it: output.film, which changes no picture, and where
-/// image files lie.
+/// Every key of the look with its value as text, image contents included. Not in it: output.film, which changes no
+/// picture, and where image files lie.
+std::vector<std::pair<std::string, std::string>> look_lines(const Look& look);
+/// Their hash.
 std::string look_hash(const Look& look);
 
 /// Key paths (such as materials.water.viscosity) that simulation_hash depends on and that differ between the scenes. A

@@ -140,6 +140,7 @@ void apply_draft(Look& look) {
     o.width = std::max(1, o.width / 2);
     o.height = std::max(1, o.height / 2);
     o.samples = std::min(o.samples, std::max(4, o.samples / 4));
+    o.denoise = o.samples > 1;
 }
 
 std::vector<std::string> scene_warnings(const Scene& scene) {

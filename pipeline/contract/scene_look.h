@@ -36,6 +36,7 @@ struct Words<LightType> {
 struct Light {
     std::string name;
     LightType type = LightType::sky;
+    std::string group;            // of lights that share a pass; empty: the light alone
     Vec3d colour{1, 1, 1};        // linear Rec.709
     double strength = 1;          // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]; environment: factor
     Vec3d direction{0, 0, -1};    // sun: where the light goes; area: the side it shines to
@@ -54,6 +55,8 @@ void visit(V& v, Light& l) {
           "sun: parallel light; sky: light from all sides; area: a rectangle that shines; environment: a picture of "
           "light "
           "from all sides");
+    v.key("group", l.group, "", any(),
+          "lights of one group share a pass of look.output.passes.lights; none: the light has its own");
     v.key("colour", l.colour, kColour, at_least(0), "colour, linear Rec.709; of an environment a factor");
     v.key("strength", l.strength, "W/m^2, W/(m^2 sr)", at_least(0),
           "sun: irradiance; sky and area: radiance; environment: what the picture's values are times");
@@ -71,6 +74,10 @@ void visit(V& v, Light& l) {
           "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
     v.key("rotation", l.rotation, "degrees", any(), "environment: turned about z, to the left seen from inside");
 }
+
+/// The group of what camera rays see where there is no sky: of no light.
+inline constexpr const char* kBackgroundGroup = "background";
+inline const std::string& group_of(const Light& l) { return l.group.empty() ? l.name : l.group; }
 
 enum class AppearanceType { diffuse, plastic, conductor, dielectric };
 template <>
@@ -186,7 +193,7 @@ struct Words<ViewTransform> {
 };
 /// Passes that are written only where they are asked for: they cost time or much room.
 struct Passes {
-    bool position = false, motion = false, body = false, cryptomatte = false;
+    bool position = false, motion = false, body = false, cryptomatte = false, lights = false;
 };
 template <class V>
 void visit(V& v, Passes& p) {
@@ -197,6 +204,8 @@ void visit(V& v, Passes& p) {
     v.key("body", p.body, "", any(), "true: body, the id of the body in the cache; -1 where there is none");
     v.key("cryptomatte", p.cryptomatte, "", any(),
           "true: CryptoObject and CryptoMaterial, mattes by the names of bodies and boundaries and of appearances");
+    v.key("lights", p.lights, "", any(),
+          "true: light_<group>.R/G/B, what each group of lights gives to the picture; `thixo relight` mixes them");
 }
 
 struct Output {
@@ -209,6 +218,7 @@ struct Output {
     bool straight_shadows = true;  // shadow rays go straight through smooth dielectrics (a documented bias)
     double clamp = 20;             // indirect radiance of one sample is limited to this; 0: no limit
     bool transparent_background = false;
+    bool denoise = false;
     bool film = true;  // encode an mp4
     Passes passes;
 };
@@ -229,6 +239,8 @@ void visit(V& v, Output& o) {
           "than true caustics");
     v.key("clamp", o.clamp, "W/(m^2 sr)", at_least(0), "limit of the indirect radiance of one sample; 0: no limit");
     v.key("transparent_background", o.transparent_background, "", any(), "true: alpha 0 where nothing is hit");
+    v.key("denoise", o.denoise, "", any(),
+          "true: takes the noise from the picture, which stays in the EXR as noisy.R/G/B; needs 2 samples");
     v.key("film", o.film, "", any(), "true: encode an mp4 of all frames");
     v.block("passes", o.passes, "channels of the EXR beside those that are always there");
 }

@@ -44,7 +44,8 @@ lights keeps camera and appearances. A light is taken out by `strength: 0`.
 **--set key.path=value** sets one key, named by its path: `--set materials.water.viscosity=1`. The value is YAML: `--set
 "world.gravity=[0, 0, -1.62]"`. A number in the path is a place in a list, from 0. A name that the scene does not have is an error.
 
-**--draft** doubles `solver.spacing`, halves `look.output.width` and `height`, and takes a quarter of the samples (at least 4).
+**--draft** doubles `solver.spacing`, halves `look.output.width` and `height`, and takes a quarter of the samples (at least 4). Its
+pictures are denoised.
 
 **Numbers** are decimal: `0.01`, `1e-3`. Where no end of a range is written it is -1e12 or 1e12. What YAML readers disagree about is refused: `017`, `0x1F`, `1_000`, `.inf`, `yes`.
 **Errors** are all told at once, each as file:line:column with the line and a caret. Files may have up to 4 MiB, 200 000 values (aliases counted

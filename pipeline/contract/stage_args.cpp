@@ -135,6 +135,7 @@ std::vector<std::string> RenderArgs::print() const {
     put_text(words, "crop", crop);
     put_if(words, "follow", follow);
     put_if(words, "restart", restart);
+    put_if(words, "relight", relight);
     put_if(words, "preview", preview);
     if (what != "auto") put(words, "what", what);
     put_text(words, "attribute", attribute);
@@ -151,6 +152,7 @@ RenderArgs RenderArgs::parse(const std::vector<std::string>& args) {
     app.add_option("--crop", a.crop, "x,y,width,height: this part of the picture alone, in pixels");
     app.add_flag("--follow", a.follow, "wait for frames that a running simulation still makes");
     app.add_flag("--restart", a.restart, "replace frames made with another look");
+    app.add_flag("--relight", a.relight, "mix the light groups of frames that are there, where that is enough");
     app.add_flag("--preview", a.preview, "quick pictures instead of ray tracing");
     app.add_option("--what", a.what, "preview: particles, surfels or auto")
         ->check(CLI::IsMember({"particles", "surfels", "auto"}));

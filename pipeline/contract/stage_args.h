@@ -50,6 +50,7 @@ struct RenderArgs : CommonArgs {
     std::string crop;           // as parse_crop takes it; empty: the whole picture
     bool follow = false;        // wait for frames that a running simulation still makes
     bool restart = false;       // replace frames made with another look
+    bool relight = false;       // mix the light groups of frames that are there, where that is enough
     bool preview = false;       // OSMesa pictures instead of ray tracing
     std::string what = "auto";  // preview: particles, surfels, auto
     std::string attribute;      // preview: colour by this attribute

@@ -41,6 +41,7 @@ Command parse_command(int argc, char** argv);
 int run_verb(const Command& command);
 int sim_verb(const Command& command);
 int render_verb(const Command& command);
+int relight_verb(const Command& command);
 int preview_verb(const Command& command);
 int check_verb(const Command& command);
 int validate_verb(const Command& command);

@@ -15,6 +15,7 @@ constexpr const char* kHelp = R"(Usage: thixo VERB ... [OPTION...]      thixo VE
   run SCENE                    simulate, render, encode: what is not there yet
   sim SCENE                    the cache only; continues by itself
   render SCENE-or-CACHE        the frames only
+  relight SCENE-or-CACHE       the frames under lights of other strengths and colours, without a ray where they have light groups
   preview SCENE-or-CACHE       quick pictures of particles or surfels; of a scene its first instant
   check A --against B          compare two frame folders or two caches
   validate SCENE               all problems of a scene at once; particles, memory and disk it will need
@@ -157,6 +158,19 @@ Verbs all_verbs(CLI::App& app) {
         .out(
             "the scene's output folder; of a cache the folder for frames/. ./out/<scene> or beside the cache when left "
             "out")
+        .threads()
+        .quiet()
+        .json()
+        .dry_run();
+
+    Verb& relight =
+        add(verbs, app, "relight", "Mixes the light groups of frames anew; renders where that is not enough.",
+            "SCENE-or-CACHE", kEither);
+    relight.text("--look", relight.command.look, kLook).restart("replace frames made with another look");
+    relight.frames()
+        .scene()
+        .seed()
+        .out("the scene's output folder; of a cache the folder for frames.relit/")
         .threads()
         .quiet()
         .json()

@@ -130,6 +130,36 @@ TEST_F(RenderStage, ADamagedPictureIsMadeAgain) {
     EXPECT_EQ(bytes(out("a"), 1), good);
 }
 
+TEST_F(RenderStage, RelightingMixesTheFramesThatAreThere) {
+    make_cache(out("a"), 1);
+    RenderArgs first = args(out("a"));
+    first.set = {"look.output.passes.lights=true"};
+    run_stage(first);
+    RenderArgs brighter = args(out("a"));
+    brighter.relight = true;
+    brighter.set = {"look.lights.sky.strength=2"};
+    run_stage(brighter);
+    const Image before = read_exr(fs::path(out("a")) / "frames/beauty.0001.exr"),
+                after = read_exr(fs::path(out("a")) / "frames.relit/beauty.0001.exr");
+    // Both are stored as halves: each rounds by 2^-11.
+    for (std::size_t i = 0; i < before.pixels(); ++i)
+        ASSERT_NEAR(after.get("G")[i], 2 * before.get("G")[i], 2e-3f * before.get("G")[i]);
+    EXPECT_TRUE(after.get("Z") == before.get("Z"));
+    EXPECT_EQ(after.find("variance.G"), nullptr);  // only a mixed picture has none
+}
+
+TEST_F(RenderStage, RelightingRendersWhereThereIsNothingToMix) {
+    make_cache(out("a"), 1);
+    run_stage(args(out("a")));  // without light groups
+    RenderArgs brighter = args(out("a"));
+    brighter.relight = true;
+    brighter.set = {"look.lights.sky.strength=2"};
+    run_stage(brighter);
+    const Image after = read_exr(fs::path(out("a")) / "frames.relit/beauty.0001.exr");
+    EXPECT_NE(after.find("variance.G"), nullptr);
+    EXPECT_NE(after.find("light_sky.G"), nullptr);  // it can be mixed itself
+}
+
 TEST_F(RenderStage, AnotherLookOverwritesNothingUnasked) {
     make_cache(out("a"), 2);
     run_stage(args(out("a"), "1"));

@@ -83,6 +83,20 @@ TEST(NoiseCheck, ABrightnessShiftOfHalfAPercentIsFound) {
         EXPECT_FALSE(noise_problems(rendered(2, size, brightness), b).empty());
 }
 
+TEST(NoiseCheck, OfDenoisedPicturesTheColoursBeforeAreCompared) {
+    // Denoised colours differ by more than the variance allows here, the noisy ones by their seed alone.
+    const auto denoised = [](std::uint64_t seed, float clean) {
+        Image image = rendered(seed, {});
+        for (const std::string name : {"R", "G", "B"}) {
+            const std::vector<float> noisy = image.get(name);
+            image.add("noisy." + name) = noisy;
+            image.find(name)->values.assign(image.pixels(), clean);
+        }
+        return image;
+    };
+    EXPECT_TRUE(noise_problems(denoised(1, 0.4f), denoised(2, 0.2f)).empty());
+}
+
 TEST(NoiseCheck, AChangeInATileIsFoundAndItsPlaceIsTold) {
     Image a = rendered(1, {});
     const Image b = rendered(2, {});

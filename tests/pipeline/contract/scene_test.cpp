@@ -201,6 +201,7 @@ TEST(Scene, DraftIsCoarser) {
     EXPECT_EQ(s.look.output.width, 640);
     EXPECT_EQ(s.look.output.height, 360);
     EXPECT_EQ(s.look.output.samples, 16);
+    EXPECT_TRUE(s.look.output.denoise);
     s.look.output.samples = 9;
     apply_draft(s);
     EXPECT_EQ(s.look.output.samples, 4);
@@ -208,6 +209,7 @@ TEST(Scene, DraftIsCoarser) {
     s.look.output.width = 1;
     apply_draft(s);
     EXPECT_EQ(s.look.output.samples, 1);  // never more than there were
+    EXPECT_FALSE(s.look.output.denoise);  // which needs two
     EXPECT_EQ(s.look.output.width, 1);
 }
 

@@ -1,0 +1,28 @@
+// A finished picture under the same lights with other strengths and colours: its light groups mixed anew.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "pipeline/contract/image.h"
+#include "pipeline/contract/scene.h"
+
+namespace thixo::render {
+
+/// What the light of a picture depends on, as JSON: the light groups with their lights, and all other keys of its look.
+std::string light_record(const scene::Scene& scene, std::uint64_t seed);
+
+struct Relighting {
+    std::string reason;                   // why the picture has to be rendered; empty: it need not be
+    std::map<std::string, Vec3d> factor;  // of each light group
+};
+
+/// From the records of a picture and of the look that it shall have. Light is linear in the strength times the colour of
+/// its source. A group can be mixed where all its lights change by one factor.
+Relighting relighting(const std::string& stored, const std::string& wanted);
+
+/// The colours become the sum of the light groups times their factors, and the groups follow. What is no longer true of
+/// the picture is left out: `noisy` and `variance`.
+Image relit(Image image, const std::map<std::string, Vec3d>& factor);
+
+}  // namespace thixo::render

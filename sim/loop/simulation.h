@@ -50,7 +50,6 @@ struct Simulation {
     std::vector<Index> embedded_source{};  // of each surfel the one of `embedded` it is, or is a part of
     Probes probes{};                       // nothing of it outlives a frame
     StepStats stats{};
-    RunCounts counts{};  // of the whole run; never part of the state
 };
 
 /// The emitters of a simulation, and what they release into.

@@ -116,7 +116,6 @@ void find_viscosity(Simulation& sim, double dt) {
         sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep}, materials, params, sim.viscosity);
     sim.stats.viscosity_iterations += report.iterations;
     sim.stats.viscosity_unconverged += report.converged ? 0 : 1;
-    sim.counts.viscosity.add(1, report.converged ? 0 : 1);
     sim.stats.viscosity_residual = std::max(sim.stats.viscosity_residual, report.residual);
 }
 
@@ -126,8 +125,7 @@ void conduct(Simulation& sim, double dt) {
                                          sim.problem.heat, sim.clock.time, dt, sim.heat);
 }
 
-void count_solve(const SolveReport& report, SolveStats& stats, SolveCount& count) {
-    count.add(1, report.converged ? 0 : 1);
+void count_solve(const SolveReport& report, SolveStats& stats) {
     ++stats.solves;
     stats.iterations += report.iterations;
     stats.most = std::max(stats.most, report.iterations);
@@ -142,10 +140,10 @@ void solve_pressure(Simulation& sim, double dt) {
     count_solve(remove_divergence(sim.particles, sim.neighbours, sim.sweep.walls, sim.problem.smoothing,
                                   {kick, dt, {params.divergence_tolerance, params.iterations}}, sim.pressure_system,
                                   sim.solve_scratch),
-                sim.stats.divergence, sim.counts.divergence);
+                sim.stats.divergence);
     count_solve(restore_density(sim.particles, sim.neighbours, sim.sweep.walls, sim.problem.smoothing,
                                 {params.density_tolerance, params.iterations}, sim.pressure_system, sim.solve_scratch),
-                sim.stats.density, sim.counts.density);
+                sim.stats.density);
 }
 
 /// Matter that an emitter drives moves as the emitter says, whatever presses against it. The pressure solve takes it for
@@ -231,7 +229,6 @@ void move_solids(const Plan& plan, double dt, Simulation& sim) {
     sim.stats.solid_newton += report.newton;
     sim.stats.solid_iterations += report.iterations;
     sim.stats.solid_unconverged += report.unconverged;
-    if (sim.problem.strategy.implicit_solids) sim.counts.solids.add(report.sub_steps, report.unconverged);
     sim.stats.contact_seconds += report.contact_seconds;
     write_particles(sim.solids, sim.particles);
     check_solids_health(sim, report);

@@ -14,15 +14,6 @@ struct SolveStats {
     double residual = 0;  // largest [1]
 };
 
-/// Solves since the run was started or resumed, and those of them that ended short of their tolerance.
-struct SolveCount {
-    std::int64_t solves = 0, cut_off = 0;
-    void add(std::int64_t more, std::int64_t short_of) { solves += more, cut_off += short_of; }
-};
-struct RunCounts {
-    SolveCount divergence, density, viscosity, solids;  // solids: implicit steps
-};
-
 /// Sums since they were last taken, for stats.jsonl; never part of the state.
 struct StepStats {
     int steps = 0;

@@ -65,6 +65,16 @@ std::string body_name(const Simulation& sim, std::int32_t id) {
     return emitter < scene.emitters.size() ? scene.emitters[emitter].name : std::to_string(id);
 }
 
+/// The fastest particle of solids.
+std::size_t fastest_solid(const Particles& p) {
+    std::size_t best = 0;
+    Real speed2 = -1;
+    for (std::size_t i = 0; i < p.size(); ++i)
+        if (is_elastic(p.phase[i]) && p.velocity[i].squaredNorm() > speed2)
+            best = i, speed2 = p.velocity[i].squaredNorm();
+    return best;
+}
+
 }  // namespace
 
 void check_health(const Simulation& sim, const StepLimits& limits) {
@@ -103,11 +113,11 @@ void check_solids_health(const Simulation& sim, const SolidReport& report) {
                (!p.position[i].allFinite() || !(static_cast<double>(p.velocity[i].norm()) <= fastest));
     };
     const std::size_t n = p.size();
-    const std::size_t first = parallel_reduce(
+    std::size_t first = parallel_reduce(
         n, n, [&](std::size_t i) { return wrong(i) ? i : n; },
         [](std::size_t a, std::size_t b) { return std::min(a, b); });
-    if (first == n) return;
-    const scene::Scene& scene = sim.problem.scene;
+    if (first == n && !report.stuck) return;
+    if (first == n) first = fastest_solid(p);
     const Vec3& x = p.position[first];
     throw DivergedError(
         "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, "

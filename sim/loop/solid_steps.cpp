@@ -115,13 +115,9 @@ void flow_for(double dt, Solids& solids) {
 
 /// Steel at a spacing of a millimetre needs some 4e5 sub-steps in a frame. More than a million in one step come from a
 /// state that has no motion. They would not end, or not move the clock at all.
-void require_progress(double stable, double whole, int taken) {
+bool is_stuck(double stable, double whole, int taken) {
     constexpr int kMost = 1'000'000;
-    if (stable * kMost >= whole && taken <= kMost) return;
-    throw DivergedError(
-        "the simulation diverged: the solids need sub-steps of {:.3g} s in a step of {:.3g} s\nlikely: a body is "
-        "stretched or pressed beyond what its elastic law describes, or far too stiff for its mass and solver.spacing",
-        stable, whole);
+    return !(stable * kMost >= whole) || taken > kMost;
 }
 
 /// Sub-steps of leapfrog to `end`.
@@ -135,7 +131,11 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
         }
         const double until = std::min(end, solids.contacts.next);
         const double stable = stable_sub_step(solids, !walls.list.empty());
-        require_progress(stable, end - time, report.sub_steps);
+        report.stuck = is_stuck(stable, end - time, report.sub_steps);
+        if (report.stuck) {
+            report.smallest_dt = std::min(report.smallest_dt, stable);
+            return;
+        }
         const double step = divide_evenly(until - now, stable);
         move_walls(walls, now);
         find_elastic_forces(now == time, step, solids, scratch);
@@ -192,7 +192,8 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
         }
         const SavedState saved(solids);
         double step = std::min(end, solids.contacts.next) - now;
-        require_progress(end - time, end - time, report.sub_steps);
+        report.stuck = is_stuck(end - time, end - time, report.sub_steps);
+        if (report.stuck) return;
         for (;; step = std::max(step / 2, shortest)) {
             const ImplicitReport done = step_implicitly(
                 now, step, tolerance, walls, [&](double to, double dt) { move_held(to, dt, solids); }, solids, scratch);

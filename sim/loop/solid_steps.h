@@ -16,6 +16,7 @@ struct SolidReport {
     int newton = 0, iterations = 0, unconverged = 0;  // of implicit steps
     double smallest_dt = 1e30;                        // [s]
     double contact_seconds = 0;
+    bool stuck = false;  // stable sub-steps are so short that the step would not end
 };
 
 /// Scratch of the sub-steps. It is kept, so that a steady simulation allocates little.

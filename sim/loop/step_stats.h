@@ -30,7 +30,7 @@ struct StepStats {
     double solids_seconds = 0, contact_seconds = 0;  // the latter in the former
     int solid_sub_steps = 0;
     double cracks_seconds = 0;
-    int cracks_begun = 0, fragments = 0;  // new cracks, new bodies
+    int cracks_begun = 0, fragments = 0;                                // new cracks, new bodies
     int solid_newton = 0, solid_iterations = 0, solid_unconverged = 0;  // of implicit steps
     std::int64_t pairs = 0, particle_steps = 0;
     int surface_updates = 0;

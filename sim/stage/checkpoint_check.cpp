@@ -386,6 +386,11 @@ void check_solids(const Simulation& sim, const std::string& file) {
     if (solids.empty()) return;
     check.require(solids.last_dt >= 0 && solids.last_dt <= sim.clock.time, "solid.last_dt", "is longer than the run");
     check.require(solids.stretch2 >= 0 && std::isfinite(solids.stretch2), "solid.stretch2", "is no stretch");
+    if (solids.elements.breaks) {
+        check.require(solids.cracks.step > 0, "cracks.step", "is no time");
+        check.length_or_none("cracks.laws", solids.laws, solids.bodies.size());
+        check.length_or_none("cracks.rates", solids.rates, solids.bodies.size());
+    }
     check_contacts(check, solids);
     if (solids.softening.any) check_softening(check, sim);
 }

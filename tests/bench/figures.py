@@ -87,6 +87,9 @@ RUNS = {
     "published": Run("published_bench", arguments=("1", "fig_5_05_bust", "fig_5_24_octopus", "fig_6_09_melting_bust:36")),
 }
 
+# Programs that need files of their user, and so have no run.
+BY_HAND = {"clean_bench"}
+
 
 def time_over(own, reference, clock="cpu_time"):
     return lambda c: c[own, clock] / c[reference, clock]

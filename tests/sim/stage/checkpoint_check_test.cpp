@@ -123,9 +123,9 @@ class Damage {
 
 /// Arrays that may have another length in a state of the same scene. Some are empty where nothing is known or needed;
 /// others may have any length.
-const std::set<std::string> kAnyLength = {"lift",         "mixed.lift",     "surface.lift", "body.cuts",
-                                          "solid.anchor", "solid.laws",     "solid.rates",  "bonds.visibility",
-                                          "bonds.base",   "bonds.base_back"};
+const std::set<std::string> kAnyLength = {"lift",         "mixed.lift",      "surface.lift", "body.cuts",
+                                          "solid.anchor", "solid.laws",      "solid.rates",  "bonds.visibility",
+                                          "bonds.base",   "bonds.base_back", "cracks.vertex"};
 
 void expect_other_lengths_to_be_refused(Damage& damage) {
     for (const StoredArray& a : damage.arrays()) {

@@ -234,6 +234,7 @@ SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& parti
     else
         leapfrog_to(end, step.time, walls, solids, scratch, report);
     move_walls(walls, end);
+    if (report.stuck) return report;
     follow_contacts(solids);
     if (solids.softening.any) absorb_flow(step.dt, particles, solids);
     fit_solids(solids);

@@ -15,9 +15,12 @@ gate::Series dam(double size, double across, double cfl) {
     scene::Scene scene = gate::load("dam_of_any_size");
     const double slower = std::sqrt(size);
     scene.frames.fps /= slower;
-    for (scene::PeriodicAxis& p : scene.world.periodic) p.from *= size, p.to *= size;
+    // The slab holds two supports, of two spacings each.
+    const double wide = std::max(1.0, 16 / across);
+    for (scene::PeriodicAxis& p : scene.world.periodic) p.from *= wide * size, p.to *= wide * size;
     scene::Shape& shape = scene.bodies[0].shape;
     std::get<scene::BoxShape>(shape.kind).size *= size;
+    std::get<scene::BoxShape>(shape.kind).size.y() *= wide;
     shape.translate *= size;
     scene.solver.spacing = size / across;
     scene.solver.time_step.cfl = cfl;

@@ -348,27 +348,47 @@ void remove_element(Index element, const Matter& matter) {
     bind_matter(marked(solids, {b}), matter);
 }
 
+namespace {
+
+/// The part of a tree over these sheets alone; none where it has none of them. What it is the difference from stays.
+std::optional<TrimNode> over_sheets(const TrimNode& node, const std::vector<std::int32_t>& sheets) {
+    if (node.op == TrimNode::Op::sheet)
+        return std::ranges::binary_search(sheets, node.sheet) ? std::optional(node) : std::nullopt;
+    TrimNode pruned{node.op, 0, {}, node.reach};
+    for (std::size_t k = 0; k < node.parts.size(); ++k) {
+        if (auto part = over_sheets(node.parts[k], sheets))
+            pruned.parts.push_back(std::move(*part));
+        else if (node.op == TrimNode::Op::except && k == 0)
+            pruned.parts.push_back(node.parts[k]);
+    }
+    return pruned.parts.empty() ? std::nullopt : std::optional(std::move(pruned));
+}
+
+}  // namespace
+
 std::optional<TrimNode> trim_of_fragment(const std::optional<TrimNode>& source, const SolidBody& body,
-                                         const std::vector<std::int32_t>& crack_sheets, float reach) {
-    if (body.cuts.empty() && crack_sheets.empty()) return source;
-    TrimNode tree{TrimNode::Op::all, 0, {source ? *source : TrimNode{}}, 0};
+                                         const std::vector<std::int32_t>& sheets, float reach) {
+    const auto first_crack = std::ranges::lower_bound(sheets, kFirstCrackSheet);
+    if (body.cuts.empty() && first_crack == sheets.end()) return source;
+    TrimNode tree{TrimNode::Op::all, 0, {}, 0};
+    const std::optional<TrimNode> own = over_sheets(source.value_or(TrimNode{}), sheets);
+    if (own) tree.parts.push_back(*own);
     for (const std::int32_t sheet : body.cuts) tree.parts.push_back(sheet_node(sheet));
-    for (std::size_t k = 0; k < crack_sheets.size(); ++k) {
-        const std::int32_t sheet = crack_sheets[k];
-        const bool both = k + 1 < crack_sheets.size() && crack_sheets[k + 1] / 2 == sheet / 2;
+    for (auto at = first_crack; at != sheets.end(); ++at) {
+        const std::int32_t sheet = *at;
+        const bool both = std::next(at) != sheets.end() && *std::next(at) / 2 == sheet / 2;
         TrimNode crack = sheet_node(sheet);
         if (both) crack = {TrimNode::Op::any, 0, {sheet_node(sheet), sheet_node(sheet + 1)}, 0};
         crack.reach = reach;
         tree.parts.push_back(std::move(crack));
-        k += both ? 1 : 0;
+        if (both) ++at;
     }
     return tree;
 }
 
-std::vector<std::vector<std::int32_t>> crack_sheets_of(const EmbeddedSurface& s, std::size_t bodies) {
+std::vector<std::vector<std::int32_t>> sheets_of(const EmbeddedSurface& s, std::size_t bodies) {
     std::vector<std::vector<std::int32_t>> sheets(bodies);
     for (std::size_t i = 0; i < s.size(); ++i) {
-        if (s.sheet[i] < kFirstCrackSheet) continue;
         auto& own = sheets[static_cast<std::size_t>(s.owner[i])];
         if (own.empty() || own.back() != s.sheet[i]) own.push_back(s.sheet[i]);
     }

@@ -65,13 +65,15 @@ void remove_element(Index element, const Matter& matter);
 void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter);
 
 /// The trim tree of a body: that of its scene body, behind every sheet it was cut along, and about cracks. None: all its
-/// surfels bound it. A crack with one face on the body trims it as a cut does, but only within `reach` of its surfels
-/// [m]. Of a crack that ends in the body both faces are there. The matter is then behind either:
+/// surfels bound it. `sheets` are those that the body has surfels of, ascending. Once it has split it may be without
+/// some of the scene body's: these bound nothing of it, and are left out. A crack with one face on the body trims it as
+/// a cut does, but only within `reach` of its surfels [m]. Of a crack that ends in the body both faces are there. The
+/// matter is then behind either:
 ///     source and cuts and (upper or lower)
 std::optional<TrimNode> trim_of_fragment(const std::optional<TrimNode>& source, const SolidBody& body,
-                                         const std::vector<std::int32_t>& crack_sheets, float reach);
+                                         const std::vector<std::int32_t>& sheets, float reach);
 
-/// The sheets of cracks on each body, ascending, by its index.
-std::vector<std::vector<std::int32_t>> crack_sheets_of(const EmbeddedSurface& surface, std::size_t bodies);
+/// The sheets that each body has surfels of, ascending, by its index.
+std::vector<std::vector<std::int32_t>> sheets_of(const EmbeddedSurface& surface, std::size_t bodies);
 
 }  // namespace thixo

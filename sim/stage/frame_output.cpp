@@ -92,7 +92,7 @@ std::vector<FrameBody> frame_bodies(const Simulation& sim) {
     for (const scene::Body& b : scene.bodies) add(b.name, b.material, -1);
     for (const scene::Emitter& e : scene.emitters) add(e.name, e.material, -1);
     std::vector<std::optional<TrimNode>> of_source(scene.bodies.size());
-    const std::vector<std::vector<std::int32_t>> crack_sheets = crack_sheets_of(sim.embedded, sim.solids.bodies.size());
+    const std::vector<std::vector<std::int32_t>> sheets = sheets_of(sim.embedded, sim.solids.bodies.size());
     for (std::size_t b = 0; b < sim.solids.bodies.size(); ++b) {
         const SolidBody& body = sim.solids.bodies[b];
         if (!body.shaped()) continue;
@@ -103,7 +103,7 @@ std::vector<FrameBody> frame_bodies(const Simulation& sim) {
             add(scene.bodies[source].name, scene.bodies[source].material, body.parent);
         if (body.skin == Skin::embedded)
             bodies[static_cast<std::size_t>(body.id)].trim =
-                trim_of_fragment(of_source[source], body, crack_sheets[b], reach_of_cracks(sim.solids, body));
+                trim_of_fragment(of_source[source], body, sheets[b], reach_of_cracks(sim.solids, body));
     }
     return bodies;
 }

@@ -200,6 +200,28 @@ TEST(Fragments, ASplitThatLeavesASideEmptyIsRefusedAndChangesNothing) {
     EXPECT_THROW(cut_body(0, left_half(), matter_of(without)), InputError);
 }
 
+bool names(const TrimNode& node, const std::vector<std::int32_t>& sheets) {
+    if (node.op == TrimNode::Op::sheet) return std::ranges::binary_search(sheets, node.sheet);
+    return std::ranges::all_of(node.parts, [&](const TrimNode& part) { return names(part, sheets); });
+}
+
+TEST(Fragments, AreTrimmedByNoSheetThatTheyHaveNoSurfelsOf) {
+    // A block has a sheet a face. Half of it has no surfel of the face at the other end, before which no place lies.
+    Simulation s = make_simulation(block_scene());
+    fixture::steps(s, 2, 1e-3);
+    cut_body(0, left_half(), matter_of(s));
+    refresh_surface(s);
+    evaluate(s);
+    const Frame frame = make_frame(s, {});
+    const auto sheets = sheets_of(s.embedded, 2);
+    ASSERT_EQ(frame.bodies.size(), 2u);
+    for (std::size_t b = 0; b < 2; ++b) {
+        EXPECT_EQ(sheets[b].size(), 6u) << "five faces and the cut";
+        ASSERT_TRUE(frame.bodies[b].trim.has_value());
+        EXPECT_TRUE(names(*frame.bodies[b].trim, sheets[b]));
+    }
+}
+
 TEST(Fragments, AnElementAddedInMidRunBelongsToItsBody) {
     scene::Scene scene = block_scene();
     scene.bodies[0].velocity = {1, 0, 0};

@@ -31,7 +31,9 @@ std::string refusal(const std::string& text) {
 }
 
 std::vector<std::string> lights_under(const std::string& scene, const std::string& look) {
-    const std::filesystem::path file = std::filesystem::temp_directory_path() / "thixo_lights_look.yaml";
+    // Tests run side by side: each has a file of its own.
+    const std::string test = testing::UnitTest::GetInstance()->current_test_info()->name();
+    const std::filesystem::path file = std::filesystem::temp_directory_path() / ("thixo_" + test + "_look.yaml");
     std::ofstream(file) << look;
     std::vector<std::string> names;
     for (const Light& l : overlay_look(parsed(scene).look, file.string()).lights) names.push_back(l.name);

@@ -15,8 +15,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <utility>
 
 #include "pipeline/base/error.h"
@@ -127,14 +129,33 @@ fs::file_time_type last_change(const fs::directory_entry& entry) {
     return newest;
 }
 
-/// Whether a process runs. A zombie does not: it has ended, and only its exit code has not been asked for.
-bool is_running(pid_t pid) {
+/// Seconds that a process has run, by the fields of its line in /proc after its name; none where they do not tell.
+std::optional<double> seconds_run(const std::string& fields) {
+    constexpr int kStart = 20;  // of the fields from the state on: when it began, in ticks since the system did
+    std::istringstream words(fields);
+    std::string word;
+    for (int k = 0; k < kStart; ++k)
+        if (!(words >> word)) return std::nullopt;
+    timespec now{};
+    const long ticks = ::sysconf(_SC_CLK_TCK);
+    if (ticks <= 0 || ::clock_gettime(CLOCK_BOOTTIME, &now) != 0) return std::nullopt;
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec) -
+           std::strtod(word.c_str(), nullptr) / static_cast<double>(ticks);
+}
+
+/// Whether the process that made a file of this age [s] runs. A zombie does not: it has ended, and only its exit code has
+/// not been asked for. Numbers are used again: a process that is younger than the file is another one.
+bool is_running(pid_t pid, double age) {
+    constexpr double kTick = 0.1;
     if (::kill(pid, 0) != 0 && errno == ESRCH) return false;
     std::ifstream file(fmt::format("/proc/{}/stat", pid));
     std::string line;
     if (!std::getline(file, line)) return true;  // no such file system: the number is all that is known
     const std::size_t name = line.rfind(')');
-    return name == line.npos || name + 2 >= line.size() || line[name + 2] != 'Z';
+    if (name == line.npos || name + 2 >= line.size()) return true;
+    if (line[name + 2] == 'Z') return false;
+    const std::optional<double> run = seconds_run(line.substr(name + 2));
+    return !run || *run > age - kTick;
 }
 
 /// Whether the process that made this temporary is gone. It is where its number on this host is free or now ours. Else
@@ -148,8 +169,9 @@ bool abandoned(const fs::directory_entry& entry) {
     const std::string host = fmt::format("-{}-", host_name());
     const bool here =
         std::string_view(end, static_cast<std::size_t>(name.data() + name.size() - end)).starts_with(host);
-    if (here && (pid == ::getpid() || !is_running(pid))) return true;
-    return fs::file_time_type::clock::now() - last_change(entry) > kAbandoned;
+    const auto age = fs::file_time_type::clock::now() - last_change(entry);
+    if (here && (pid == ::getpid() || !is_running(pid, std::chrono::duration<double>(age).count()))) return true;
+    return age > kAbandoned;
 }
 
 [[noreturn]] void cannot_read(const fs::path& path, int error) {

@@ -114,6 +114,25 @@ TEST(AtomicFile, ATemporaryOfAnEndedProcessIsRemovedEvenWhileNobodyAsksForItsExi
     ASSERT_EQ(::waitpid(child, nullptr, 0), child);
 }
 
+TEST(AtomicFile, ATemporaryIsRemovedWhereItsProcessIsAnotherOneByNow) {
+    const TemporaryFolder folder;
+    std::string name = temporary_path(folder.path(), "file").filename().string();
+    const pid_t child = ::fork();
+    if (child == 0) {
+        ::pause();
+        ::_exit(0);
+    }
+    const std::string own = std::to_string(::getpid());
+    name.replace(name.find(own), own.size(), std::to_string(child));
+    std::ofstream(folder / name) << "half";
+    EXPECT_EQ(remove_stale_temporaries(folder.path()), 0) << "its writer lives";
+    // Last changed before that process began: the number has been used again.
+    fs::last_write_time(folder / name, fs::file_time_type::clock::now() - std::chrono::minutes(1));
+    EXPECT_EQ(remove_stale_temporaries(folder.path()), 1);
+    ::kill(child, SIGKILL);
+    ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+}
+
 TEST(AtomicFile, TemporariesOfLivingProcessesAndOtherFilesStay) {
     const TemporaryFolder folder;
     char host[256] = {};

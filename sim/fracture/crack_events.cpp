@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sim/fracture/crack_parts.h"
 #include "sim/fracture/fronts.h"
 
 namespace thixo {
@@ -11,20 +12,9 @@ constexpr Real kOut = Real(0.3);    // rows: how far outside of the body an end 
 constexpr Real kOver = Real(0.15);  // rows: how far beyond another sheet an end stands
 constexpr Real kSnap = Real(1.5);   // rows: between two sheets nearer than this there is hardly an element
 
-bool belongs(const CrackFront& front, const Breaking& breaking, const Cracks& cracks) {
-    return cracks.cracks[static_cast<std::size_t>(front.crack)].source == breaking.source;
-}
-
 /// The normal of the sheet at node i of a front; zero where it has none.
 Vec3 sheet_normal(const CrackFront& front, std::size_t i) {
-    const std::size_t n = front.nodes.size();
-    const std::size_t next = i + 1 < n      ? i + 1
-                             : front.closed ? 0
-                                            : i,
-                      before = i > 0          ? i - 1
-                               : front.closed ? n - 1
-                                              : 0;
-    return front.nodes[i].heading.cross(front.nodes[next].tip() - front.nodes[before].tip()).normalized();
+    return front.nodes[i].heading.cross(between_neighbours(front, i)).normalized();
 }
 
 /// Whether a triangle is of the sheet just behind a node: it does not count as another sheet.
@@ -35,10 +25,7 @@ bool own_row(const Cracks& cracks, std::int32_t crack, Index triangle, Real row)
 
 /// Whether a node runs towards a triangle.
 bool is_ahead(const CrackNode& node, Index triangle, const Cracks& cracks) {
-    const CrackTriangles& t = cracks.triangles;
-    const Vec3 middle =
-        (cracks.vertex[t.a[triangle]] + cracks.vertex[t.b[triangle]] + cracks.vertex[t.c[triangle]]) / 3;
-    return (middle - node.place).dot(node.heading) > 0;
+    return (middle_of(cracks, triangle) - node.place).dot(node.heading) > 0;
 }
 
 /// The place `on`, or a little beyond it as seen from x.

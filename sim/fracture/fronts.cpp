@@ -6,23 +6,12 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "sim/fracture/crack_events.h"
+#include "sim/fracture/crack_parts.h"
 
 namespace thixo {
 namespace {
 
 constexpr std::uint64_t kOffset = 0x637261636b;  // use of random numbers
-
-bool belongs(const CrackFront& front, const Breaking& breaking, const Cracks& cracks) {
-    return cracks.cracks[static_cast<std::size_t>(front.crack)].source == breaking.source;
-}
-
-/// The tangent of a front at node i: along its neighbours, at an end along the one that is there.
-Vec3 tangent(const CrackFront& front, std::size_t i) {
-    const std::size_t n = front.nodes.size();
-    const std::size_t next = i + 1 < n ? i + 1 : front.closed ? 0 : i;
-    const std::size_t before = i > 0 ? i - 1 : front.closed ? n - 1 : 0;
-    return (front.nodes[next].tip() - front.nodes[before].tip()).normalized();
-}
 
 struct Motion {
     Vec3 direction{0, 0, 0};
@@ -35,7 +24,7 @@ Motion motion_of(const FrontStep& step, const CrackFront& front, std::size_t i) 
     const Breaking& breaking = step.matter.breaking();
     Motion motion{node.heading, 0};
     if (node.state == NodeState::met) return motion;
-    Vec3 along = tangent(front, i), probe = node.tip();
+    Vec3 along = between_neighbours(front, i).normalized(), probe = node.tip();
     if (node.state == NodeState::surface) {
         along = -breaking.outward(probe);
         probe += (breaking.distance(probe) + breaking.row / 2) * along;

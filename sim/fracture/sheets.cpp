@@ -6,6 +6,7 @@
 #include <map>
 
 #include "pipeline/base/parallel.h"
+#include "sim/fracture/crack_parts.h"
 
 namespace thixo {
 namespace {
@@ -80,9 +81,8 @@ std::vector<Index> stale_surfels(const Breaking& breaking, const Matter& matter)
     std::vector<Vec3> middles;
     for (Index k = 0; k < cracks.triangles.size(); ++k) {
         const CrackTriangles& t = cracks.triangles;
-        if (t.bound[k] == t.behind[k] || cracks.cracks[static_cast<std::size_t>(t.crack[k])].source != breaking.source)
-            continue;
-        middles.push_back((cracks.vertex[t.a[k]] + cracks.vertex[t.b[k]] + cracks.vertex[t.c[k]]) / 3);
+        if (t.bound[k] == t.behind[k] || source_of(cracks, k) != breaking.source) continue;
+        middles.push_back(middle_of(cracks, k));
     }
     PointGrid grid;
     const Real reach = Real(1.2) * breaking.support + 2 * breaking.row;
@@ -118,16 +118,13 @@ void lay_sheets(const CrackSight& sight, const Matter& matter) {
         if (!(breaking.surfel > 0) || !sight.matter_of(breaking.source)) continue;
         std::vector<Index> fresh;
         for (Index k = 0; k < cracks.triangles.size(); ++k)
-            if (!cracks.triangles.drawn[k] &&
-                cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[k])].source == breaking.source)
-                fresh.push_back(k);
+            if (!cracks.triangles.drawn[k] && source_of(cracks, k) == breaking.source) fresh.push_back(k);
         append_faces(sight, breaking, fresh, matter);
         for (const Index k : fresh) cracks.triangles.drawn[k] = 1;
         const std::vector<Index> stale = stale_surfels(breaking, matter);
         which.insert(which.end(), stale.begin(), stale.end());
         for (Index k = 0; k < cracks.triangles.size(); ++k)
-            if (cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[k])].source == breaking.source)
-                cracks.triangles.bound[k] = cracks.triangles.behind[k];
+            if (source_of(cracks, k) == breaking.source) cracks.triangles.bound[k] = cracks.triangles.behind[k];
     }
     if (which.empty()) return;
     std::ranges::sort(which);

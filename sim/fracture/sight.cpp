@@ -4,13 +4,13 @@
 #include <limits>
 
 #include "pipeline/base/parallel.h"
+#include "sim/fracture/crack_parts.h"
 
 namespace thixo {
 namespace {
 
 const Breaking& breaking_of(const std::vector<Breaking>& breaking, const Cracks& cracks, Index triangle) {
-    const Crack& crack = cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[triangle])];
-    return *std::ranges::find(breaking, crack.source, &Breaking::source);
+    return *std::ranges::find(breaking, source_of(cracks, triangle), &Breaking::source);
 }
 
 Real distance_to_segment(const Vec3& x, const Vec3& a, const Vec3& b) {
@@ -54,7 +54,7 @@ void follow_fronts(const std::vector<Breaking>& breaking, Cracks& cracks) {
         // Far behind: farther makes no difference, and a front that is left elsewhere brings nothing back.
         if (t.behind[k] >= 3 * opaque) return;
         const auto& front = edges[static_cast<std::size_t>(t.crack[k])];
-        const Vec3 middle = (cracks.vertex[t.a[k]] + cracks.vertex[t.b[k]] + cracks.vertex[t.c[k]]) / 3;
+        const Vec3 middle = middle_of(cracks, static_cast<Index>(k));
         Real nearest = kParted;
         for (const Edge& e : front) nearest = std::min(nearest, distance_to_segment(middle, e.a, e.b));
         t.behind[k] = std::max(t.behind[k], nearest);
@@ -64,8 +64,7 @@ void follow_fronts(const std::vector<Breaking>& breaking, Cracks& cracks) {
 void find_crossings(const CrackedMatter& matter, const Elements& e, Index first, Cracks& cracks) {
     std::vector<Index> rows;
     for (Index k = first; k < cracks.triangles.size(); ++k)
-        if (cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[k])].source == matter.breaking().source)
-            rows.push_back(k);
+        if (source_of(cracks, k) == matter.breaking().source) rows.push_back(k);
     if (rows.empty()) return;
     const CrackTree fresh(cracks, rows);
     const Vec3 reach = Vec3::Constant(matter.breaking().support);

@@ -41,11 +41,18 @@ double cpu_seconds() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-/// A copy of the state at each frame, updated again and again.
-void update_still(benchmark::State& state, Simulation s) {
+/// Gives a simulation that ran without a surface one, made in its present state.
+void begin_surface(Simulation& s) {
     s.problem.scene.surface.enabled = true;
+    s.particles.has.surface = true;
+    resize_table(s.particles, s.particles.size());
     s.particles.surface_position = s.particles.position;
     refresh_surface(s);
+}
+
+/// A copy of the state at each frame, updated again and again.
+void update_still(benchmark::State& state, Simulation s) {
+    begin_surface(s);
     s.problem.scene.surface.enabled = false;
     const scene::Surface& params = s.problem.scene.surface;
     double surfels = 0, cpu = 0;
@@ -69,8 +76,7 @@ void update_still(benchmark::State& state, Simulation s) {
 
 /// Advances frame by frame and counts the time of the surface alone.
 void update(benchmark::State& state, Simulation s) {
-    s.problem.scene.surface.enabled = true;
-    refresh_surface(s);
+    begin_surface(s);
     s.problem.scene.frames.fps = 48;
     s.clock.frame =
         static_cast<int>(std::ceil(s.clock.time * s.problem.scene.frames.fps)) + s.problem.scene.frames.first;

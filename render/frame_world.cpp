@@ -16,8 +16,18 @@ class Appearances {
 
     /// A new object that looks like the appearance of this name.
     Index add_object(const std::string& name) {
+        const Index outside = material_of(name);
+        const auto found = std::ranges::find(look_.appearances, name, &scene::Appearance::name);
+        const bool same = found == look_.appearances.end() || found->inside.empty();
+        world_.inside_of.push_back(same ? outside : material_of(found->inside));
+        world_.material_of.push_back(outside);
+        return Index(world_.material_of.size() - 1);
+    }
+
+  private:
+    Index material_of(const std::string& name) {
         const auto known = index_.find(name);
-        if (known != index_.end()) return add(known->second);
+        if (known != index_.end()) return known->second;
         const auto found = std::find_if(look_.appearances.begin(), look_.appearances.end(),
                                         [&](const auto& a) { return a.name == name; });
         scene::Appearance appearance;
@@ -30,14 +40,9 @@ class Appearances {
         index_[name] = Index(world_.materials.size());
         world_.materials.push_back(make_material(
             appearance, appearance.image.file.empty() ? nullptr : pictures_.textures.at(appearance.image.content)));
-        return add(index_[name]);
+        return index_[name];
     }
 
-  private:
-    Index add(Index material) {
-        world_.material_of.push_back(material);
-        return Index(world_.material_of.size() - 1);
-    }
     World& world_;
     const scene::Look& look_;
     const Pictures& pictures_;
@@ -99,6 +104,7 @@ void set_layers(SurfelSet& set, const PointSet& points, const std::vector<FrameB
             throw CacheError("surfels belong to body {}, which the frame does not list", pair.first);
         layer = std::uint32_t(set.object.size());
         set.object.push_back(object->second);
+        set.sheet.push_back(pair.second);
     }
     set.layer.resize(points.count);
     for (std::size_t i = 0; i < points.count; ++i) set.layer[i] = layers.at(key(i));

@@ -67,6 +67,8 @@ const std::array<Pass, kPassCount> kPasses{
         "motion", "XYZW", [](const FirstHit& h) -> PassValue { return h.motion.cast<double>(); }, 0, &Passes::motion),
     nearest(
         "body", "", [](const FirstHit& h) { return one(h.label ? h.label->body : -1); }, -1, &Passes::body),
+    nearest(
+        "sheet", "", [](const FirstHit& h) { return one(h.hit.sheet); }, -1, &Passes::sheet),
     of_pixel("CryptoObject00", "RGBA", false, &ranks<&Pixel::objects, 0>, &Passes::cryptomatte),
     of_pixel("CryptoObject01", "RGBA", false, &ranks<&Pixel::objects, 1>, &Passes::cryptomatte),
     of_pixel("CryptoObject02", "RGBA", false, &ranks<&Pixel::objects, 2>, &Passes::cryptomatte),

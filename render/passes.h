@@ -40,7 +40,7 @@ struct Pass {
     bool on(const scene::Passes& passes) const { return asked == nullptr || passes.*asked; }
 };
 
-inline constexpr std::size_t kPassCount = 16;
+inline constexpr std::size_t kPassCount = 17;
 extern const std::array<Pass, kPassCount> kPasses;
 
 /// What the samples of a pixel have come to so far.

@@ -64,7 +64,7 @@ class Path {
                 break;
             }
             s_.throughput = s_.throughput.cwiseProduct(absorb(world_, s_.interior, s_.ray, 0, hit.t));
-            const Material& material = world_.material(hit.object);
+            const Material& material = world_.material(hit);
             hit.footprint = (s_.travelled += hit.t) * world_.camera.pixel_angle();
             if (material.bump.amplitude > 0) hit.normal = bumped_normal(material.bump, hit);
             note_first(hit, material);
@@ -419,13 +419,13 @@ Vec3f transmittance(const World& world, Ray ray, Interior interior, bool& throug
     for (int surfaces = 0; surfaces < 64; ++surfaces) {
         Hit hit;
         const bool found = world.rays->intersect(ray, interior, hit);
-        if (found && !world.material(hit.object).dielectric()) return Vec3f::Zero();
+        if (found && !world.material(hit).dielectric()) return Vec3f::Zero();
         const float to = found ? hit.t : ray.tmax;
         left = left.cwiseProduct(absorb(world, interior, ray, from, to));
         if (!found) return left;
         const Interface interface = interface_at(world, interior, hit);
         if (interface.real) {
-            if (!world.settings.straight_shadows || !world.material(hit.object).clear()) return Vec3f::Zero();
+            if (!world.settings.straight_shadows || !world.material(hit).clear()) return Vec3f::Zero();
             through = true;
             left *= 1 - straight_reflectance(interface, hit, ray.direction);
         }

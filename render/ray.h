@@ -66,6 +66,7 @@ struct Hit {
     Vec3f normal{0, 0, 1};     // for shading, unit, outward of the object
     Vec3f geometric{0, 0, 1};  // of the surface itself, unit, outward; tells the side
     Index object = kNone;      // index of the object in the scene
+    std::int32_t sheet = -1;   // of the surfels; -1: a mesh
     bool entering = true;      // the ray goes from outside to inside
     bool blended = false;      // on surfels, not on a mesh
     float offset = 0;          // rays that bounce off start this far from the surface [m]

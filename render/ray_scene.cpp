@@ -177,6 +177,7 @@ void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const 
     hit.t = found.t;
     hit.position = ray.origin + found.t * ray.direction;
     hit.object = surfels.object[found.layer];
+    hit.sheet = surfels.sheet.empty() ? 0 : surfels.sheet[found.layer];
     hit.entering = !interior.contains(hit.object);
     // At silhouettes the fitted normal may lean to the other side by its error; the side of the ray decides.
     constexpr float grazing = 1e-3f;
@@ -238,6 +239,7 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
         if (smooth.dot(hit.geometric) > 0) hit.normal = smooth.normalized();
     }
     hit.object = object.object;
+    hit.sheet = -1;
     hit.entering = hit.geometric.dot(ray.direction) < 0;
     hit.blended = false;
     hit.rounding = hit.offset = rounding(hit.position);

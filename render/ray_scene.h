@@ -18,6 +18,7 @@ struct SurfelSet {
     SurfelCloud cloud;
     std::vector<std::uint32_t> layer;           // per surfel: only surfels of one layer blend
     std::vector<Index> object;                  // per layer: the object it bounds
+    std::vector<std::int32_t> sheet;            // per layer: which sheet of the object; none: 0
     std::vector<std::optional<TrimNode>> trim;  // per object, or none: over its layers
     std::vector<Vec3f> rest, velocity;
     std::vector<float> temperature;

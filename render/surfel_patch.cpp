@@ -107,7 +107,8 @@ bool prepare(std::span<const SurfelBlock> blocks, const Vec3f& reference, float 
         patch.surfels += std::popcount(patch.taking_part[i]);
     }
     patch.radius = packed_sum(heights) / (kHeight * float(patch.surfels));
-    const Vec3f mean = Vec3f(packed_sum(normal[0]), packed_sum(normal[1]), packed_sum(normal[2])).normalized() / kNearMean;
+    const Vec3f mean =
+        Vec3f(packed_sum(normal[0]), packed_sum(normal[1]), packed_sum(normal[2])).normalized() / kNearMean;
     for (int i = 0; i < patch.count; ++i) {
         const FloatLanes(&n)[3] = patch.lanes[i].n;
         const FloatLanes cosine = multiply_add(n[0], float_lanes(mean.x()),

@@ -39,6 +39,7 @@ struct Neighbours {
 struct World {
     std::unique_ptr<RayScene> rays;
     std::vector<Index> material_of;  // by object
+    std::vector<Index> inside_of;    // by object: the material that cracks lay open
     std::vector<Material> materials;
     std::vector<Light> lights;
     LightGroups light_groups;
@@ -52,6 +53,10 @@ struct World {
     Neighbours neighbours;            // where motion is asked for
 
     const Material& material(Index object) const { return materials[material_of[object]]; }
+    /// Of the surface that was hit.
+    const Material& material(const Hit& hit) const {
+        return materials[(hit.sheet < kFirstCrackSheet ? material_of : inside_of)[hit.object]];
+    }
     /// Of an object that a ray can be inside of.
     const Dielectric& medium(Index object) const { return std::get<Dielectric>(material(object).surface); }
 };

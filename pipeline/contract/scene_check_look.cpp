@@ -50,6 +50,11 @@ void check_look(const Look& look, ReadContext& context) {
                       "an image takes the place of \"colour\": it goes with neither \"checker\" nor \"colour_by\"");
         check.require(a.image.file.empty() || a.type != AppearanceType::dielectric, path + ".image",
                       "a dielectric has no colour that an image could give; its colour is \"absorption\"");
+        for (const Appearance& inside : look.appearances)
+            check.require(a.inside != inside.name ||
+                              (a.type == AppearanceType::dielectric) == (inside.type == AppearanceType::dielectric),
+                          path + ".inside", "one side of a crack lets light through and the other does not",
+                          "make both a dielectric, or none");
     }
     for (const Light& l : look.lights) {
         check.require(l.group.empty() || is_name(l.group), "look.lights." + l.name + ".group",

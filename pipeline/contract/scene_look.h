@@ -158,6 +158,7 @@ struct Appearance {
     ColourBy colour_by = ColourBy::none;
     std::vector<ColourStop> colour_map;
     ImageTexture image;
+    std::string inside;  // appearance of fresh faces of cracks; empty: this one
     Bumps bumps;
     double roughness = 0;  // GGX alpha; 0: smooth
     double ior = 1.5;
@@ -178,6 +179,8 @@ void visit(V& v, Appearance& a) {
     v.key("colour_by", a.colour_by, "", any(), "attribute that `colour_map` colours by; none: `colour` is taken");
     v.list("colour_map", a.colour_map, "colours of the values of `colour_by`");
     v.block("image", a.image, "picture in place of `colour`");
+    v.reference("inside", a.inside, Refers::appearance, any(),
+                "appearance of what a crack lays open; left out: the same as outside");
     v.block("bumps", a.bumps, "fractal noise in the material that roughens the look of the surface");
     v.key("roughness", a.roughness, "1", between(0, 1), "GGX alpha; 0: smooth");
     v.key("ior", a.ior, "1", between(1, 4), "index of refraction of plastic and dielectric; water 1.33, glass 1.5");
@@ -193,7 +196,7 @@ struct Words<ViewTransform> {
 };
 /// Passes that are written only where they are asked for: they cost time or much room.
 struct Passes {
-    bool position = false, motion = false, body = false, cryptomatte = false, lights = false;
+    bool position = false, motion = false, body = false, sheet = false, cryptomatte = false, lights = false;
 };
 template <class V>
 void visit(V& v, Passes& p) {
@@ -202,6 +205,9 @@ void visit(V& v, Passes& p) {
           "true: motion.X/Y, the way to the next frame in pixels to the right and up, and motion.Z/W, that to the "
           "frame before");
     v.key("body", p.body, "", any(), "true: body, the id of the body in the cache; -1 where there is none");
+    v.key("sheet", p.sheet, "", any(),
+          "true: sheet, the number of the face of the body; of cracks from 1048576 on; -1 on meshes and where there is "
+          "none");
     v.key("cryptomatte", p.cryptomatte, "", any(),
           "true: CryptoObject and CryptoMaterial, mattes by the names of bodies and boundaries and of appearances");
     v.key("lights", p.lights, "", any(),

@@ -1,9 +1,13 @@
 // Which parts of a body's sheets bound it: a boolean tree over them (dissertation 5.6.3; Wicke et al. 2004).
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 namespace thixo {
+
+/// Surfels' attribute `sheet`: from here on they are faces of cracks. No shape has as many sheets.
+inline constexpr std::int32_t kFirstCrackSheet = 1 << 20;
 
 /// A sheet stands for the half of space behind it, where its signed distance is negative. The operators:
 ///

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
 #include "sim/fracture/fronts.h"
 #include "sim/fracture/sheets.h"
 #include "sim/fracture/sight.h"
+#include "sim/solid/laws.h"
 #include "sim/space/scene_shapes.h"
 
 namespace thixo {
@@ -17,12 +19,12 @@ constexpr std::uint64_t kScatter = 0x73636174746572;  // use of random numbers
 
 void see_matter(const Solids& solids, CrackScratch& scratch) {
     if (!scratch.matter.empty() && scratch.triangles == solids.cracks.triangles.size() &&
-        scratch.elements == solids.elements.size())
+        scratch.elements == solids.elements.id)
         return;
     scratch.matter.clear();
     for (const Breaking& breaking : solids.breaking) scratch.matter.emplace_back(solids, breaking);
     scratch.triangles = solids.cracks.triangles.size();
-    scratch.elements = solids.elements.size();
+    scratch.elements = solids.elements.id;
 }
 
 /// Parts bonds across the sheets as far as fronts have gone.
@@ -56,6 +58,13 @@ std::size_t make_fragments(const Matter& matter) {
         matter);
 }
 
+/// The step in which a load that grows as it did in the last one stays below a strength [s].
+double step_to_the_strength(double before, double now, double dt) {
+    constexpr double kWatched = 0.5, kReached = 0.75;
+    const double growth = (now - before) / dt;
+    return now < kWatched && growth > 0 ? (kReached - now) / growth : 1e30;
+}
+
 double longest_step(const Breaking& breaking, Real fastest, Real load) {
     constexpr Real kWatched = Real(0.5);
     double longest = 1e30;
@@ -70,9 +79,10 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
     Solids& solids = matter.solids;
     Cracks& cracks = solids.cracks;
     CrackReport report;
-    cracks.step = 1e30;
     if (solids.breaking.empty()) return report;
     find_stress(solids, scratch.stress);
+    const double loaded = std::exchange(cracks.load, largest_load(solids.elements, scratch.stress));
+    cracks.step = step_to_the_strength(loaded, cracks.load, dt);
     find_tension(solids.elements, scratch.stress, scratch.tension);
     see_matter(solids, scratch);
     const auto first = static_cast<Index>(cracks.triangles.size());
@@ -83,10 +93,7 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
         const FrontStep now{own, scratch.stress, scratch.tension, gaps, dt};
         const Real load = begin_cracks(now, matter.seed, step, solids.elements, cracks);
         const Real fastest = move_fronts(now, cracks);
-        if (row_is_due(own.breaking(), cracks)) {
-            lay_rows(own, cracks);
-            ++report.rows;
-        }
+        if (row_is_due(own.breaking(), cracks)) lay_rows(own, cracks);
         cracks.step = std::min(cracks.step, longest_step(own.breaking(), fastest, load));
     }
     report.begun = cracks.cracks.size() - before;
@@ -99,19 +106,28 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
     return report;
 }
 
-void make_breaking(const scene::Scene& scene, const EmbeddedSurface& surface, Solids& solids) {
+void make_breaking(const scene::Scene& scene, const Materials& materials, const EmbeddedSurface& surface,
+                   Solids& solids) {
     Elements& e = solids.elements;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
-        const scene::Material& material = scene.materials[static_cast<std::size_t>(body.material)];
+        const ResolvedMaterial& material = materials[static_cast<std::size_t>(body.material)];
         const scene::Fracture& keys = material.fracture;
         if (!keys.any() || !body.shaped()) continue;
         if (!e.breaks) {
             e.breaks = true;
             e.strength.assign(e.size(), kUnbreakable);
         }
-        const double speed =
-            keys.speed > 0 ? keys.speed : 0.25 * std::sqrt(material.elastic.youngs_modulus / material.density);
+        const double speed = keys.speed > 0 ? keys.speed
+                                            : 0.25 * std::sqrt(material.elastic.front().elastic.youngs_modulus /
+                                                               static_cast<double>(material.density));
+        // The first step has none before it to foresee the load by: what stretches is watched from the start.
+        const scene::Body& own = scene.bodies[static_cast<std::size_t>(body.source)];
+        const Mat3d flow = own.velocity_gradient.matrix();
+        const double stretching = (flow + flow.transpose()).norm() / 2;
+        const double modulus = static_cast<double>(law_at(material, 0).wave_modulus());
+        if (stretching > 0)
+            solids.cracks.step = std::min(solids.cracks.step, keys.strength / (4 * modulus * stretching));
         const Real h = e.support[body.typical], width = std::cbrt(e.volume[body.typical]);
         const auto surfel = std::ranges::find(surface.owner, static_cast<std::int32_t>(b));
         const Real radius = surfel == surface.owner.end()

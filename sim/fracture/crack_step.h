@@ -6,12 +6,13 @@
 
 #include "sim/fracture/fragments.h"
 #include "sim/fracture/tension.h"
+#include "sim/state/materials.h"
 
 namespace thixo {
 
 /// What a step did, for stats.jsonl.
 struct CrackReport {
-    std::size_t begun = 0, rows = 0, fragments = 0;
+    std::size_t begun = 0, fragments = 0;
 };
 
 /// Scratch. The matter of each scene body as its cracks see it is kept from step to step. It is made anew where sheets
@@ -20,7 +21,9 @@ struct CrackScratch {
     std::vector<Symmetric> stress;
     std::vector<Tension> tension;
     std::vector<CrackedMatter> matter;
-    std::size_t triangles = 0, elements = 0;  // when it was made
+    // When it was made.
+    std::size_t triangles = 0;
+    std::vector<std::int64_t> elements;  // ids
 };
 
 /// Advances the cracks by dt [s]. Requires stresses of the present time: it follows write_particles. Sets Cracks::step,
@@ -30,6 +33,7 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
 
 /// How every scene body breaks that can, and the strength of each element. Requires the bodies' elements; surfels too,
 /// where the scene has them. Throws InputError.
-void make_breaking(const scene::Scene& scene, const EmbeddedSurface& surface, Solids& solids);
+void make_breaking(const scene::Scene& scene, const Materials& materials, const EmbeddedSurface& surface,
+                   Solids& solids);
 
 }  // namespace thixo

@@ -9,8 +9,10 @@ namespace thixo {
 CrackTree::CrackTree(const Cracks& cracks, std::span<const Index> triangles) {
     const CrackTriangles& t = cracks.triangles;
     faces_.reserve(triangles.size());
-    for (const Index k : triangles)
-        faces_.push_back({cracks.vertex[t.a[k]], cracks.vertex[t.b[k]], cracks.vertex[t.c[k]], k});
+    for (const Index k : triangles) {
+        const Vec3 &a = cracks.vertex[t.a[k]], &b = cracks.vertex[t.b[k]], &c = cracks.vertex[t.c[k]];
+        faces_.push_back({a, b, c, (b - a).cross(c - a).normalized(), std::max((b - a).norm(), (c - a).norm()), k});
+    }
     if (!faces_.empty()) split(0, static_cast<Index>(faces_.size()));
 }
 
@@ -38,6 +40,9 @@ void CrackTree::split(Index begin, Index end) {
 
 /// Moeller & Trumbore 1997. Edges belong to the triangle, by a part in 10^6: no segment slips through between two.
 std::optional<Vec3> CrackTree::crossing(const Face& face, const Vec3& a, const Vec3& b) {
+    // Both ends clearly on one side: no crossing. Rounding of the distances to the plane is far below this.
+    const Real clear = Real(1e-4) * face.size, at_a = face.normal.dot(a - face.a), at_b = face.normal.dot(b - face.a);
+    if ((at_a > clear && at_b > clear) || (at_a < -clear && at_b < -clear)) return std::nullopt;
     constexpr double kEdge = 1e-6;
     const Vec3d o = face.a.cast<double>(), e1 = face.b.cast<double>() - o, e2 = face.c.cast<double>() - o;
     const Vec3d d = (b - a).cast<double>(), p = d.cross(e2);
@@ -52,22 +57,56 @@ std::optional<Vec3> CrackTree::crossing(const Face& face, const Vec3& a, const V
     return (a.cast<double>() + t * d).cast<Real>();
 }
 
-bool CrackTree::meets(const Node& node, const Vec3& a, const Vec3& b) {
+bool CrackTree::meets(const Node& node, const Segment& s) {
     // Slabs; a box of no thickness is met where the segment passes through it.
     Real from = 0, to = 1;
     for (int k = 0; k < 3; ++k) {
-        const Real d = b[k] - a[k], pad = Real(1e-5) * (std::abs(d) + node.upper[k] - node.lower[k]);
-        const Real low = node.lower[k] - pad - a[k], high = node.upper[k] + pad - a[k];
+        const Real d = s.way[k], pad = Real(1e-5) * (std::abs(d) + node.upper[k] - node.lower[k]);
+        const Real low = node.lower[k] - pad - s.from[k], high = node.upper[k] + pad - s.from[k];
         if (d == 0) {
             if (low > 0 || high < 0) return false;
             continue;
         }
-        const Real near = (d > 0 ? low : high) / d, far = (d > 0 ? high : low) / d;
+        const Real near = (d > 0 ? low : high) * s.inverse[k], far = (d > 0 ? high : low) * s.inverse[k];
         from = std::max(from, near);
         to = std::min(to, far);
         if (from > to) return false;
     }
     return true;
+}
+
+std::optional<CrackTree> CrackTree::about(const Vec3& x, Real reach, std::size_t most) const {
+    CrackTree part;
+    if (nodes_.empty()) return part;
+    const auto far = [&](const Vec3& lower, const Vec3& upper) {
+        return ((lower - x).cwiseMax(x - upper).array() >= reach).any();
+    };
+    Node leaf{nodes_.front().upper, nodes_.front().lower, 0, 0};
+    std::array<Index, 64> stack;
+    std::size_t depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+        const Index at = stack[--depth];
+        const Node& node = nodes_[at];
+        if (far(node.lower, node.upper)) continue;
+        if (node.right != 0) {
+            stack[depth++] = node.right;
+            stack[depth++] = at + 1;
+            continue;
+        }
+        for (Index k = node.begin; k < node.end; ++k) {
+            const Face& f = faces_[k];
+            const Vec3 lower = f.a.cwiseMin(f.b).cwiseMin(f.c), upper = f.a.cwiseMax(f.b).cwiseMax(f.c);
+            if (far(lower, upper)) continue;
+            if (part.faces_.size() == most) return std::nullopt;
+            part.faces_.push_back(f);
+            leaf.lower = leaf.lower.cwiseMin(lower);
+            leaf.upper = leaf.upper.cwiseMax(upper);
+        }
+    }
+    leaf.end = static_cast<Index>(part.faces_.size());
+    if (leaf.end > 0) part.nodes_.push_back(leaf);
+    return part;
 }
 
 std::optional<CrackTree::Near> CrackTree::nearest(const Vec3& x, Real reach,

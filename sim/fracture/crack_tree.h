@@ -30,6 +30,9 @@ class CrackTree {
         Real distance;
     };
     std::optional<Near> nearest(const Vec3& x, Real reach, const std::function<bool(Index)>& accepted) const;
+    /// The triangles that may come closer to x than `reach` [m], for many short segments about one place. None where
+    /// there are more than `most`: the whole hierarchy is faster then.
+    std::optional<CrackTree> about(const Vec3& x, Real reach, std::size_t most) const;
     /// The box about all triangles [m].
     const Vec3& lower() const { return nodes_.front().lower; }
     const Vec3& upper() const { return nodes_.front().upper; }
@@ -38,6 +41,8 @@ class CrackTree {
     static constexpr std::size_t kLeaf = 4;  // triangles
     struct Face {
         Vec3 a, b, c;
+        Vec3 normal;  // unit
+        Real size;    // of its longer edge at a [m]
         Index row;
     };
     struct Node {
@@ -47,7 +52,10 @@ class CrackTree {
     };
     void split(Index begin, Index end);
     static std::optional<Vec3> crossing(const Face& face, const Vec3& a, const Vec3& b);
-    static bool meets(const Node& node, const Vec3& a, const Vec3& b);
+    struct Segment {
+        Vec3 from, way, inverse;  // of the way's components; any number where one is 0
+    };
+    static bool meets(const Node& node, const Segment& segment);
 
     std::vector<Face> faces_;
     std::vector<Node> nodes_;
@@ -56,13 +64,15 @@ class CrackTree {
 template <class F>
 void CrackTree::for_each_crossing(const Vec3& a, const Vec3& b, F&& f) const {
     if (nodes_.empty()) return;
+    const Vec3 way = b - a;
+    const Segment segment{a, way, way.cwiseInverse()};
     std::array<Index, 64> stack;  // a median tree of 2^32 faces is no deeper
     std::size_t depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
         const Index at = stack[--depth];
         const Node& node = nodes_[at];
-        if (!meets(node, a, b)) continue;
+        if (!meets(node, segment)) continue;
         if (node.right != 0) {
             stack[depth++] = node.right;
             stack[depth++] = at + 1;

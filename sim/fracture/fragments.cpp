@@ -1,6 +1,7 @@
 #include "sim/fracture/fragments.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 
 #include "pipeline/base/error.h"
@@ -71,14 +72,6 @@ void move_matter(std::size_t from, std::size_t to, const std::function<bool(cons
     move_matter(
         from, to, [&](Index i) { return goes(xyz(matter.solids.elements.rest[i])); },
         [&](Index i) { return goes(matter.embedded.rest.position[i]); }, matter);
-}
-
-/// Ends bonds at a split. None of these bodies has the scene's shape any more.
-void part(const std::vector<std::uint8_t>& bodies, const Matter& matter) {
-    part_bonds(matter.solids.elements);
-    for (std::size_t b = 0; b < bodies.size(); ++b)
-        if (bodies[b]) matter.solids.bodies[b].scene_shape = false;
-    bind_matter(bodies, matter);
 }
 
 /// The surfels of a face, turned round for the body on its other side.
@@ -172,15 +165,27 @@ void select_matter(const std::vector<Index>& rows, const Matter& matter) {
 
 }  // namespace
 
-void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter) {
+namespace {
+
+void bind_to(const std::vector<std::uint8_t>& bodies, const std::vector<Index>* surfels, const Matter& matter) {
     Solids& solids = matter.solids;
     EmbeddedSurface& s = matter.embedded;
     const CrackSight sight(solids);
-    if (s.size() > 0) bind_surfels(solids, bodies, s, element_sight(sight));
+    for (std::size_t b = 0; b < solids.bodies.size(); ++b)
+        if (bodies[b] && !solids.bodies[b].empty())
+            choose_examples(solids.elements, matter.smoothing, solids.bodies[b]);
+    if (s.size() > 0 && surfels) {
+        s.grid.resize(solids.bodies.size());
+        s.trim.resize(solids.bodies.size());
+        for (std::size_t b = 0; b < solids.bodies.size(); ++b)
+            if (bodies[b]) s.grid[b] = {};
+        bind_some_surfels(solids, *surfels, s, element_sight(sight));
+    } else if (s.size() > 0) {
+        bind_surfels(solids, bodies, s, element_sight(sight));
+    }
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         SolidBody& body = solids.bodies[b];
         if (!bodies[b] || body.empty()) continue;
-        choose_examples(solids.elements, matter.smoothing, body);
         if (!body.scene_shape) body.shape = shape_of_surfels(s, body, static_cast<std::int32_t>(b));
     }
     // A lone body meets nothing and has no samples. At its first split all bodies without samples get some.
@@ -191,6 +196,60 @@ void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter) 
     const ContactSamples before = sample_bodies(sampled, matter.seed, solids);
     forget_nodes(sampled, before, solids.contacts);
 }
+
+/// The surfels of these bodies that elements of another of them might move, or that have no weights yet, ascending.
+/// After a split these alone are bound anew.
+std::vector<Index> surfels_at_splits(const std::vector<std::uint8_t>& bodies, const Matter& matter) {
+    const Solids& solids = matter.solids;
+    const EmbeddedSurface& s = matter.embedded;
+    const auto marked = [&](std::size_t i) { return bodies[static_cast<std::size_t>(s.owner[i])] != 0; };
+    const auto reach = [&](std::size_t i) {
+        return s.support[i] + std::max(s.rest.axis1[i].norm(), s.rest.axis2[i].norm());
+    };
+    std::map<std::int32_t, std::vector<Index>> elements;  // by the frame that they share
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        if (!bodies[b]) continue;
+        auto& own = elements[solids.bodies[b].source];
+        own.insert(own.end(), solids.bodies[b].elements.begin(), solids.bodies[b].elements.end());
+    }
+    std::vector<std::uint8_t> found(s.size(), 0);
+    for (const auto& [source, members] : elements) {
+        Real widest = 0;
+        for (std::size_t i = 0; i < s.size(); ++i)
+            if (marked(i)) widest = std::max(widest, reach(i));
+        std::vector<Vec3> place;
+        for (const Index i : members) place.push_back(xyz(solids.elements.rest[i]));
+        PointGrid grid;
+        grid.build(place, widest);
+        parallel_for(s.size(), [&](std::size_t i) {
+            if (!marked(i) || solids.bodies[static_cast<std::size_t>(s.owner[i])].source != source) return;
+            found[i] = s.begin[i] == s.begin[i + 1];
+            grid.for_each_neighbour(s.rest.position[i], reach(i), [&](Index k, Real) {
+                if (solids.elements.owner[members[k]] != s.owner[i]) found[i] = 1;
+            });
+        });
+    }
+    std::vector<Index> rows;
+    for (Index i = 0; i < s.size(); ++i)
+        if (found[i]) rows.push_back(i);
+    return rows;
+}
+
+/// Ends bonds at a split. None of these bodies has the scene's shape any more.
+void part(const std::vector<std::uint8_t>& bodies, const Matter& matter) {
+    Solids& solids = matter.solids;
+    part_bonds(solids.elements);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (bodies[b]) solids.bodies[b].scene_shape = false;
+    // Elements of several sizes: the width of a body's surfels' weights follows from all of its elements.
+    const bool alike = !matter.particles.has.spacing && solids.elements.breaks;
+    const std::vector<Index> some = alike ? surfels_at_splits(bodies, matter) : std::vector<Index>();
+    bind_to(bodies, alike ? &some : nullptr, matter);
+}
+
+}  // namespace
+
+void bind_matter(const std::vector<std::uint8_t>& bodies, const Matter& matter) { bind_to(bodies, nullptr, matter); }
 
 std::size_t split_body(std::size_t b, const std::function<bool(const Vec3&)>& goes, const Matter& matter) {
     refuse_empty_side(b, goes, matter.solids);
@@ -224,9 +283,14 @@ std::size_t part_fragments(const std::vector<std::uint8_t>& bodies, const std::f
         std::vector<std::size_t> piece(solids.elements.size(), 0);
         for (std::size_t k = 0; k < elements.size(); ++k) piece[elements[k]] = number[k];
         std::vector<std::size_t> of_surfel(matter.embedded.size(), 0);
+        // Elements that move a surfel are seen by it. Where they are of several pieces it goes with the nearest.
+        const EmbeddedSurface& s = matter.embedded;
         parallel_for(of_surfel.size(), [&](std::size_t i) {
-            if (matter.embedded.owner[i] == static_cast<std::int32_t>(b))
-                of_surfel[i] = piece[nearest(static_cast<Index>(i))];
+            if (s.owner[i] != static_cast<std::int32_t>(b)) return;
+            bool one = s.begin[i] < s.begin[i + 1];
+            for (std::size_t k = s.begin[i]; one && k < s.begin[i + 1]; ++k)
+                one = piece[s.weight[k].element] == piece[s.weight[s.begin[i]].element];
+            of_surfel[i] = piece[one ? s.weight[s.begin[i]].element : nearest(static_cast<Index>(i))];
         });
         for (std::size_t k = 1; k < count; ++k) {
             const std::size_t to = append_fragment(b, solids);

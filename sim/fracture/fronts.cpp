@@ -131,30 +131,28 @@ std::size_t begin_crack(const Vec3& m, const Vec3& axis, const Breaking& breakin
     const bool at_surface = depth < breaking.width && in.norm() > Real(0.5);
     in = at_surface || in.norm() > Real(0.1) ? Vec3(in.normalized()) : Vec3(axis.unitOrthogonal());
     const Vec3 side = axis.cross(in);
+    CrackFront front;
     if (at_surface) {
         // To the surface, within the plane of the crack.
         const Vec3 top = m - depth / std::max(in.dot(inward), Real(0.5)) * in;
         const auto end = [&](Real way) { return at_end_level(breaking, axis, top + way * side); };
-        CrackFront front = new_front(
+        front = new_front(
             crack, false,
             {{end(row), NodeState::surface}, {top + row * in, NodeState::inside}, {end(-row), NodeState::surface}}, top,
             cracks);
         front.nodes[0].heading = side;
         front.nodes[2].heading = -side;
-        const Index v = front.nodes[0].vertex;
-        add_triangle(crack, {v, v + 2, v + 1}, -side, in, cracks);
-        cracks.fronts.push_back(std::move(front));
     } else {
         std::vector<std::pair<Vec3, NodeState>> nodes;
         for (int k = 0; k < 3; ++k) {
             const Real angle = static_cast<Real>(2 * kPi * k / 3);
             nodes.emplace_back(m + row / 2 * (std::cos(angle) * in + std::sin(angle) * side), NodeState::inside);
         }
-        CrackFront front = new_front(crack, true, nodes, m, cracks);
-        const Index v = front.nodes[0].vertex;
-        add_triangle(crack, {v, v + 2, v + 1}, side, in, cracks);
-        cracks.fronts.push_back(std::move(front));
+        front = new_front(crack, true, nodes, m, cracks);
     }
+    const Index v = front.nodes[0].vertex;
+    add_triangle(crack, {v, v + 2, v + 1}, at_surface ? Vec3(-side) : side, in, cracks);
+    cracks.fronts.push_back(std::move(front));
     return static_cast<std::size_t>(crack);
 }
 

@@ -73,47 +73,39 @@ void append_faces(const CrackSight& sight, const Breaking& breaking, const std::
     }
 }
 
-/// The surfels that a front has passed since they were bound, and those without weights, ascending.
-std::vector<Index> stale_surfels(const Breaking& breaking, const Matter& matter) {
-    const Solids& solids = matter.solids;
-    const Cracks& cracks = solids.cracks;
-    const EmbeddedSurface& s = matter.embedded;
-    std::vector<Vec3> middles;
-    for (Index k = 0; k < cracks.triangles.size(); ++k) {
-        const CrackTriangles& t = cracks.triangles;
-        if (t.bound[k] == t.behind[k] || source_of(cracks, k) != breaking.source) continue;
-        middles.push_back(middle_of(cracks, k));
-    }
-    PointGrid grid;
-    const Real reach = Real(1.2) * breaking.support + 2 * breaking.row;
-    grid.build(middles, reach);
-    std::vector<std::uint8_t> stale(s.size(), 0);
-    parallel_for(s.size(), [&](std::size_t i) {
-        if (solids.bodies[static_cast<std::size_t>(s.owner[i])].source != breaking.source) return;
-        stale[i] = s.begin[i] == s.begin[i + 1];
-        if (!middles.empty()) grid.for_each_neighbour(s.rest.position[i], reach, [&](Index, Real) { stale[i] = 1; });
-    });
-    std::vector<Index> rows;
-    for (Index i = 0; i < s.size(); ++i)
-        if (stale[i]) rows.push_back(i);
-    return rows;
-}
-
 }  // namespace
 
 ElementSight element_sight(const CrackSight& sight) {
     if (sight.empty()) return {};
-    return {[&sight](std::int32_t source, const Vec3& m, Real reach) {
-                const CrackedMatter* matter = sight.matter_of(source);
-                return matter && matter->sheets().nearest(m, reach, [](Index) { return true; }).has_value();
-            },
-            [&sight](const Vec3& m, const Vec3& normal, Index element) { return sight(m, normal, element); }};
+    return [&sight](const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,
+                    std::vector<Real>& share) { return sight.shares(m, normal, reach, elements, share); };
 }
 
-void lay_sheets(const CrackSight& sight, const Matter& matter) {
+namespace {
+
+/// Marks surfels that a front has passed since they were bound. A triangle that is opaque stays so.
+void mark_passed(const Breaking& breaking, const Matter& matter, std::vector<std::uint8_t>& marks) {
+    const Solids& solids = matter.solids;
+    const CrackTriangles& t = solids.cracks.triangles;
+    const EmbeddedSurface& s = matter.embedded;
+    std::vector<Vec3> middles;
+    for (Index k = 0; k < t.size(); ++k)
+        if (source_of(solids.cracks, k) == breaking.source &&
+            std::min(t.bound[k], breaking.opaque) != std::min(t.behind[k], breaking.opaque))
+            middles.push_back(middle_of(solids.cracks, k));
+    if (middles.empty()) return;
+    PointGrid grid;
+    const Real reach = Real(1.2) * breaking.support + 2 * breaking.row;
+    grid.build(middles, reach);
+    parallel_for(s.size(), [&](std::size_t i) {
+        if (solids.bodies[static_cast<std::size_t>(s.owner[i])].source != breaking.source) return;
+        grid.for_each_neighbour(s.rest.position[i], reach, [&](Index, Real) { marks[i] = 1; });
+    });
+}
+
+/// Lays faces on all triangles that have none.
+void lay_faces(const CrackSight& sight, const Matter& matter) {
     Cracks& cracks = matter.solids.cracks;
-    if (matter.embedded.size() == 0) return;
-    std::vector<Index> which;
     for (const Breaking& breaking : matter.solids.breaking) {
         if (!(breaking.surfel > 0) || !sight.matter_of(breaking.source)) continue;
         std::vector<Index> fresh;
@@ -121,14 +113,37 @@ void lay_sheets(const CrackSight& sight, const Matter& matter) {
             if (!cracks.triangles.drawn[k] && source_of(cracks, k) == breaking.source) fresh.push_back(k);
         append_faces(sight, breaking, fresh, matter);
         for (const Index k : fresh) cracks.triangles.drawn[k] = 1;
-        const std::vector<Index> stale = stale_surfels(breaking, matter);
-        which.insert(which.end(), stale.begin(), stale.end());
-        for (Index k = 0; k < cracks.triangles.size(); ++k)
-            if (source_of(cracks, k) == breaking.source) cracks.triangles.bound[k] = cracks.triangles.behind[k];
     }
-    if (which.empty()) return;
-    std::ranges::sort(which);
-    bind_some_surfels(matter.solids, which, matter.embedded, element_sight(sight));
+}
+
+/// Binds marked surfels, and those without weights.
+void bind_marked(const CrackSight& sight, const std::vector<std::uint8_t>& marks, const Matter& matter) {
+    const EmbeddedSurface& s = matter.embedded;
+    std::vector<Index> which;
+    for (Index i = 0; i < s.size(); ++i) {
+        const auto source = matter.solids.bodies[static_cast<std::size_t>(s.owner[i])].source;
+        if (marks[i] || (s.begin[i] == s.begin[i + 1] && sight.matter_of(source))) which.push_back(i);
+    }
+    if (!which.empty()) bind_some_surfels(matter.solids, which, matter.embedded, element_sight(sight));
+}
+
+}  // namespace
+
+void lay_sheets(const CrackSight& sight, const Matter& matter) {
+    if (matter.embedded.size() == 0) return;
+    lay_faces(sight, matter);
+    bind_marked(sight, std::vector<std::uint8_t>(matter.embedded.size(), 0), matter);
+}
+
+void refresh_sheets(const CrackSight& sight, const Matter& matter) {
+    if (matter.embedded.size() == 0) return;
+    lay_faces(sight, matter);
+    std::vector<std::uint8_t> marks(matter.embedded.size(), 0);
+    for (const Breaking& breaking : matter.solids.breaking)
+        if (breaking.surfel > 0 && sight.matter_of(breaking.source)) mark_passed(breaking, matter, marks);
+    CrackTriangles& t = matter.solids.cracks.triangles;
+    t.bound = t.behind;
+    bind_marked(sight, marks, matter);
 }
 
 }  // namespace thixo

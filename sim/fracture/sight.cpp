@@ -184,18 +184,39 @@ const CrackedMatter* CrackSight::matter_of(std::int32_t source) const {
     return at == matter_.end() ? nullptr : &*at;
 }
 
-Real CrackSight::operator()(const Vec3& m, const Vec3& normal, Index element) const {
+namespace {
+
+/// A surfel looks from just below the surface.
+Vec3 looking_place(const Breaking& breaking, const Vec3& m, const Vec3& normal) {
     constexpr Real kBelow = Real(0.02);  // supports
-    const CrackedMatter* matter = matter_of(solids_->owner(element).source);
-    if (!matter) return 1;
-    const Breaking& b = matter->breaking();
-    const Vec3 from = m - kBelow * b.support * normal, to = xyz(solids_->elements.rest[element]);
+    return m - kBelow * breaking.support * normal;
+}
+
+}  // namespace
+
+Real CrackSight::share(const CrackedMatter& matter, const CrackTree& sheets, const Vec3& from, Index element) const {
+    const Breaking& b = matter.breaking();
+    const Vec3 to = xyz(solids_->elements.rest[element]);
     const Real q = std::min((to - from).norm() / b.support, Real(0.999));
     Real left = 1;
-    matter->sheets().for_each_crossing(from, to, [&](Index k, const Vec3&) {
+    sheets.for_each_crossing(from, to, [&](Index k, const Vec3&) {
         left = std::min(left, transparency(q, solids_->cracks.triangles.behind[k], b.opaque));
     });
     return left;
+}
+
+bool CrackSight::shares(const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,
+                        std::vector<Real>& share) const {
+    const CrackedMatter* matter = elements.empty() ? nullptr : matter_of(solids_->owner(elements.front()).source);
+    if (!matter) return false;
+    const Vec3 from = looking_place(matter->breaking(), m, normal);
+    constexpr std::size_t kFew = 24;
+    const std::optional<CrackTree> near = matter->sheets().about(from, reach + (from - m).norm(), kFew);
+    if (near && near->empty()) return false;
+    const CrackTree& sheets = near ? *near : matter->sheets();
+    share.clear();
+    for (const Index element : elements) share.push_back(this->share(*matter, sheets, from, element));
+    return true;
 }
 
 Index CrackSight::nearest_seen(std::int32_t source, const Vec3& m, const Vec3& normal) const {
@@ -203,8 +224,9 @@ Index CrackSight::nearest_seen(std::int32_t source, const Vec3& m, const Vec3& n
     constexpr int kTried = 32;
     std::vector<std::pair<Real, Index>> near;
     matter->grid().nearest(m, kTried, std::numeric_limits<Real>::max(), near);
+    const Vec3 from = looking_place(matter->breaking(), m, normal);
     for (const auto& [r2, k] : near)
-        if ((*this)(m, normal, matter->elements()[k]) > 0) return matter->elements()[k];
+        if (share(*matter, matter->sheets(), from, matter->elements()[k]) > 0) return matter->elements()[k];
     return matter->elements()[near.front().second];
 }
 

@@ -41,12 +41,16 @@ class CrackSight {
   public:
     explicit CrackSight(const Solids& solids);
     bool empty() const { return matter_.empty(); }
-    Real operator()(const Vec3& m, const Vec3& normal, Index element) const;
+    /// The shares of these elements, within `reach` of m, in their order [1]. False where nothing is in between: all are 1.
+    bool shares(const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,
+                std::vector<Real>& share) const;
     /// The nearest element that a place on the surface sees; the nearest of all where it sees none.
     Index nearest_seen(std::int32_t source, const Vec3& m, const Vec3& normal) const;
     const CrackedMatter* matter_of(std::int32_t source) const;
 
   private:
+    Real share(const CrackedMatter& matter, const CrackTree& sheets, const Vec3& from, Index element) const;
+
     const Solids* solids_;
     std::vector<CrackedMatter> matter_;
 };

@@ -1,6 +1,7 @@
 #include "sim/fracture/tension.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
@@ -23,6 +24,13 @@ void find_stress(const Solids& solids, std::vector<Symmetric>& stress) {
         const Symmetric elastic{s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx};
         stress[i] = stress_of(solids.laws[static_cast<std::size_t>(e.owner[i])], e, elastic);
     });
+}
+
+double largest_load(const Elements& elements, const std::vector<Symmetric>& stress) {
+    return parallel_reduce(
+        elements.size(), 0.0,
+        [&](std::size_t i) { return static_cast<double>(norm(stress[i]) / elements.strength[i]); },
+        [](double a, double b) { return std::max(a, b); });
 }
 
 void find_tension(const Elements& elements, const std::vector<Symmetric>& stress, std::vector<Tension>& tension) {

@@ -32,17 +32,11 @@ Real wall_conduction(Real distance, Real support, Real least) {
     return std::max(moment, Real(0)) / std::max(distance, least);
 }
 
-bool HeatParams::any() const {
-    return !sources.empty() ||
-           std::ranges::any_of(materials, [](const scene::Thermal& m) { return m.conductivity > 0; });
-}
-
-HeatParams make_heat(const scene::Scene& scene) {
-    HeatParams heat;
-    for (const scene::Material& m : scene.materials) {
-        heat.materials.push_back(m.thermal);
-        heat.fastest = std::max(heat.fastest, m.thermal.conductivity / (m.density * m.thermal.heat_capacity));
-    }
+HeatDrive make_heat(const scene::Scene& scene, const Materials& materials) {
+    HeatDrive heat;
+    for (const ResolvedMaterial& m : materials)
+        heat.fastest =
+            std::max(heat.fastest, m.thermal.conductivity / (static_cast<double>(m.density) * m.thermal.heat_capacity));
     for (const scene::HeatSource& source : scene.world.heat_sources)
         heat.sources.push_back({make_shape(scene, source.region), source.power, source.from, source.to});
     return heat;
@@ -55,9 +49,9 @@ constexpr double kMostSteps = 1e6;  // of conduction within one step of the simu
 // particles that are closer than the packing.
 constexpr double kMostNeighbours = 15 + 7, kRoom = 1.5;
 
-int stable_steps(const HeatParams& params, Real support, double dt) {
-    const double unlike = params.materials.size() > 1 ? 2 : 1;  // k_ij is at most twice the smaller
-    const double rate = unlike * params.fastest * kMostNeighbours * kRoom / square(static_cast<double>(support));
+int stable_steps(const Materials& materials, const HeatDrive& drive, Real support, double dt) {
+    const double unlike = materials.size() > 1 ? 2 : 1;  // k_ij is at most twice the smaller
+    const double rate = unlike * drive.fastest * kMostNeighbours * kRoom / square(static_cast<double>(support));
     if (!(rate * dt <= kMostSteps))
         throw InputError(
             "heat spreads too fast for explicit steps: one of {:.3g} s would take {:.3g}; lower the conductivity, "
@@ -69,12 +63,14 @@ int stable_steps(const HeatParams& params, Real support, double dt) {
 
 class Conduction {
   public:
-    Conduction(Particles& particles, const SweepInput& input, const HeatParams& params, HeatScratch& scratch)
+    Conduction(Particles& particles, const SweepInput& input, const Materials& materials, const HeatDrive& drive,
+               HeatScratch& scratch)
         : p_(particles),
           neighbours_(input.neighbours),
           walls_(input.walls),
           smoothing_(input.smoothing),
-          params_(params),
+          materials_(materials),
+          drive_(drive),
           sweep_(input.sweep),
           s_(scratch) {
         const Sweep& sweep = input.sweep;
@@ -106,7 +102,7 @@ class Conduction {
 
   private:
     const scene::Thermal& material(std::size_t i) const {
-        return params_.materials[static_cast<std::size_t>(p_.material[i])];
+        return materials_[static_cast<std::size_t>(p_.material[i])].thermal;
     }
 
     void set_temperatures() {
@@ -150,7 +146,7 @@ class Conduction {
 
     double from_sources(std::size_t i, double t) const {
         double sum = 0;
-        for (const HeatSourceRegion& source : params_.sources)
+        for (const HeatSourceRegion& source : drive_.sources)
             if (t >= source.from && t < source.to && source.region.distance(p_.position[i]) <= 0)
                 sum += source.power * static_cast<double>(p_.rest_volume[i]);
         return sum;
@@ -160,18 +156,19 @@ class Conduction {
     const NeighbourLists& neighbours_;
     const Walls& walls_;
     const Smoothing& smoothing_;
-    const HeatParams& params_;
+    const Materials& materials_;
+    const HeatDrive& drive_;
     const Sweep& sweep_;
     HeatScratch& s_;
 };
 
 }  // namespace
 
-int conduct_heat(Particles& particles, const SweepInput& input, const HeatParams& params, double t, double dt,
-                 HeatScratch& scratch) {
-    if (!params.any() || particles.size() == 0) return 0;
-    const int steps = stable_steps(params, input.smoothing.support, dt);
-    Conduction conduction(particles, input, params, scratch);
+int conduct_heat(Particles& particles, const SweepInput& input, const Materials& materials, const HeatDrive& drive,
+                 double t, double dt, HeatScratch& scratch) {
+    if (!drive.any() || particles.size() == 0) return 0;
+    const int steps = stable_steps(materials, drive, input.smoothing.support, dt);
+    Conduction conduction(particles, input, materials, drive, scratch);
     for (int k = 0; k < steps; ++k) conduction.step(t + k * dt / steps, dt / steps);
     return steps;
 }

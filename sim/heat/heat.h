@@ -9,6 +9,7 @@
 #include "sim/space/smoothing.h"
 #include "sim/space/sweep.h"
 #include "sim/space/walls.h"
+#include "sim/state/materials.h"
 #include "sim/state/particles.h"
 
 namespace thixo {
@@ -29,13 +30,13 @@ struct HeatSourceRegion {
     double power, from, to;  // W/m^3, s
 };
 
-struct HeatParams {
-    std::vector<scene::Thermal> materials;
+/// What makes heat flow, beside the materials.
+struct HeatDrive {
     std::vector<HeatSourceRegion> sources;
     double fastest = 0;  // the largest diffusivity k/(rho c) [m^2/s]
-    bool any() const;    // whether any heat flows
+    bool any() const { return !sources.empty() || fastest > 0; }
 };
-HeatParams make_heat(const scene::Scene& scene);
+HeatDrive make_heat(const scene::Scene& scene, const Materials& materials);
 
 /// Scratch of one step.
 struct HeatScratch {
@@ -50,7 +51,7 @@ struct HeatScratch {
 /// (dissertation 6.17-6.19; harmonic mean: Cleary & Monaghan 1999). The heat between two particles is equal for both,
 /// so that the total heat stays. In and out: particles.temperature [degC]. Returns the number of steps. Requires the
 /// places and volumes of this step's sweep.
-int conduct_heat(Particles& particles, const SweepInput& input, const HeatParams& params, double t, double dt,
-                 HeatScratch& scratch);
+int conduct_heat(Particles& particles, const SweepInput& input, const Materials& materials, const HeatDrive& drive,
+                 double t, double dt, HeatScratch& scratch);
 
 }  // namespace thixo

@@ -44,13 +44,13 @@ void sum_density(Particles& particles, const NeighbourLists& neighbours, const W
 
 /// Writes the fields of a particle that forces read. pressure(i, material, rho) is P_i [Pa].
 template <class P>
-void pack_matter(const Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep, P&& pressure) {
+void pack_matter(const Particles& particles, const Materials& materials, Sweep& sweep, P&& pressure) {
     resize_packed(sweep.ghosts, sweep.matter, {0, 0, 0, 0});
     sweep.one_material = materials.size() == 1;
     parallel_for(
         particles.size(),
         [&](std::size_t i) {
-            const MaterialParams& m = materials[static_cast<std::size_t>(particles.material[i])];
+            const ResolvedMaterial& m = materials[static_cast<std::size_t>(particles.material[i])];
             const Real rho = std::max(particles.density[i], m.density);
             sweep.place[i].w = pressure(i, m, rho);
             sweep.matter[i] = {m.viscosity, m.density * m.sound_speed, sweep.mixed ? sweep.melt[i] : Real(1), 0};
@@ -72,12 +72,12 @@ void compute_density(Particles& particles, const NeighbourLists& neighbours, con
         sum_density<false>(particles, neighbours, walls, smoothing, sweep);
 }
 
-void pack_without_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
-    pack_matter(particles, materials, sweep, [](std::size_t, const MaterialParams&, Real) { return Real(0); });
+void pack_without_pressure(Particles& particles, const Materials& materials, Sweep& sweep) {
+    pack_matter(particles, materials, sweep, [](std::size_t, const ResolvedMaterial&, Real) { return Real(0); });
 }
 
-void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep) {
-    pack_matter(particles, materials, sweep, [&](std::size_t i, const MaterialParams& m, Real rho) {
+void compute_pressure(Particles& particles, const Materials& materials, Sweep& sweep) {
+    pack_matter(particles, materials, sweep, [&](std::size_t i, const ResolvedMaterial& m, Real rho) {
         const Real compressed = m.gamma == 1 ? rho / m.density : std::pow(rho / m.density, m.gamma);
         return particles.pressure[i] = m.stiffness * (compressed - 1);
     });

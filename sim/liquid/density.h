@@ -23,7 +23,7 @@ void compute_density(Particles& particles, const NeighbourLists& neighbours, con
 
 /// Packs the sweep for the other forces where the implicit solver computes the pressure. sweep.place.w becomes zero;
 /// sweep.motion.w and sweep.matter are as below. particles.pressure stays.
-void pack_without_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep);
+void pack_without_pressure(Particles& particles, const Materials& materials, Sweep& sweep);
 
 /// Pressure by the equation of state (dissertation 4.8):
 ///     P_i = k_gas max((rho_i/rho0)^gamma - 1, 0)      [Pa]
@@ -34,6 +34,6 @@ void pack_without_pressure(Particles& particles, const std::vector<MaterialParam
 /// asks for alone. Volumes follow the same reasoning:
 ///     V_i = m_i / max(rho_i, rho0)      [m^3]
 /// Out: particles.pressure [Pa]; sweep.place.w, sweep.motion.w, sweep.matter.
-void compute_pressure(Particles& particles, const std::vector<MaterialParams>& materials, Sweep& sweep);
+void compute_pressure(Particles& particles, const Materials& materials, Sweep& sweep);
 
 }  // namespace thixo

@@ -164,10 +164,10 @@ TensionScale::TensionScale(const Smoothing& smoothing, const Strategy& strategy)
       deficit(settled(strategy).deficit / energy_of_deficit(CutPacking(smoothing))),
       adhesion(1 / reach_into_wall(smoothing)) {}
 
-void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale,
-                 const std::vector<MaterialParams>& materials, TensionScratch& scratch) {
+void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale, const Materials& materials,
+                 TensionScratch& scratch) {
     const auto& [neighbours, walls, smoothing, sweep] = input;
-    if (std::ranges::all_of(materials, [](const MaterialParams& m) { return m.tension <= 0; })) return;
+    if (std::ranges::all_of(materials, [](const ResolvedMaterial& m) { return m.tension <= 0; })) return;
     const bool wet = std::ranges::any_of(walls.list, [](const Wall& w) { return w.adhesion > 0; });
     const Poly6& kernel = smoothing.density;
     const auto tension = [&](std::size_t i) {

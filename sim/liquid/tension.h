@@ -52,7 +52,7 @@ struct TensionScratch {
 ///     e = TensionScale::adhesion
 /// Melting matter takes part with its liquid share of volume, solids not at all.
 /// In: sweep.place. Adds to particles.acceleration [m/s^2]. Does nothing where no material has tension.
-void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale,
-                 const std::vector<MaterialParams>& materials, TensionScratch& scratch);
+void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale, const Materials& materials,
+                 TensionScratch& scratch);
 
 }  // namespace thixo

@@ -102,7 +102,7 @@ class Solver {
     }
 
     /// mu, V and 1/M of all particles.
-    void set_matter(const std::vector<MaterialParams>& materials, const PairKernel& kernel) {
+    void set_matter(const Materials& materials, const PairKernel& kernel) {
         parallel_for(n_, [&](std::size_t i) {
             Real mu = materials[static_cast<std::size_t>(p_.material[i])].implicit_viscosity;
             if (sweep_.mixed && sweep_.melt[i] == 0) mu = 1;  // of a solid: drops out of the pairs' means
@@ -347,9 +347,8 @@ WallFriction wall_friction_of(double distance, double support) {
     return {kScale * along / (q * all), kScale * across / (q * all)};
 }
 
-ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input,
-                                const std::vector<MaterialParams>& materials, const ViscositySolve& params,
-                                ViscosityScratch& scratch) {
+ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input, const Materials& materials,
+                                const ViscositySolve& params, ViscosityScratch& scratch) {
     Solver solver(particles, input.neighbours, input.sweep, params, scratch);
     const PairKernel kernel(input.smoothing);
     solver.set_matter(materials, kernel);

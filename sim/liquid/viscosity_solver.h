@@ -69,9 +69,8 @@ struct ViscosityScratch {
 /// Out: particles.acceleration, viscous_acceleration [m/s^2].
 /// Where not all is liquid (sweep.mixed), walls are weighed by b_i, and pairs by max(b_i, b_j) with the mean
 ///     mu_ij = (b_i + b_j)/(b_i/mu_i + b_j/mu_j)
-ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input,
-                                const std::vector<MaterialParams>& materials, const ViscositySolve& params,
-                                ViscosityScratch& scratch);
+ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input, const Materials& materials,
+                                const ViscositySolve& params, ViscosityScratch& scratch);
 
 /// Friction of a half-space wall at distance d < h, along it and across, over the integral of lap w_visc [1]:
 ///     t d = integral over the wall of k (n.T)^2 z dV

@@ -79,7 +79,7 @@ std::size_t fastest_solid(const Particles& p) {
 
 void check_health(const Simulation& sim, const StepLimits& limits) {
     double sound = 0;
-    for (const MaterialParams& m : sim.problem.materials) sound = std::max(sound, static_cast<double>(m.sound_speed));
+    for (const ResolvedMaterial& m : sim.problem.materials) sound = std::max(sound, static_cast<double>(m.sound_speed));
     const double fastest = kAbsurd * std::max(sound, sim.problem.expected_speed);
     const std::size_t n = sim.particles.size();
     const std::size_t first = parallel_reduce(

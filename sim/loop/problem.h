@@ -24,8 +24,8 @@ struct Problem {
     std::string replay;  // words behind `thixo sim` that give this run again, for messages; empty: the scene's name
     Smoothing smoothing;
     TensionScale tension;
-    std::vector<MaterialParams> materials;
-    HeatParams heat;
+    Materials materials;
+    HeatDrive heat;
     std::vector<Mould> moulds;
     Outside outside;
     Periodic periodic;

@@ -33,14 +33,16 @@ bool rates_hold(const Solids& solids) {
 }
 
 /// Computes the laws of all bodies at a time, and the values that follow from laws and bonds.
-void update_laws(const scene::Scene& scene, double time, bool rates, Solids& solids) {
+void update_laws(const Problem& problem, double time, Solids& solids) {
     std::vector<StressLaw> laws;
     std::vector<Stiffness6> anisotropic;
     for (const SolidBody& body : solids.bodies) {
-        laws.push_back(law_at(scene, static_cast<std::size_t>(body.material), time));
-        const scene::Orthotropic& o = scene.materials[static_cast<std::size_t>(body.material)].elastic.orthotropic;
+        const ResolvedMaterial& material = problem.materials[static_cast<std::size_t>(body.material)];
+        laws.push_back(law_at(material, time));
+        const scene::Orthotropic& o = material.elastic.front().elastic.orthotropic;
         if (!o.any() || !body.shaped()) continue;
-        const Quatd own = rotation_from_degrees(scene.bodies[static_cast<std::size_t>(body.source)].shape.rotate);
+        const Quatd own =
+            rotation_from_degrees(problem.scene.bodies[static_cast<std::size_t>(body.source)].shape.rotate);
         laws.back().anisotropy = static_cast<Index>(anisotropic.size());
         anisotropic.push_back(orthotropic_stiffness(o, (own * rotation_from_degrees(o.rotate)).toRotationMatrix()));
     }
@@ -58,7 +60,8 @@ void update_laws(const scene::Scene& scene, double time, bool rates, Solids& sol
     std::vector<Index> own;  // rates are computed with the bodies' laws
     solids.elements.law.swap(own);
     set_zero_energy(solids.laws, solids.elements);
-    if (rates) solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
+    if (!problem.strategy.implicit_solids)
+        solids.rates = find_fastest_rates(solids.laws, solids.bodies, solids.elements);
     solids.elements.law.swap(own);
     if (solids.softening.any) set_zero_energy(stencil_laws(solids), solids.elements);
 }
@@ -226,11 +229,12 @@ void fit_solids(Solids& solids) {
 SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& particles, Solids& solids,
                            SolidScratch& scratch) {
     SolidReport report;
-    update_laws(step.scene, step.time, !step.implicit, solids);
-    take_hold(step.time, step.outside, solids);
+    update_laws(step.problem, step.time, solids);
+    take_hold(step.time, step.problem.outside, solids);
     const double end = step.time + step.dt;
-    if (step.implicit)
-        step_implicitly_to(end, step.time, step.scene.solver.solids_tolerance, walls, solids, scratch.implicit, report);
+    if (step.problem.strategy.implicit_solids)
+        step_implicitly_to(end, step.time, step.problem.scene.solver.solids_tolerance, walls, solids, scratch.implicit,
+                           report);
     else
         leapfrog_to(end, step.time, walls, solids, scratch, report);
     move_walls(walls, end);

@@ -1,8 +1,7 @@
 // The step of solids: sub-steps of leapfrog, or implicit ones.
 #pragma once
 
-#include "pipeline/contract/scene.h"
-#include "sim/external/outside.h"
+#include "sim/loop/problem.h"
 #include "sim/solid/implicit.h"
 #include "sim/space/walls.h"
 #include "sim/state/particles.h"
@@ -27,10 +26,8 @@ struct SolidScratch {
 
 /// The step of the animation loop that the solids follow.
 struct SolidStep {
-    const scene::Scene& scene;
-    const Outside& outside;
+    const Problem& problem;
     double time, dt;  // [s]
-    bool implicit = false;
 };
 
 /// Advances the solids from t to t + dt. Sub-steps of leapfrog are as long as explicit integration permits. Implicit

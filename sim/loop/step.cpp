@@ -122,7 +122,7 @@ void find_viscosity(Simulation& sim, double dt) {
 void conduct(Simulation& sim, double dt) {
     ScopedTimer timer(sim.stats.heat_seconds);
     sim.stats.heat_steps += conduct_heat(sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep},
-                                         sim.problem.heat, sim.clock.time, dt, sim.heat);
+                                         sim.problem.materials, sim.problem.heat, sim.clock.time, dt, sim.heat);
 }
 
 void count_solve(const SolveReport& report, SolveStats& stats) {
@@ -158,7 +158,7 @@ void drive_openings(const Plan& plan, Simulation& sim) {
 
 void emit(Simulation& sim) {
     emit_particles(sources_of(sim), sim.clock.time, sim.clock.last_dt, sim.emitters, sim.particles, sim.next_id);
-    adopt_particles(sim.problem.scene, sim.problem.smoothing, sim.particles, sim.solids);
+    adopt_particles(sim.problem.materials, sim.problem.smoothing, sim.particles, sim.solids);
 }
 
 /// The largest step that can follow the walls [s]. Walls are stiff springs to what a pressure p presses on them. Their
@@ -178,30 +178,33 @@ double pressure_limit(const Simulation& sim) {
 }
 
 /// A fixed step is taken whatever the state allows. What the scene itself sets as `maximum` is no limit of the method.
-void note_long_step(StepLimits limits, double dt, StepStats& stats) {
+void note_long_step(StepLimits limits, double cracks, double dt, StepStats& stats) {
     limits.maximum = std::numeric_limits<double>::infinity();
-    const double ratio = dt / limits.smallest();
+    const double ratio = dt / std::min(limits.smallest(), cracks);
     if (ratio <= 1 + 1e-9) return;
     ++stats.long_steps;
     if (ratio <= stats.overstep) return;
     stats.overstep = ratio;
-    stats.overstepped = limits.cause();
+    stats.overstepped = cracks < limits.smallest() ? "cracks" : limits.cause();
 }
 
 double choose_step(const Plan& plan, Simulation& sim, double wall_speed) {
     const scene::TimeStep& params = sim.problem.scene.solver.time_step;
     // Solids alone: nothing but their own sub-steps sets the pace, for the walls act in those.
-    if (!plan.liquid)
-        return divide_evenly(sim.clock.next_frame - sim.clock.time,
-                             params.fixed > 0 ? params.fixed : std::min(params.maximum, sim.solids.cracks.step));
+    const double cracks = sim.solids.cracks.step;
+    if (!plan.liquid) {
+        const double dt = divide_evenly(sim.clock.next_frame - sim.clock.time,
+                                        params.fixed > 0 ? params.fixed : std::min(params.maximum, cracks));
+        note_long_step(kNoLimits, cracks, dt, sim.stats);
+        return dt;
+    }
     StepLimits limits =
         step_limits(sim.particles, sim.sweep, sim.problem.materials, sim.problem.smoothing, params, wall_speed);
     if (incompressible(sim)) limits.signal = std::min(limits.signal, pressure_limit(sim));
     check_health(sim, limits);
-    const double dt =
-        divide_evenly(sim.clock.next_frame - sim.clock.time,
-                      params.fixed > 0 ? params.fixed : std::min(limits.smallest(), sim.solids.cracks.step));
-    note_long_step(limits, dt, sim.stats);
+    const double dt = divide_evenly(sim.clock.next_frame - sim.clock.time,
+                                    params.fixed > 0 ? params.fixed : std::min(limits.smallest(), cracks));
+    note_long_step(limits, cracks, dt, sim.stats);
     sim.stats.fastest = std::max(sim.stats.fastest, limits.fastest);
     if (dt < sim.stats.smallest_dt) sim.stats.limit = params.fixed > 0 ? "fixed" : limits.cause();
     sim.stats.smallest_dt = std::min(sim.stats.smallest_dt, dt);
@@ -220,10 +223,8 @@ void move_solids(const Plan& plan, double dt, Simulation& sim) {
     const bool alone = !plan.liquid;
     ScopedTimer timer(sim.stats.solids_seconds);
     if (!alone) push_by_liquid(sim.particles, 0.5 * (sim.clock.last_dt + dt), sim.solids);
-    prepare_stencils(sim.problem.scene, sim.clock.time, sim.problem.smoothing, sim.particles, sim.neighbours,
-                     sim.solids);
-    const SolidStep step{sim.problem.scene, sim.problem.outside, sim.clock.time, dt,
-                         sim.problem.strategy.implicit_solids};
+    prepare_stencils(sim.problem.materials, sim.clock.time, sim.particles, sim.neighbours, sim.solids);
+    const SolidStep step{sim.problem, sim.clock.time, dt};
     const SolidReport report = advance_solids(step, sim.walls, sim.particles, sim.solids, sim.solid_scratch);
     sim.stats.solid_sub_steps += report.sub_steps;
     sim.stats.solid_newton += report.newton;
@@ -338,7 +339,7 @@ Real shown_pressure(const Simulation& sim, std::size_t i) {
 
 void step(Simulation& sim) {
     emit(sim);  // sources    4.2
-    change_phases(sim.problem.scene, sim.problem.outside, sim.clock.last_dt, sim.particles,
+    change_phases(sim.problem.materials, sim.problem.outside, sim.clock.last_dt, sim.particles,
                   sim.solids);  // melting, freezing  6.5
     const Plan plan = plan_step(sim);
     sum_up(plan, sim);       // geometry, density
@@ -361,7 +362,7 @@ void refresh_surface(Simulation& sim) {
     const Smoothing& smoothing = sim.problem.smoothing;
     const scene::Surface& params = sim.problem.scene.surface;
     const SurfaceSetting setting{sim.walls, params, smoothing.spacing, smoothing.support, sim.problem.moulds};
-    if (sim.solids.cracks.any()) lay_sheets(CrackSight(sim.solids), matter_of(sim));
+    if (sim.solids.cracks.any()) refresh_sheets(CrackSight(sim.solids), matter_of(sim));
     const SurfaceReport report = sim.solids.empty()
                                      ? update_surface(sim.surface, sim.particles, setting)
                                      : update_mixed_surface(sim.embedded, sim.solids, sim.particles, setting,

@@ -36,7 +36,7 @@ const char* StepLimits::cause() const {
     return "none";
 }
 
-StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std::vector<MaterialParams>& materials,
+StepLimits step_limits(const Particles& particles, const Sweep& sweep, const Materials& materials,
                        const Smoothing& smoothing, const scene::TimeStep& params, double wall_speed) {
     const Extremes e = parallel_reduce(
         particles.size(), Extremes{},
@@ -48,7 +48,7 @@ StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std
             return Extremes{std::max(a.speed2, b.speed2), std::max(a.acceleration2, b.acceleration2)};
         });
     double sound = 0, thickness = 0;  // [m/s], [m^2/s]
-    for (const MaterialParams& m : materials) {
+    for (const ResolvedMaterial& m : materials) {
         sound = std::max(sound, static_cast<double>(m.sound_speed));
         thickness = std::max(thickness, static_cast<double>(m.viscosity / m.density));
     }

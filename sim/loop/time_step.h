@@ -24,12 +24,15 @@ struct StepLimits {
     const char* cause() const;
 };
 
+/// Of matter whose own sub-steps set the pace.
+inline constexpr StepLimits kNoLimits{1e30, 1e30, 1e30, 1e30, 1e30, 0};
+
 /// Limits for the state at time t (signal and force: Monaghan 1992). (4.7) levels a particle's velocity at the rate
 ///     mu/rho sum_j V_j lap w_visc = 15 mu/(rho h^2)      [1/s]
 /// The worst mode of the neighbourhood decays at most twice as fast. An explicit step is stable up to 2 over that rate,
 ///     h^2 rho/(15 mu)      [s]
 /// 3/8 of it is used, because v(t) is predicted and not exact.
-StepLimits step_limits(const Particles& particles, const Sweep& sweep, const std::vector<MaterialParams>& materials,
+StepLimits step_limits(const Particles& particles, const Sweep& sweep, const Materials& materials,
                        const Smoothing& smoothing, const scene::TimeStep& params, double wall_speed);
 
 /// Divides the remaining time to the next frame evenly, without sliver steps: n = ceil(remaining/limit). Returns

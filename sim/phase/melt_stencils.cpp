@@ -68,12 +68,12 @@ FastestRates soft_rates(const Solids& solids) {
 }
 
 /// Laws of all elements, from the particles' materials and melt fractions.
-void set_laws(const scene::Scene& scene, double time, const Particles& particles, Solids& solids) {
+void set_laws(const Materials& materials, double time, const Particles& particles, Solids& solids) {
     Softening& softening = solids.softening;
     const std::size_t n = solids.elements.size();
     for (auto* laws : {&softening.law, &softening.rest_law, &softening.flow_law}) laws->resize(n);
-    std::vector<MeltingLaw> law;
-    for (std::size_t m = 0; m < scene.materials.size(); ++m) law.emplace_back(scene, m, time);
+    std::vector<ElasticValues> cold;
+    for (const ResolvedMaterial& m : materials) cold.push_back(elastic_at(m, time));
     parallel_for(
         particles.size(),
         [&](std::size_t k) {
@@ -81,7 +81,8 @@ void set_laws(const scene::Scene& scene, double time, const Particles& particles
             if (i == kNone) return;
             const double b = static_cast<double>(particles.melt[k]);
             const Real solidity = solids.elements.solidity(i);
-            softening.law[i] = law[static_cast<std::size_t>(particles.material[k])].at(b);
+            const auto m = static_cast<std::size_t>(particles.material[k]);
+            softening.law[i] = melting_law(materials[m].melting, cold[m], b);
             softening.rest_law[i] = scaled(softening.law[i], solidity);
             softening.flow_law[i] = scaled(softening.law[i], is_elastic(particles.phase[k]) ? 1 - solidity : Real(0));
         },
@@ -215,11 +216,11 @@ void seed_flow(const std::vector<std::uint8_t>& which, Solids& solids) {
     });
 }
 
-void prepare_stencils(const scene::Scene& scene, double time, const Smoothing&, const Particles& particles,
+void prepare_stencils(const Materials& materials, double time, const Particles& particles,
                       const NeighbourLists& neighbours, Solids& solids) {
     Softening& softening = solids.softening;
     if (!softening.any) return;
-    set_laws(scene, time, particles, solids);
+    set_laws(materials, time, particles, solids);
     weigh_bonds(solids.elements, kThin);
     set_zero_energy(softening.rest_law, solids.elements);
     softening.flows = std::ranges::any_of(softening.flow_law, [](const StressLaw& law) { return law.mu > 0; });

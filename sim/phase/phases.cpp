@@ -17,8 +17,8 @@
 namespace thixo {
 namespace {
 
-const scene::Material& material_of(const scene::Scene& scene, const Particles& p, std::size_t k) {
-    return scene.materials[static_cast<std::size_t>(p.material[k])];
+const ResolvedMaterial& material_of(const Materials& materials, const Particles& p, std::size_t k) {
+    return materials[static_cast<std::size_t>(p.material[k])];
 }
 
 /// Starts the element of a particle that has just become solid: its displacement is that of the particle.
@@ -42,13 +42,13 @@ void take_outside(const Outside& outside, Real part, Real half_step, Index k, Pa
 }
 
 /// Sets one particle's phase by its temperature. Returns whether it has just begun to melt.
-bool change_phase(const scene::Material& m, const Outside& outside, Real half_step, Index k, Index i, Particles& p,
+bool change_phase(const ResolvedMaterial& m, const Outside& outside, Real half_step, Index k, Index i, Particles& p,
                   Solids& solids) {
     Elements& e = solids.elements;
     const Phase was = e.phase[i];
     const Real before = p.melt[k];
     const Real b = static_cast<Real>(m.melting.fraction(p.temperature[k]));
-    const bool shape = keeps_shape(m, static_cast<double>(b));
+    const bool shape = m.keeps_shape(static_cast<double>(b));
     Phase now = was;
     if (was == Phase::liquid && shape) {
         now = Phase::viscoelastic;
@@ -146,12 +146,14 @@ void find_refrozen_neighbours(Solids& solids) {
     measure_moments(e, &which, kThin);
 }
 
-void make_phases(const scene::Scene& scene, const Smoothing& smoothing, Particles& particles, Solids& solids) {
+void make_phases(const scene::Scene& scene, const Materials& materials, const Smoothing& smoothing,
+                 Particles& particles, Solids& solids) {
     Softening& s = solids.softening;
     const auto elastic = [&](const std::string& name, bool melting) {
-        return std::ranges::any_of(scene.materials, [&](const scene::Material& m) {
-            return m.name == name && m.elastic.solid() && (!melting || m.melting.any());
-        });
+        for (std::size_t m = 0; m < materials.size(); ++m)
+            if (scene.materials[m].name == name)
+                return materials[m].solid() && (!melting || materials[m].melting.any());
+        return false;
     };
     const bool emitted = std::ranges::any_of(scene.emitters, [&](const auto& e) { return elastic(e.material, false); });
     s.any = emitted || std::ranges::any_of(scene.bodies, [&](const auto& b) { return elastic(b.material, true); });
@@ -172,21 +174,21 @@ void make_phases(const scene::Scene& scene, const Smoothing& smoothing, Particle
         std::int32_t material = 0;
         for (std::size_t m = 0; m < scene.materials.size(); ++m)
             for (const scene::Emitter& from : scene.emitters)
-                if (from.material == scene.materials[m].name && scene.materials[m].elastic.solid())
+                if (from.material == scene.materials[m].name && materials[m].solid())
                     material = static_cast<std::int32_t>(m);
         solids.bodies.push_back({.id = -1, .source = -1, .material = material});
     }
     calibrate_rates(smoothing, s);
 }
 
-void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles,
+void adopt_particles(const Materials& materials, const Smoothing& smoothing, const Particles& particles,
                      Solids& solids) {
     if (!solids.softening.any || solids.bodies.empty()) return;
     const auto emitted = std::ranges::find_if(solids.bodies, [](const SolidBody& b) { return !b.shaped(); });
     if (emitted == solids.bodies.end()) return;
     std::vector<std::pair<std::int64_t, Index>> found;
     for (Index k = 0; k < particles.size(); ++k)
-        if (material_of(scene, particles, k).elastic.solid() && solids.element(particles.id[k]) == kNone)
+        if (material_of(materials, particles, k).solid() && solids.element(particles.id[k]) == kNone)
             found.emplace_back(particles.id[k], k);
     std::ranges::sort(found);
     Elements& e = solids.elements;
@@ -208,7 +210,7 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
     }
 }
 
-void change_phases(const scene::Scene& scene, const Outside& outside, double last_dt, Particles& particles,
+void change_phases(const Materials& materials, const Outside& outside, double last_dt, Particles& particles,
                    Solids& solids) {
     Softening& s = solids.softening;
     if (!s.any) return;
@@ -220,7 +222,7 @@ void change_phases(const scene::Scene& scene, const Outside& outside, double las
         [&](std::size_t element) {
             const auto i = static_cast<Index>(element);
             const Index k = solids.particle_of[i];
-            const scene::Material& m = material_of(scene, particles, k);
+            const ResolvedMaterial& m = material_of(materials, particles, k);
             if (m.melting.any()) {
                 seeds[i] = change_phase(m, outside, half_step, k, i, particles, solids) ? 1 : 0;
             } else if (e.phase[i] == Phase::liquid) {

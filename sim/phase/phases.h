@@ -9,6 +9,7 @@
 #include "sim/bonds/stencil.h"
 #include "sim/external/outside.h"
 #include "sim/space/smoothing.h"
+#include "sim/state/materials.h"
 #include "sim/state/particles.h"
 #include "sim/state/solids.h"
 
@@ -20,10 +21,12 @@ namespace thixo {
 void set_phase(Phase phase, Real b, Index particle, Index element, Particles& particles, Elements& elements);
 
 /// Sets up the phases of a scene's elements. `Softening::any` tells whether any matter changes its phase.
-void make_phases(const scene::Scene& scene, const Smoothing& smoothing, Particles& particles, Solids& solids);
+void make_phases(const scene::Scene& scene, const Materials& materials, const Smoothing& smoothing,
+                 Particles& particles, Solids& solids);
 
 /// Gives elements to particles of solid material that have none, those of emitters, in the order of their ids.
-void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles, Solids& solids);
+void adopt_particles(const Materials& materials, const Smoothing& smoothing, const Particles& particles,
+                     Solids& solids);
 
 /// Computes the melt fraction of every particle from its temperature, and the phases that follow. An element that has
 /// become liquid leaves the solids: its particle is then an ordinary liquid particle. One that is liquid no more
@@ -31,7 +34,7 @@ void adopt_particles(const scene::Scene& scene, const Smoothing& smoothing, cons
 /// shape as rest shape, with new rest neighbours. Its elastic strain stays (6.15; Q the rotation in J):
 ///     m <- m + u,   u <- 0,   eps^p <- - Q (eps - eps^p) Q^T
 /// `outside` and `last_dt` [s] turn velocities of half a step before into present ones.
-void change_phases(const scene::Scene& scene, const Outside& outside, double last_dt, Particles& particles,
+void change_phases(const Materials& materials, const Outside& outside, double last_dt, Particles& particles,
                    Solids& solids);
 
 /// Computes rest neighbours and moments of bodies that have frozen in another shape, from that shape. A checkpoint
@@ -39,7 +42,7 @@ void change_phases(const scene::Scene& scene, const Outside& outside, double las
 void find_refrozen_neighbours(Solids& solids);
 
 /// Computes laws and stencils of all elements at `time` [s]. Requires the present neighbours.
-void prepare_stencils(const scene::Scene& scene, double time, const Smoothing& smoothing, const Particles& particles,
+void prepare_stencils(const Materials& materials, double time, const Particles& particles,
                       const NeighbourLists& neighbours, Solids& solids);
 
 /// Adds the forces of D to those of R, which are in the bodies' frames. Returns D's largest squared stretch.

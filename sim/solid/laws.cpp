@@ -2,17 +2,8 @@
 
 #include <algorithm>
 
-#include "pipeline/base/error.h"
-
 namespace thixo {
 namespace {
-
-struct Values {  // what changes from one material to another
-    scene::Elastic elastic;
-    double viscosity;
-};
-
-Values values_of(const scene::Material& m) { return {m.elastic, m.viscosity}; }
 
 /// Finds the numbers of an elastic block by its keys (scene_key.h).
 struct Numbers {
@@ -28,45 +19,36 @@ std::vector<double*> numbers_of(scene::Elastic& e) {
     return numbers.all;
 }
 
-Values between(Values a, const Values& b, double part) {
-    Values out = b;
+ElasticValues between(ElasticValues a, const ElasticValues& b, double part) {
+    ElasticValues out = b;
     const std::vector<double*> from = numbers_of(a.elastic), to = numbers_of(out.elastic);
     for (std::size_t k = 0; k < to.size(); ++k) *to[k] = (1 - part) * *from[k] + part * *to[k];
     out.viscosity = (1 - part) * a.viscosity + part * b.viscosity;
     return out;
 }
 
-Values values_at(const scene::Scene& scene, const scene::Material& material, double time) {
-    Values now = values_of(material);
-    for (const scene::MaterialChange& c : material.elastic.changes) {
-        if (time < c.time - c.duration) break;
-        const auto other = std::find_if(scene.materials.begin(), scene.materials.end(),
-                                        [&](const scene::Material& m) { return m.name == c.material; });
-        THIXO_ASSERT(other != scene.materials.end(), "no material {}", c.material);
-        now = between(now, values_of(*other), c.duration > 0 ? std::min(1.0, 1 - (c.time - time) / c.duration) : 1.0);
+}  // namespace
+
+ElasticValues elastic_at(const ResolvedMaterial& material, double time) {
+    ElasticValues now = material.elastic.front();
+    for (std::size_t k = 1; k < material.elastic.size(); ++k) {
+        const ElasticValues& next = material.elastic[k];
+        if (time < next.time - next.duration) break;
+        now = between(now, next, next.duration > 0 ? std::min(1.0, 1 - (next.time - time) / next.duration) : 1.0);
     }
     return now;
 }
 
-}  // namespace
-
-StressLaw law_at(const scene::Scene& scene, std::size_t material, double time) {
-    const Values now = values_at(scene, scene.materials[material], time);
+StressLaw law_at(const ResolvedMaterial& material, double time) {
+    const ElasticValues now = elastic_at(material, time);
     return law_of(now.elastic, now.viscosity);
 }
 
-MeltingLaw::MeltingLaw(const scene::Scene& scene, std::size_t material, double time)
-    : melting_(scene.materials[material].melting) {
-    const Values now = values_at(scene, scene.materials[material], time);
-    cold_ = now.elastic;
-    viscosity_ = now.viscosity;
-}
-
-StressLaw MeltingLaw::at(double b) const {
-    if (!melting_.any()) return law_of(cold_, (1 - b) * viscosity_);
-    const scene::LiquidEnd& liquid = melting_.liquid;
-    scene::Elastic e = cold_;
-    const auto mix = [&](double& cold, double hot) { cold = (1 - b) * cold + b * hot; };
+StressLaw melting_law(const scene::Melting& melting, const ElasticValues& cold, double b) {
+    if (!melting.any()) return law_of(cold.elastic, (1 - b) * cold.viscosity);
+    const scene::LiquidEnd& liquid = melting.liquid;
+    scene::Elastic e = cold.elastic;
+    const auto mix = [&](double& value, double hot) { value = (1 - b) * value + b * hot; };
     mix(e.youngs_modulus, liquid.youngs_modulus);
     mix(e.poisson_ratio, liquid.poisson_ratio);
     mix(e.volume_stiffness, 0);
@@ -74,7 +56,7 @@ StressLaw MeltingLaw::at(double b) const {
     mix(e.creep, liquid.creep);
     mix(e.hardening, 0);
     if (b > 0) e.maximum_plastic_strain = 0;  // a liquid flows without limit
-    return law_of(e, (1 - b) * viscosity_);
+    return law_of(e, (1 - b) * cold.viscosity);
 }
 
 Stiffness6 orthotropic_stiffness(const scene::Orthotropic& o, const Mat3d& axes) {

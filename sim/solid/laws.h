@@ -1,32 +1,21 @@
-// The laws of elastic materials, from what the scene gives.
+// The laws of elastic materials at one instant.
 #pragma once
 
-#include "pipeline/contract/scene.h"
 #include "sim/state/elements.h"
+#include "sim/state/materials.h"
 #include "sim/state/stress_law.h"
 
 namespace thixo {
 
-/// The law of a material at `time` [s], with the changes that the scene makes to it. Values change linearly in time.
-StressLaw law_at(const scene::Scene& scene, std::size_t material, double time);
+/// The elastic values of a material at `time` [s]. Changes are linear in time.
+ElasticValues elastic_at(const ResolvedMaterial& material, double time);
 
-/// The law of a material that melts, between its ends (6.16).
-class MeltingLaw {
-  public:
-    MeltingLaw(const scene::Scene& scene, std::size_t material, double time);
-    /// The law at melt fraction b [1]; at(0) is law_at. Damping of elastic vibrations goes with the solid's share.
-    StressLaw at(double b) const;
+/// The law of a material at `time` [s], where it has not melted.
+StressLaw law_at(const ResolvedMaterial& material, double time);
 
-  private:
-    scene::Elastic cold_;
-    scene::Melting melting_;
-    double viscosity_;
-};
-
-/// Whether the matter of this material keeps any shape at melt fraction b.
-inline bool keeps_shape(const scene::Material& m, double b) {
-    return m.elastic.solid() && (b < 1 || !m.melting.any() || m.melting.liquid.youngs_modulus > 0);
-}
+/// The law at melt fraction b [1], between the elastic values of the cold material and its liquid end (6.16). Damping of
+/// elastic vibrations goes with the solid's share.
+StressLaw melting_law(const scene::Melting& melting, const ElasticValues& cold, double b);
 
 /// C of an orthotropic material whose axes 1, 2, 3 are the columns of `axes` [Pa]. It is the inverse of the compliance
 ///     eps_aa = sigma_aa/E_a - nu_ba sigma_bb/E_b - nu_ca sigma_cc/E_c

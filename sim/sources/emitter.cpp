@@ -286,8 +286,8 @@ double sites_of_opening(double area, double spacing) {
     return area / (cube(spacing) / static_cast<double>(packing_layer(static_cast<Real>(spacing))));
 }
 
-EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& emitter, const MaterialParams& material,
-                              Real spacing) {
+EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& emitter,
+                              const ResolvedMaterial& material, Real spacing) {
     EmitterLayout layout;
     layout.opening = opening_of(scene, emitter);
     const double area = layout.opening.area;

@@ -79,8 +79,8 @@ double sites_of_opening(double area, double spacing);
 /// number of sites, area / (area of a site). Time balances the remainder: layer n follows the one before after
 ///     n_particles m / (rho0 area speed)      [s]
 /// So the mass rate is exact.
-EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& emitter, const MaterialParams& material,
-                              Real spacing);
+EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& emitter,
+                              const ResolvedMaterial& material, Real spacing);
 
 /// Releases every layer that is due by `time` [s]. A particle that left the disc at t_k starts where free flight has
 /// brought it by now. Nothing overlaps what is there, across periodic faces too:

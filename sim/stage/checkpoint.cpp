@@ -211,6 +211,7 @@ template <class Stream, class S>
 void visit_breaking(Stream& stream, S& solids) {
     auto& bonds = solids.elements.bonds;
     stream.value("cracks.step", solids.cracks.step);
+    stream.value("cracks.load", solids.cracks.load);
     stream.array("cracks.laws", solids.laws);
     stream.array("cracks.rates", solids.rates);
     stream.value("cracks.weakened", bonds.weakened);
@@ -278,7 +279,7 @@ void visit_state(Stream& stream, S& state) {
             check_altered(state, stream.at_start(), stream.file());
             rebind(state);
         }
-        adopt_particles(state.problem.scene, state.problem.smoothing, state.particles, state.solids);
+        adopt_particles(state.problem.materials, state.problem.smoothing, state.particles, state.solids);
         locate_particles(state.particles, state.solids);
     }
     if (!state.solids.empty()) visit_solids(stream, state.solids);

@@ -148,7 +148,7 @@ void check_sizes(const Check& check, const Simulation& sim) {
     for (Index i = 0; i < e.size(); ++i) {
         const auto material = static_cast<std::size_t>(sim.solids.owner(i).material);
         const Real density = e.mass[i] / e.volume[i];
-        const auto usual = static_cast<Real>(sim.problem.scene.materials[material].density);
+        const auto usual = sim.problem.materials[material].density;
         check.require(density > usual / kApart && density < usual * kApart, "solid.mass",
                       "gives no density of its material");
     }
@@ -388,6 +388,7 @@ void check_solids(const Simulation& sim, const std::string& file) {
     check.require(solids.stretch2 >= 0 && std::isfinite(solids.stretch2), "solid.stretch2", "is no stretch");
     if (solids.elements.breaks) {
         check.require(solids.cracks.step > 0, "cracks.step", "is no time");
+        check.require(solids.cracks.load >= 0, "cracks.load", "is no share of a strength");
         check.length_or_none("cracks.laws", solids.laws, solids.bodies.size());
         check.length_or_none("cracks.rates", solids.rates, solids.bodies.size());
     }

@@ -213,10 +213,8 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
     const scene::Scene& scene = sim.problem.scene;
     const Real d = sim.problem.smoothing.spacing;
     const int material = index_of(scene.materials, body.material, "material");
-    const scene::Material& matter = scene.materials[static_cast<std::size_t>(material)];
-    const double melt = matter.melting.any()     ? matter.melting.fraction(body.temperature)
-                        : matter.elastic.solid() ? 0
-                                                 : 1;
+    const ResolvedMaterial& matter = sim.problem.materials[static_cast<std::size_t>(material)];
+    const double melt = matter.melt_fraction(body.temperature);
     const bool solid = melt < 1;
     const Shape shape = make_shape(scene, body.shape);
     refuse_beyond_faces(body, shape, sim.problem.periodic, d);
@@ -256,13 +254,13 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
         p.acceleration[i] = sim.problem.outside.gravity;
         p.rest_volume[i] = sites.volume[k];
         if (p.has.spacing) p.spacing[i] = sites.spacing[k];
-        p.density[i] = sim.problem.materials[static_cast<std::size_t>(material)].density;
+        p.density[i] = matter.density;
         p.mass[i] = p.density[i] * p.rest_volume[i];
         p.temperature[i] = body.temperature;
         p.material[i] = material;
         p.body[i] = number;
         p.melt[i] = static_cast<Real>(melt);
-        p.phase[i] = !keeps_shape(matter, melt) ? Phase::liquid : melt < 1 ? Phase::solid : Phase::viscoelastic;
+        p.phase[i] = !matter.keeps_shape(melt) ? Phase::liquid : melt < 1 ? Phase::solid : Phase::viscoelastic;
     }
     placed.add(first, p);
 }
@@ -294,42 +292,32 @@ Simulation make_simulation(const scene::Scene& scene, SkinSetup skins) {
                     .replay = {},
                     .smoothing = smoothing,
                     .tension = TensionScale(smoothing, strategy),
-                    .materials = resolve_materials(scene.materials, static_cast<Real>(speed), strategy),
-                    .heat = make_heat(scene),
+                    .materials = resolve_materials(scene, static_cast<Real>(speed), strategy),
+                    .heat = {},
                     .moulds = make_moulds(scene),
                     .outside = outside_of(scene.world),
                     .periodic = make_periodic(scene.world, smoothing.support),
                     .expected_speed = speed,
                     .emitters = {}};
     Simulation sim{.problem = std::move(problem), .walls = std::move(walls)};
-    for (std::size_t k = 0; k < scene.materials.size(); ++k) {
-        MaterialParams& m = sim.problem.materials[k];
-        const scene::Material& source = scene.materials[k];
-        const bool melts = source.melting.any();
-        m.tension = static_cast<Real>(melts ? source.melting.liquid.surface_tension : source.surface_tension);
-        // The viscosity of a solid damps its vibrations (sim/solid); liquids have none of it.
-        const bool flows = !source.elastic.solid() || std::ranges::any_of(scene.emitters, [&](const auto& e) {
-            return e.material == source.name;
-        });
-        m.viscosity = melts ? static_cast<Real>(source.melting.liquid.viscosity) : flows ? m.viscosity : Real(0);
-    }
+    sim.problem.heat = make_heat(scene, sim.problem.materials);
     choose_viscosity_solver(scene.solver, smoothing, speed, sim.problem.materials);
     sim.clock.frame = scene.frames.first;
     sim.probes = make_probes(scene);
     sim.particles.has = {.surface = scene.surface.enabled,
                          .implicit_pressure = strategy.incompressible,
                          .implicit_viscosity = std::ranges::any_of(
-                             sim.problem.materials, [](const MaterialParams& m) { return m.implicit_viscosity > 0; }),
+                             sim.problem.materials, [](const ResolvedMaterial& m) { return m.implicit_viscosity > 0; }),
                          .spacing = std::ranges::any_of(scene.bodies, [](const scene::Body& b) {
                              return b.sampling.lattice == scene::Lattice::octree;
                          })};
     PlacedBodies placed;
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), placed, sim);
     sim.solids = make_solids(scene, smoothing, sim.particles);
-    make_phases(scene, smoothing, sim.particles, sim.solids);
+    make_phases(scene, sim.problem.materials, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);
     if (scene.surface.enabled && skins == SkinSetup::make) sim.embedded = make_embedded_surface(scene, sim.solids);
-    make_breaking(scene, sim.embedded, sim.solids);
+    make_breaking(scene, sim.problem.materials, sim.embedded, sim.solids);
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(

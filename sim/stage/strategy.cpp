@@ -11,18 +11,18 @@ Strategy strategy_of(const scene::Solver& solver) {
 }
 
 void choose_viscosity_solver(const scene::Solver& solver, const Smoothing& smoothing, double expected_speed,
-                             std::vector<MaterialParams>& materials) {
+                             Materials& materials) {
     const double h = smoothing.support;
     double others = std::min(solver.time_step.maximum, 0.1 * h / expected_speed), viscous = others;
     if (solver.time_step.fixed > 0) others = viscous = solver.time_step.fixed;
-    for (const MaterialParams& m : materials) {
+    for (const ResolvedMaterial& m : materials) {
         if (solver.pressure == scene::Pressure::eos && solver.time_step.fixed <= 0)
             others = std::min(others, solver.time_step.cfl * h / (m.sound_speed + expected_speed));
         if (m.viscosity > 0) viscous = std::min(viscous, h * h * m.density / (40 * m.viscosity));
     }
     const bool implicit = solver.viscosity == scene::Viscosity::implicit_solve ||
                           (solver.viscosity == scene::Viscosity::automatic && viscous < others);
-    for (MaterialParams& m : materials)
+    for (ResolvedMaterial& m : materials)
         if (implicit) m.implicit_viscosity = std::exchange(m.viscosity, Real(0));
 }
 

@@ -16,6 +16,6 @@ Strategy strategy_of(const scene::Solver& solver);
 /// Automatic: where the explicit limit of step_limits is shorter than all other limits known beforehand, at the
 /// expected speed [m/s]. The explicit `viscosity`, that of forces.h, then becomes 0.
 void choose_viscosity_solver(const scene::Solver& solver, const Smoothing& smoothing, double expected_speed,
-                             std::vector<MaterialParams>& materials);
+                             Materials& materials);
 
 }  // namespace thixo

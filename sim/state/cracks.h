@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/base/math.h"
+#include "pipeline/contract/trim.h"
 #include "pipeline/geometry/shape.h"
 #include "sim/state/table.h"
 
@@ -100,7 +101,6 @@ void for_each_field(T& t, F&& f) requires requires {
 }
 
 inline constexpr Real kUnbreakable = std::numeric_limits<Real>::max();  // Elements::strength
-inline constexpr std::int32_t kFirstCrackSheet = 1 << 20;               // no shape has as many sheets
 inline constexpr Real kParted = std::numeric_limits<Real>::max();       // CrackTriangles::behind where no front is left
 
 /// State; part of a checkpoint.
@@ -111,6 +111,7 @@ struct Cracks {
     CrackTriangles triangles;
     BondCrossings crossings;
     double step = 1e30;  // the next step must not be longer, for fronts and new cracks to be followed [s]
+    double load = 0;     // largest norm of a stress over the strength, at the last step [1]
 
     bool any() const { return !cracks.empty(); }
 };

@@ -80,13 +80,16 @@ Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.ax
 
 /// Weakens the weights from row `begin` on by what stands between their elements and surfel i. Returns whether any is
 /// weakened. Where no element would be left, all stay.
-bool screen_weights(const SurfelCloud& rest, Index i, const ElementSight& sight, std::size_t begin,
+bool screen_weights(const SurfelCloud& rest, Index i, Real reach, const ElementSight& sight, std::size_t begin,
                     std::vector<SurfelWeight>& weights) {
     std::vector<Real> left;
+    std::vector<Index> elements;
+    for (std::size_t k = begin; k < weights.size(); ++k) elements.push_back(weights[k].element);
+    if (!sight(rest.position[i], rest.normal[i], reach, elements, left)) return false;
     Real least = 1, sum[3] = {0, 0, 0};
     for (std::size_t k = begin; k < weights.size(); ++k) {
         const SurfelWeight& w = weights[k];
-        const Real a = left.emplace_back(sight.share(rest.position[i], rest.normal[i], w.element));
+        const Real a = left[k - begin];
         least = std::min(least, a);
         sum[0] += a * w.at, sum[1] += a * w.along1, sum[2] += a * w.along2;
     }
@@ -104,8 +107,11 @@ bool screen_weights(const SurfelCloud& rest, Index i, const ElementSight& sight,
 
 /// Appends the weights of surfel i, of all elements within its support of its middle or of an end of its axes. Returns
 /// whether a crack weakens any.
-bool append_weights(const PointGrid& grid, const SolidBody& body, const EmbeddedSurface& embedded, Index i,
+/// Where matter breaks they stand in the order of the elements, and are summed up in it: they do not depend on when the
+/// grid was made.
+bool append_weights(const PointGrid& grid, const Solids& solids, const EmbeddedSurface& embedded, Index i,
                     const ElementSight& sight, std::vector<SurfelWeight>& out) {
+    const SolidBody& body = solids.bodies[static_cast<std::size_t>(embedded.owner[i])];
     const std::size_t begin = out.size();
     const Real support = embedded.support[i];
     const Poly6 w(support);
@@ -122,9 +128,13 @@ bool append_weights(const PointGrid& grid, const SolidBody& body, const Embedded
             weight = w.value(r2);
             sum[k] += weight;
         });
-    const bool near = sight.any && sight.any(body.source, m, support + disc_of(embedded.rest, i));
-    const bool screened = near && screen_weights(embedded.rest, i, sight, begin, out);
-    if (screened) {
+    const bool screened =
+        sight && screen_weights(embedded.rest, i, support + disc_of(embedded.rest, i), sight, begin, out);
+    const bool breaks = solids.elements.breaks;
+    if (breaks)
+        std::sort(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end(),
+                  [](const SurfelWeight& a, const SurfelWeight& b) { return a.element < b.element; });
+    if (screened || breaks) {
         std::ranges::fill(sum, Real(0));
         for (std::size_t k = begin; k < out.size(); ++k)
             sum[0] += out[k].at, sum[1] += out[k].along1, sum[2] += out[k].along2;
@@ -154,7 +164,7 @@ FoundWeights find_weights(const Solids& solids, const std::vector<Index>& which,
         for (std::size_t k = begin; k < stop; ++k) {
             const Index i = which[k];
             const auto owner = static_cast<std::size_t>(embedded.owner[i]);
-            out.screened[k] = append_weights(embedded.grid[owner], solids.bodies[owner], embedded, i, sight, found[c]);
+            out.screened[k] = append_weights(embedded.grid[owner], solids, embedded, i, sight, found[c]);
             out.end[k] = found[c].size();
         }
     });

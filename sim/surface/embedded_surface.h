@@ -5,6 +5,7 @@
 #include <concepts>
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "pipeline/contract/scene.h"
@@ -85,13 +86,10 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
 /// `cloud` is in the world at time 0, where `origin` is the origin of the material frame [m].
 void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& surface);
 
-/// What stands between elements and surfels. Empty: nothing anywhere.
-struct ElementSight {
-    /// Whether anything stands within `reach` of m, a place of the frame of a scene body [m].
-    std::function<bool(std::int32_t source, const Vec3& m, Real reach)> any;
-    /// The share of its weight with which an element moves a surfel at m [1].
-    std::function<Real(const Vec3& m, const Vec3& normal, Index element)> share;
-};
+/// What stands between a surfel at m and elements of its body within `reach` of it [m]: the shares of their weights with
+/// which they move it, in their order [1]. False where nothing does. Empty: nothing anywhere.
+using ElementSight = std::function<bool(const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,
+                                        std::vector<Real>& share)>;
 
 /// Finds the supports, grids and weights of all surfels of the bodies marked by 1 anew, from these bodies' elements.
 /// Surfels of other bodies stay.

@@ -45,7 +45,7 @@ World ball_on_ground() {
     world.camera = camera_at(camera, 0, kWidth, kHeight);
     world.neighbours = {world.camera, world.camera, 0.05f};
     world.labels = {label("ball", "clay", 7), label("floor", "wood", -1)};
-    world.passes = {true, true, true, true};
+    world.passes = {.position = true, .motion = true, .body = true, .sheet = true, .cryptomatte = true};
     world.attributes = true;
     return world;
 }
@@ -92,6 +92,39 @@ TEST(Passes, WhatMovesAcrossTheViewGoesItsWayInPixels) {
     ASSERT_EQ(image.get("body")[low], -1);
     ASSERT_LT(image.get("Z")[low], kFar);
     EXPECT_NEAR(image.get("motion.X")[low], 0, 1e-3f);
+}
+
+TEST(Passes, FacesOfCracksLookLikeTheInsideAndSayWhichTheyAre) {
+    // One object of two balls: one is outer surface, the other stands for the face of a crack.
+    World world = ball_on_ground();
+    scene::Appearance red, blue;
+    red.colour = {0.8, 0.1, 0.1};
+    blue.colour = {0.1, 0.1, 0.8};
+    const Index object = add_object(world, red), other = add_object(world, blue);
+    world.inside_of[object] = world.material_of[other];
+    SurfelSet set = shapes::one_object(shapes::sphere(2000, 0.2f, {-0.3f, 0, 0.3f}, 0.2f));
+    const SurfelCloud face = shapes::sphere(2000, 0.2f, {0.3f, 0, 0.3f}, 0.2f);
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(set.cloud.position, face.position);
+    append(set.cloud.axis1, face.axis1);
+    append(set.cloud.axis2, face.axis2);
+    append(set.cloud.normal, face.normal);
+    set.layer.resize(set.cloud.size(), 1);
+    set.object = {object, object};
+    set.sheet = {0, kFirstCrackSheet + 3};
+    world.rays = std::make_unique<RayScene>(std::move(set), std::vector<MeshObject>());
+    world.labels.resize(4);
+    const Image image = picture(world);
+    int outer = 0, inner = 0;
+    for (std::size_t i = 0; i < image.pixels(); ++i) {
+        const float sheet = image.get("sheet")[i], blueness = image.get("albedo.B")[i] - image.get("albedo.R")[i];
+        if (image.get("A")[i] < 1) continue;
+        EXPECT_EQ(sheet, i % kWidth < kWidth / 2 ? 0 : kFirstCrackSheet + 3);
+        EXPECT_NEAR(blueness, sheet > 0 ? 0.7f : -0.7f, 1e-5f);
+        ++(sheet > 0 ? inner : outer);
+    }
+    EXPECT_GT(outer, 50);
+    EXPECT_GT(inner, 50);
 }
 
 TEST(Passes, ACameraThatRisesMovesTheGroundDown) {

@@ -10,6 +10,7 @@ namespace thixo::render::worlds {
 inline Index add_object(World& world, const scene::Appearance& a) {
     world.materials.push_back(make_material(a));
     world.material_of.push_back(Index(world.materials.size() - 1));
+    world.inside_of.push_back(world.material_of.back());
     return Index(world.material_of.size() - 1);
 }
 

@@ -86,6 +86,22 @@ TEST_P(Bars, AreAsStrongAsTheirMaterial) {
     EXPECT_LT(strain[1], strain[2]);
 }
 
+TEST(Cracks, TellThatAFixedStepIsTooLongForThem) {
+    // At its strength a crack may go a quarter of a width in a step; 20 m/s need some 70 us then.
+    scene::Scene scene = bar_scene();
+    scene.materials[0].fracture.speed = 20;
+    for (const double fixed : {2e-3, 2e-5}) {
+        scene.solver.time_step.fixed = fixed;
+        Simulation s = make_simulation(scene);
+        s.clock.next_frame = 1;
+        while (s.clock.time < 0.6 && s.solids.cracks.step > 1e-3) step(s);
+        ASSERT_LT(s.solids.cracks.step, 1e-3);
+        step(s);
+        EXPECT_EQ(s.stats.long_steps > 0, fixed > 1e-3);
+        if (fixed > 1e-3) EXPECT_STREQ(s.stats.overstepped, "cracks");
+    }
+}
+
 TEST_P(Bars, KeepMassAndMomentumWhenTheyPart) {
     scene::Scene scene = bar_scene(GetParam());
     scene.handles.clear();

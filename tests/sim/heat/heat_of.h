@@ -12,7 +12,7 @@ inline double heat_of(const Simulation& s) {
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         sum += static_cast<double>(s.particles.mass[i]) *
                enthalpy(s.particles.temperature[i],
-                        s.problem.heat.materials[static_cast<std::size_t>(s.particles.material[i])]);
+                        s.problem.materials[static_cast<std::size_t>(s.particles.material[i])].thermal);
     return sum;
 }
 

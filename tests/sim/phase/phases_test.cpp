@@ -319,7 +319,7 @@ TEST(Melting, HeatBetweenSolidsAndLiquidsIsConserved) {
     double mean = 0, mass = 0, spread = 0;
     const auto weight = [&](std::size_t i) {
         return static_cast<double>(s.particles.mass[i]) *
-               s.problem.heat.materials[static_cast<std::size_t>(s.particles.material[i])].heat_capacity;
+               s.problem.materials[static_cast<std::size_t>(s.particles.material[i])].thermal.heat_capacity;
     };
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         mean += weight(i) * s.particles.temperature[i], mass += weight(i);

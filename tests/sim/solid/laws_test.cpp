@@ -25,6 +25,10 @@ scene::Scene one_material() {
     return s;
 }
 
+StressLaw law_of(const scene::Scene& s, std::size_t material = 0, double time = 0) {
+    return law_at(resolve_materials(s, 1)[material], time);
+}
+
 Stiffness6 isotropic_stiffness(const StressLaw& law) {
     Stiffness6 c;
     for (int k = 0; k < 6; ++k) {
@@ -38,7 +42,7 @@ Stiffness6 isotropic_stiffness(const StressLaw& law) {
 
 TEST(Laws, ABarPulledAlongItsAxisHasYoungsModulusAndNarrowsByPoissonsRatio) {
     // Rounding of a few operations in double, 1e-15 of the modulus each.
-    const StressLaw law = law_at(one_material(), 0, 0);
+    const StressLaw law = law_of(one_material());
     const Symmetric stress = stress_of(law, {Real(1), Real(-kPoisson), Real(-kPoisson), 0, 0, 0});
     EXPECT_NEAR(stress.xx, kModulus, 1e-14 * kModulus);
     for (const Real side : {stress.yy, stress.zz, stress.xy, stress.yz, stress.zx})
@@ -46,7 +50,7 @@ TEST(Laws, ABarPulledAlongItsAxisHasYoungsModulusAndNarrowsByPoissonsRatio) {
 }
 
 TEST(Laws, ShearHasTheShearModulus) {
-    const StressLaw law = law_at(one_material(), 0, 0);
+    const StressLaw law = law_of(one_material());
     const Symmetric stress = stress_of(law, {0, 0, 0, Real(0.5), 0, 0});
     EXPECT_NEAR(stress.xy, kModulus / (2 * (1 + kPoisson)), 1e-14 * kModulus);
     EXPECT_EQ(stress.xx, 0);
@@ -58,24 +62,24 @@ TEST(Laws, AChangeOfMaterialIsLinearInTimeAndThenComplete) {
     s.materials[0].viscosity = 2;
     s.materials[1].viscosity = 6;
     s.materials[0].elastic.changes = {{.time = 3, .duration = 2, .material = "wood"}};
-    const StressLaw before = law_at(s, 0, 0), after = law_at(s, 1, 0);
-    EXPECT_EQ(law_at(s, 0, 1), before);
+    const StressLaw before = law_of(s), after = law_of(s, 1, 0);
+    EXPECT_EQ(law_of(s, 0, 1), before);
     for (const double part : {0.25, 0.5, 0.75}) {
-        const StressLaw law = law_at(s, 0, 1 + 2 * part);
+        const StressLaw law = law_of(s, 0, 1 + 2 * part);
         EXPECT_NEAR(law.mu, (1 - part) * before.mu + part * after.mu, 1e-13 * after.mu);
         EXPECT_NEAR(law.lambda, (1 - part) * before.lambda + part * after.lambda, 1e-13 * after.lambda);
         EXPECT_NEAR(law.viscosity, 2 + 4 * part, 1e-13);
     }
-    EXPECT_EQ(law_at(s, 0, 3), after);
-    EXPECT_EQ(law_at(s, 0, 100), after);
+    EXPECT_EQ(law_of(s, 0, 3), after);
+    EXPECT_EQ(law_of(s, 0, 100), after);
 }
 
 TEST(Laws, AChangeWithoutDurationIsComplete) {
     scene::Scene s = one_material();
     s.materials.push_back(solid("wood", 5 * kModulus, 0.4));
     s.materials[0].elastic.changes = {{.time = 3, .duration = 0, .material = "wood"}};
-    EXPECT_EQ(law_at(s, 0, 2.999), law_at(one_material(), 0, 0));
-    EXPECT_EQ(law_at(s, 0, 3), law_at(s, 1, 0));
+    EXPECT_EQ(law_of(s, 0, 2.999), law_of(one_material()));
+    EXPECT_EQ(law_of(s, 0, 3), law_of(s, 1, 0));
 }
 
 TEST(Laws, AMeltingLawGoesLinearlyFromTheSolidToTheLiquid) {
@@ -83,12 +87,13 @@ TEST(Laws, AMeltingLawGoesLinearlyFromTheSolidToTheLiquid) {
     s.materials[0].viscosity = 8;
     s.materials[0].melting = {
         .from = 50, .to = 60, .liquid = {.youngs_modulus = kModulus / 10, .poisson_ratio = kPoisson}};
-    const MeltingLaw law(s, 0, 0);
-    const StressLaw cold = law_at(s, 0, 0);
-    EXPECT_EQ(law.at(0), cold);
+    const ResolvedMaterial wax = resolve_materials(s, 1)[0];
+    const auto at = [&](double b) { return melting_law(wax.melting, elastic_at(wax, 0), b); };
+    const StressLaw cold = law_of(s);
+    EXPECT_EQ(at(0), cold);
     for (const double b : {0.5, 1.0}) {
-        EXPECT_NEAR(law.at(b).mu, (1 - 0.9 * b) * cold.mu, 1e-13 * cold.mu);
-        EXPECT_NEAR(law.at(b).viscosity, (1 - b) * 8, 1e-13);  // elastic damping goes with the solid's share
+        EXPECT_NEAR(at(b).mu, (1 - 0.9 * b) * cold.mu, 1e-13 * cold.mu);
+        EXPECT_NEAR(at(b).viscosity, (1 - b) * 8, 1e-13);  // elastic damping goes with the solid's share
     }
 }
 
@@ -98,7 +103,7 @@ TEST(Laws, AShareScalesModuliAndDampingAndNoLimit) {
     s.materials[0].elastic.volume_stiffness = 1e5;
     s.materials[0].elastic.yield_strain = 0.1;
     s.materials[0].elastic.creep = 5;
-    const StressLaw law = law_at(s, 0, 0), half = scaled(law, Real(0.5));
+    const StressLaw law = law_of(s), half = scaled(law, Real(0.5));
     EXPECT_EQ(half.lambda, law.lambda / 2);
     EXPECT_EQ(half.mu, law.mu / 2);
     EXPECT_EQ(half.volume_stiffness, law.volume_stiffness / 2);
@@ -116,7 +121,7 @@ TEST(Laws, AnOrthotropicLawOfEqualModuliIsTheIsotropicOneAlongAnyAxes) {
     const scene::Orthotropic o{.youngs_modulus = Vec3d::Constant(kModulus),
                                .shear_modulus = Vec3d::Constant(shear),
                                .poisson_ratio = Vec3d::Constant(kPoisson)};
-    const Stiffness6 isotropic = isotropic_stiffness(law_at(one_material(), 0, 0));
+    const Stiffness6 isotropic = isotropic_stiffness(law_of(one_material()));
     for (const Mat3d& axes : {Mat3d(Mat3d::Identity()), some_axes()})
         EXPECT_LT((orthotropic_stiffness(o, axes) - isotropic).norm(), 1e-13 * isotropic.norm());
 }

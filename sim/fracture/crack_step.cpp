@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "sim/fracture/fronts.h"
 #include "sim/fracture/sheets.h"
@@ -81,9 +82,9 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
     CrackReport report;
     if (solids.breaking.empty()) return report;
     find_stress(solids, scratch.stress);
-    const double loaded = std::exchange(cracks.load, largest_load(solids.elements, scratch.stress));
-    cracks.step = step_to_the_strength(loaded, cracks.load, dt);
     find_tension(solids.elements, scratch.stress, scratch.tension);
+    const double loaded = std::exchange(cracks.load, largest_load(solids.elements, scratch.stress, scratch.tension));
+    cracks.step = step_to_the_strength(loaded, cracks.load, dt);
     see_matter(solids, scratch);
     const auto first = static_cast<Index>(cracks.triangles.size());
     const std::size_t before = cracks.cracks.size();
@@ -104,6 +105,46 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
     constexpr std::uint64_t kTogether = 8;
     if (step % kTogether == 0) report.fragments = make_fragments(matter);
     return report;
+}
+
+std::vector<ScreenedPair> screened_heat(const Particles& particles, const NeighbourLists& neighbours,
+                                        const Solids& solids, CrackScratch& scratch) {
+    if (!solids.cracks.any()) return {};
+    see_matter(solids, scratch);
+    const Elements& e = solids.elements;
+    const auto part = [&](const CrackedMatter& matter, Index i, Index j) {
+        const Vec3 from = xyz(e.rest[i]), to = xyz(e.rest[j]);
+        const Real h = (e.support[i] + e.support[j]) / 2, r = (to - from).norm();
+        if (r > Real(1.5) * h) return Real(0);
+        Real left = 1;
+        matter.sheets().for_each_crossing(from, to, [&](Index k, const Vec3&) {
+            const Real behind = solids.cracks.triangles.behind[k];
+            left = std::min(left, transparency(std::min(r / h, Real(0.999)), behind, matter.breaking().opaque));
+        });
+        return 1 - left;
+    };
+    std::vector<ScreenedPair> pairs;
+    for (const CrackedMatter& matter : scratch.matter) {
+        const std::vector<Index>& elements = matter.elements();
+        constexpr std::size_t kElements = 64;
+        std::vector<std::vector<ScreenedPair>> found((elements.size() + kElements - 1) / kElements);
+        parallel_chunks(
+            elements.size(),
+            [&](std::size_t begin, std::size_t end, std::size_t c) {
+                for (std::size_t n = begin; n < end; ++n) {
+                    const Index i = elements[n], k = solids.particle_of[i];
+                    if (!matter.sheets().nearest(xyz(e.rest[i]), e.support[i], [](Index) { return true; })) continue;
+                    for (const Index l : neighbours[k]) {
+                        const Index j = solids.element(particles.id[l]);
+                        if (l <= k || j == kNone || solids.owner(j).source != matter.breaking().source) continue;
+                        if (const Real a = part(matter, i, j); a > 0) found[c].push_back({k, l, a});
+                    }
+                }
+            },
+            kElements);
+        for (const auto& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
+    }
+    return pairs;
 }
 
 void make_breaking(const scene::Scene& scene, const Materials& materials, const EmbeddedSurface& surface,

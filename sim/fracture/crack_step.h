@@ -6,6 +6,7 @@
 
 #include "sim/fracture/fragments.h"
 #include "sim/fracture/tension.h"
+#include "sim/heat/heat.h"
 #include "sim/state/materials.h"
 
 namespace thixo {
@@ -30,6 +31,12 @@ struct CrackScratch {
 /// the longest next step. In it no front runs farther than half a row. Where a tension is above half of the strength, a
 /// crack at its speed would pass a quarter of a particle.
 CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch);
+
+/// The heat that cracks hold up: between particles of one scene body, in places of which a sheet hides one from the
+/// other. What is left of it is what is left of a bond between them (transparency, sight.h). Pieces that have come
+/// together at other places conduct as bodies do that touch. Requires the particles' present neighbours.
+std::vector<ScreenedPair> screened_heat(const Particles& particles, const NeighbourLists& neighbours,
+                                        const Solids& solids, CrackScratch& scratch);
 
 /// How every scene body breaks that can, and the strength of each element. Requires the bodies' elements; surfels too,
 /// where the scene has them. Throws InputError.

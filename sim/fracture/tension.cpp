@@ -26,19 +26,31 @@ void find_stress(const Solids& solids, std::vector<Symmetric>& stress) {
     });
 }
 
-double largest_load(const Elements& elements, const std::vector<Symmetric>& stress) {
-    return parallel_reduce(
-        elements.size(), 0.0,
-        [&](std::size_t i) { return static_cast<double>(norm(stress[i]) / elements.strength[i]); },
-        [](double a, double b) { return std::max(a, b); });
+namespace {
+
+/// Whether the tension may reach half of the strength: the norm bounds the largest eigenvalue.
+bool is_watched(const Elements& elements, const std::vector<Symmetric>& stress, std::size_t i) {
+    return norm(stress[i]) > elements.strength[i] / 2;
 }
+
+}  // namespace
 
 void find_tension(const Elements& elements, const std::vector<Symmetric>& stress, std::vector<Tension>& tension) {
     tension.assign(elements.size(), {});
     parallel_for(elements.size(), [&](std::size_t i) {
-        // The norm bounds the largest eigenvalue.
-        if (norm(stress[i]) > elements.strength[i] / 2) tension[i] = largest_tension(stress[i]);
+        if (is_watched(elements, stress, i)) tension[i] = largest_tension(stress[i]);
     });
+}
+
+double largest_load(const Elements& elements, const std::vector<Symmetric>& stress,
+                    const std::vector<Tension>& tension) {
+    return parallel_reduce(
+        elements.size(), 0.0,
+        [&](std::size_t i) {
+            const Real load = is_watched(elements, stress, i) ? tension[i].value : norm(stress[i]);
+            return static_cast<double>(load / elements.strength[i]);
+        },
+        [](double a, double b) { return std::max(a, b); });
 }
 
 CrackedMatter::CrackedMatter(const Solids& solids, const Breaking& breaking) : solids_(&solids), breaking_(&breaking) {

@@ -20,11 +20,12 @@ Tension largest_tension(const Symmetric& stress);
 /// Requires Solids::gradients and laws of the present time.
 void find_stress(const Solids& solids, std::vector<Symmetric>& stress);
 
-/// The largest norm of a stress over its element's strength [1]. It bounds the tension over the strength.
-double largest_load(const Elements& elements, const std::vector<Symmetric>& stress);
-
 /// The largest tension of these elements where it may reach half of their strength; no tension elsewhere.
 void find_tension(const Elements& elements, const std::vector<Symmetric>& stress, std::vector<Tension>& tension);
+
+/// The largest tension over strength [1]. Below a half it is a bound, the norm of the stress.
+double largest_load(const Elements& elements, const std::vector<Symmetric>& stress,
+                    const std::vector<Tension>& tension);
 
 /// The matter of one scene body, as its cracks see it. All its pieces share its material frame.
 class CrackedMatter {

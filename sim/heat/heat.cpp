@@ -63,14 +63,12 @@ int stable_steps(const Materials& materials, const HeatDrive& drive, Real suppor
 
 class Conduction {
   public:
-    Conduction(Particles& particles, const SweepInput& input, const Materials& materials, const HeatDrive& drive,
-               HeatScratch& scratch)
+    Conduction(Particles& particles, const SweepInput& input, const HeatPaths& paths, HeatScratch& scratch)
         : p_(particles),
           neighbours_(input.neighbours),
           walls_(input.walls),
           smoothing_(input.smoothing),
-          materials_(materials),
-          drive_(drive),
+          paths_(paths),
           sweep_(input.sweep),
           s_(scratch) {
         const Sweep& sweep = input.sweep;
@@ -93,6 +91,11 @@ class Conduction {
             for (std::size_t i = begin; i < end; ++i)
                 s_.gain[i] = from_neighbours(i) + from_walls(i, cursor) + from_sources(i, t);
         });
+        for (const ScreenedPair& pair : paths_.screened) {
+            const double flux = static_cast<double>(pair.part) * flux_between(pair.first, pair.second);
+            s_.gain[pair.first] -= flux;
+            s_.gain[pair.second] += flux;
+        }
         parallel_for(p_.size(), [&](std::size_t i) {
             const double heat =
                 enthalpy(p_.temperature[i], material(i)) + dt * s_.gain[i] / static_cast<double>(p_.mass[i]);
@@ -102,7 +105,7 @@ class Conduction {
 
   private:
     const scene::Thermal& material(std::size_t i) const {
-        return materials_[static_cast<std::size_t>(p_.material[i])].thermal;
+        return paths_.materials[static_cast<std::size_t>(p_.material[i])].thermal;
     }
 
     void set_temperatures() {
@@ -129,6 +132,17 @@ class Conduction {
         return static_cast<double>(2 * smoothing_.viscosity.laplacian_scale * sum_of(sum));
     }
 
+    /// What flows from particle j to particle i [W].
+    double flux_between(Index i, Index j) const {
+        const Quad a = s_.matter[i], b = s_.matter[j];
+        if (a.x <= 0 || b.x <= 0) return 0;
+        const Real r = (p_.position[i] - p_.position[j]).norm();
+        const Real q = std::max(1 - r * smoothing_.pressure.h_inv, Real(0));
+        const Real k = a.x * b.x / (a.x + b.x) * a.y * b.y;
+        return static_cast<double>(2 * smoothing_.viscosity.laplacian_scale * k * q) *
+               (p_.temperature[j] - p_.temperature[i]);
+    }
+
     double from_walls(std::size_t i, WallCursor& cursor) const {
         if (sweep_.walls[i].distance >= smoothing_.support || s_.matter[i].x <= 0) return 0;
         double sum = 0;
@@ -146,7 +160,7 @@ class Conduction {
 
     double from_sources(std::size_t i, double t) const {
         double sum = 0;
-        for (const HeatSourceRegion& source : drive_.sources)
+        for (const HeatSourceRegion& source : paths_.drive.sources)
             if (t >= source.from && t < source.to && source.region.distance(p_.position[i]) <= 0)
                 sum += source.power * static_cast<double>(p_.rest_volume[i]);
         return sum;
@@ -156,19 +170,18 @@ class Conduction {
     const NeighbourLists& neighbours_;
     const Walls& walls_;
     const Smoothing& smoothing_;
-    const Materials& materials_;
-    const HeatDrive& drive_;
+    const HeatPaths& paths_;
     const Sweep& sweep_;
     HeatScratch& s_;
 };
 
 }  // namespace
 
-int conduct_heat(Particles& particles, const SweepInput& input, const Materials& materials, const HeatDrive& drive,
-                 double t, double dt, HeatScratch& scratch) {
-    if (!drive.any() || particles.size() == 0) return 0;
-    const int steps = stable_steps(materials, drive, input.smoothing.support, dt);
-    Conduction conduction(particles, input, materials, drive, scratch);
+int conduct_heat(Particles& particles, const SweepInput& input, const HeatPaths& paths, double t, double dt,
+                 HeatScratch& scratch) {
+    if (!paths.drive.any() || particles.size() == 0) return 0;
+    const int steps = stable_steps(paths.materials, paths.drive, input.smoothing.support, dt);
+    Conduction conduction(particles, input, paths, scratch);
     for (int k = 0; k < steps; ++k) conduction.step(t + k * dt / steps, dt / steps);
     return steps;
 }

@@ -1,6 +1,7 @@
 // Heat: conduction between particles and from isothermal walls, latent heat, sources.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "pipeline/contract/scene.h"
@@ -38,6 +39,19 @@ struct HeatDrive {
 };
 HeatDrive make_heat(const scene::Scene& scene, const Materials& materials);
 
+/// A part of the heat between two particles that does not flow: a crack is between them.
+struct ScreenedPair {
+    Index first, second;  // each pair once
+    Real part;            // [1]
+};
+
+/// What heat flows by.
+struct HeatPaths {
+    const Materials& materials;
+    const HeatDrive& drive;
+    std::span<const ScreenedPair> screened{};
+};
+
 /// Scratch of one step.
 struct HeatScratch {
     std::vector<Quad> place;   // x [m], T [degC]
@@ -51,7 +65,7 @@ struct HeatScratch {
 /// (dissertation 6.17-6.19; harmonic mean: Cleary & Monaghan 1999). The heat between two particles is equal for both,
 /// so that the total heat stays. In and out: particles.temperature [degC]. Returns the number of steps. Requires the
 /// places and volumes of this step's sweep.
-int conduct_heat(Particles& particles, const SweepInput& input, const Materials& materials, const HeatDrive& drive,
-                 double t, double dt, HeatScratch& scratch);
+int conduct_heat(Particles& particles, const SweepInput& input, const HeatPaths& paths, double t, double dt,
+                 HeatScratch& scratch);
 
 }  // namespace thixo

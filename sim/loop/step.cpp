@@ -121,8 +121,11 @@ void find_viscosity(Simulation& sim, double dt) {
 
 void conduct(Simulation& sim, double dt) {
     ScopedTimer timer(sim.stats.heat_seconds);
-    sim.stats.heat_steps += conduct_heat(sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep},
-                                         sim.problem.materials, sim.problem.heat, sim.clock.time, dt, sim.heat);
+    std::vector<ScreenedPair> screened;
+    if (sim.problem.heat.any()) screened = screened_heat(sim.particles, sim.neighbours, sim.solids, sim.crack_scratch);
+    sim.stats.heat_steps +=
+        conduct_heat(sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep},
+                     {sim.problem.materials, sim.problem.heat, screened}, sim.clock.time, dt, sim.heat);
 }
 
 void count_solve(const SolveReport& report, SolveStats& stats) {

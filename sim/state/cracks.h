@@ -111,7 +111,7 @@ struct Cracks {
     CrackTriangles triangles;
     BondCrossings crossings;
     double step = 1e30;  // the next step must not be longer, for fronts and new cracks to be followed [s]
-    double load = 0;     // largest norm of a stress over the strength, at the last step [1]
+    double load = 0;     // largest tension over strength at the last step (largest_load, tension.h) [1]
 
     bool any() const { return !cracks.empty(); }
 };

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/interruption.h"
 #include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/contract/atomic_file.h"
@@ -277,6 +278,7 @@ int run_stage(const RenderArgs& args) {
     set_quiet(args.quiet);
     set_thread_count(args.threads);
     catch_interrupts();
+    const InterruptionWatch watch("thixo-render", [] {});  // pictures are written whole: nothing else is to be kept
     if (args.preview) return run_preview(args, resolve_scene(args, open_cache(args).scene_text()).look);
     return Stage(args).run();
 }

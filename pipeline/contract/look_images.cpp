@@ -83,6 +83,7 @@ void read_image_hashes(Look& look, ReadContext& context) {
         };
         const int from = at(".file").source, content_from = at(".content").source;
         const auto set = [&](int source) { return source >= 0 && context.problems.source(source).is_override; };
+        if (context.closed.contains(file)) return;
         if (from < 0 || (context.files == Files::ignore && !set(from))) return;  // read already, and maybe gone
         if (content_from != from && !set(content_from)) content.clear();         // it was another file's
         const auto [entry, added] = read.try_emplace({file, use});

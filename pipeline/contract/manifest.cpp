@@ -9,6 +9,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/contract/hash.h"
 #include "pipeline/contract/json_fields.h"
+#include "pipeline/contract/scene_reader.h"
 
 namespace thixo {
 namespace {
@@ -190,6 +191,8 @@ Manifest parse_manifest(std::string_view text, const std::string& file) {
     Manifest m;
     m.format = static_cast<int>(integer_at(json, "format", 1, kCacheFormat, place));
     m.scene = text_at(json, "scene", place);
+    if (!scene::is_name(m.scene))  // files are named after it
+        throw CacheError("'{}' is damaged: its scene is called '{}', which is no name", file, scene::shown(m.scene));
     m.simulation_hash = text_at(json, "simulation_hash", place);
     m.complete = bool_at(json, "complete", place);
     m.scene_text = text_at(json, "scene_text", place);

@@ -29,7 +29,7 @@ void read_mesh_hashes(Scene& scene, ReadContext& context) {
     std::map<std::string, std::optional<std::string>> hashes;  // each file is read once
     walk_shapes(scene, [&](Shape& shape, const std::string& path) {
         MeshFile* mesh = std::get_if<MeshFile>(&shape.kind);
-        if (!mesh || mesh->file.empty()) return;
+        if (!mesh || mesh->file.empty() || context.closed.contains(mesh->file)) return;
         const auto [entry, added] = hashes.try_emplace(mesh->file);
         if (added) entry->second = hash_of_file(mesh->file);
         const std::optional<std::string>& hash = entry->second;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "pipeline/contract/scene_reach.h"
 #include "pipeline/contract/scene_scalar.h"
 
 namespace thixo::scene {
@@ -224,6 +225,7 @@ void BlockReader::file(const char* name, std::string& member, Check check, const
     if (context_.files == Files::ignore || value->at.source < 0) return;
     namespace fs = std::filesystem;
     member = (fs::path(context_.problems.source(value->at.source).folder) / value->text).lexically_normal().string();
+    if (!may_open(member, value->at, context_.problems)) context_.closed.insert(member);
 }
 
 void BlockReader::report_unknown(const char* also) {

@@ -22,6 +22,7 @@ struct ReadContext {
     Problems& problems;
     Files files = Files::check;
     Where where;
+    std::set<std::string> closed = {};  // files that the scene may not have opened; they are problems already
 };
 
 /// Reads the keys of one map; visit(reader, struct) calls it key by key, then report_unknown tells what it was not

@@ -38,6 +38,9 @@ block, and their order is kept. A name has letters, digits, `_` and `-`.
 **extends.** `extends: other.yaml` at the top takes another scene, relative to this file, and lays this one over it by name: blocks and named
 lists merge key by key, lists and single values are replaced. In a shape another kind replaces the kind. Chains are allowed.
 
+**Files** that a scene names (`extends`, meshes, images) lie in its own folder or below. Links are followed before that is decided. The environment
+variable `THIXO_FILES` lists further folders, separated by colons: `THIXO_FILES=$HOME/models:$HOME/textures`. What `--set` names may lie anywhere.
+
 **Look files.** `--look FILE` lays a file with a block `look`, or with a look's keys directly, over the scene's look in the same way: one with only
 lights keeps camera and appearances. A light is taken out by `strength: 0`.
 

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <filesystem>
 
+#include "pipeline/contract/scene_reach.h"
 #include "pipeline/contract/scene_yaml.h"
 
 namespace thixo::scene {
@@ -39,6 +40,7 @@ std::optional<std::string> extended_path(const Value& extends, const std::vector
         problems.add(extends.at, fmt::format("more than {} scene files extend each other", kLongestChain));
         return std::nullopt;
     }
+    if (!may_open(path, extends.at, problems)) return std::nullopt;
     return path;
 }
 

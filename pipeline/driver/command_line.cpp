@@ -23,7 +23,8 @@ constexpr const char* kHelp = R"(Usage: thixo VERB ... [OPTION...]      thixo VE
   export CACHE                 frames for other tools: ply, vtp, csv
   verify SCENE-or-CACHE        every file of an output folder against its checksum; --repair makes what is damaged again
 The launcher ./thixo adds: setup (install packages), test [--all] (build and run the tests), --no-build.
-SCENE is a YAML file. CACHE is an output folder or its cache/. Output goes to ./out/<scene>, a draft's to ./out/<scene>.draft.
+SCENE is a YAML file; what it names lies in its folder or below, or in a folder that THIXO_FILES lists (DIR:DIR:...).
+CACHE is an output folder or its cache/. Output goes to ./out/<scene>, a draft's to ./out/<scene>.draft.
 Exit codes: 0 done; 1 a check found a difference; 2 bad usage or input; 3 the simulation diverged; 4 a cache is missing or damaged;
 5 out of memory or disk; 6 with --strict, a run could not do all that its scene says; 130 and 143 interrupted, the state is saved.
 )";

@@ -13,7 +13,8 @@ namespace {
 
 constexpr int kBlock = 8;
 
-/// Signs of the distance at the nodes of a grid.
+/// Signs of the distance at the nodes of a grid. Its border is outside, whatever the shape says of its bounds: so the
+/// surface is closed, and no cell beyond the grid is asked for.
 struct SignGrid {
     Vec3d origin;
     double cell;
@@ -21,6 +22,9 @@ struct SignGrid {
     std::vector<char> inside;
 
     std::size_t node(std::size_t x, std::size_t y, std::size_t z) const { return x + n[0] * (y + n[1] * z); }
+    bool on_border(std::size_t x, std::size_t y, std::size_t z) const {
+        return x == 0 || y == 0 || z == 0 || x + 1 == n[0] || y + 1 == n[1] || z + 1 == n[2];
+    }
     std::size_t stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? n[0] : n[0] * n[1]; }
     Vec3d position(std::size_t k) const {
         return origin + cell * Vec3d(double(k % n[0]), double(k / n[0] % n[1]), double(k / n[0] / n[1]));
@@ -56,6 +60,7 @@ SignGrid sample_signs(const Shape& shape, double cell) {
                 for (std::size_t y = low[1]; y < std::min(low[1] + kBlock, grid.n[1]); ++y)
                     for (std::size_t x = low[0]; x < std::min(low[0] + kBlock, grid.n[0]); ++x) {
                         const std::size_t k = grid.node(x, y, z);
+                        if (grid.on_border(x, y, z)) continue;
                         grid.inside[k] = (uniform ? d : shape.distance(grid.position(k).cast<Real>())) < 0;
                     }
         },

@@ -12,15 +12,21 @@ namespace {
 
 constexpr int kAround = 12;           // neighbours that give the density of the points
 constexpr Real kOverlap = Real(1.1);  // radius over the distance of points
+constexpr float kFarthest = 1e9f;     // m, as of meshes
 
 void check_points(const TriangleMesh& points) {
     if (points.vertices.size() < kAround + 4)
         throw InputError("a point set has {} points; a surface needs at least {}", points.vertices.size(), kAround + 4);
     if (points.normals.size() != points.vertices.size())
         throw InputError("a point set without normals is no surface; give its vertices nx, ny, nz");
-    for (std::size_t i = 0; i < points.vertices.size(); ++i)
-        if (!points.vertices[i].allFinite() || !points.normals[i].allFinite() || !(points.normals[i].norm() > 0))
+    for (std::size_t i = 0; i < points.vertices.size(); ++i) {
+        const float far = points.vertices[i].cwiseAbs().maxCoeff(), length = points.normals[i].norm();
+        if (!points.vertices[i].allFinite() || !std::isfinite(length) || !(length > 0))
             throw InputError("point {} of a point set has no finite place or no normal", i + 1);
+        if (!(far < kFarthest))
+            throw InputError("point {} of a point set is {} m away; coordinates must be below {} m", i + 1, far,
+                             kFarthest);
+    }
 }
 
 /// Cell edge of a grid that has about ten points per cell where they are evenly spread over their box's surface.

@@ -83,23 +83,49 @@ ElementSight element_sight(const CrackSight& sight) {
 
 namespace {
 
-/// Marks surfels that a front has passed since they were bound. A triangle that is opaque stays so.
+/// The middles of triangles that a front has passed since the surfels about them were bound, and how far from their
+/// middles they reach. A triangle that is opaque stays so.
+struct PassedTriangles {
+    std::vector<Vec3> middle;
+    Real widest = 0;  // [m]
+};
+PassedTriangles passed_triangles(const Breaking& breaking, const Cracks& cracks) {
+    const CrackTriangles& t = cracks.triangles;
+    PassedTriangles passed;
+    for (Index k = 0; k < t.size(); ++k) {
+        if (source_of(cracks, k) != breaking.source ||
+            std::min(t.bound[k], breaking.opaque) == std::min(t.behind[k], breaking.opaque))
+            continue;
+        const Vec3 middle = passed.middle.emplace_back(middle_of(cracks, k));
+        for (const Index v : {t.a[k], t.b[k], t.c[k]})
+            passed.widest = std::max(passed.widest, (cracks.vertex[v] - middle).norm());
+    }
+    return passed;
+}
+
+/// Marks surfels that a front has passed since they were bound. The ways from a surfel to its elements decide: a run that
+/// continues binds all anew, and has to find the same weights.
 void mark_passed(const Breaking& breaking, const Matter& matter, std::vector<std::uint8_t>& marks) {
+    constexpr Real kRoom = Real(0.1);  // supports: ways begin a little below the surfel
     const Solids& solids = matter.solids;
-    const CrackTriangles& t = solids.cracks.triangles;
     const EmbeddedSurface& s = matter.embedded;
-    std::vector<Vec3> middles;
-    for (Index k = 0; k < t.size(); ++k)
-        if (source_of(solids.cracks, k) == breaking.source &&
-            std::min(t.bound[k], breaking.opaque) != std::min(t.behind[k], breaking.opaque))
-            middles.push_back(middle_of(solids.cracks, k));
-    if (middles.empty()) return;
+    const PassedTriangles passed = passed_triangles(breaking, solids.cracks);
+    if (passed.middle.empty()) return;
+    const auto of_source = [&](std::size_t i) {
+        return solids.bodies[static_cast<std::size_t>(s.owner[i])].source == breaking.source;
+    };
+    const auto reach = [&](std::size_t i) {
+        const Real disc = std::max(s.rest.axis1[i].norm(), s.rest.axis2[i].norm());
+        return s.support[i] + disc + kRoom * breaking.support + passed.widest;
+    };
+    Real farthest = breaking.support;
+    for (std::size_t i = 0; i < s.size(); ++i)
+        if (of_source(i)) farthest = std::max(farthest, reach(i));
     PointGrid grid;
-    const Real reach = Real(1.2) * breaking.support + 2 * breaking.row;
-    grid.build(middles, reach);
+    grid.build(passed.middle, farthest);
     parallel_for(s.size(), [&](std::size_t i) {
-        if (solids.bodies[static_cast<std::size_t>(s.owner[i])].source != breaking.source) return;
-        grid.for_each_neighbour(s.rest.position[i], reach, [&](Index, Real) { marks[i] = 1; });
+        if (!of_source(i)) return;
+        grid.for_each_neighbour(s.rest.position[i], reach(i), [&](Index, Real) { marks[i] = 1; });
     });
 }
 

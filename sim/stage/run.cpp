@@ -4,9 +4,11 @@
 
 #include <cmath>
 #include <filesystem>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/interruption.h"
 #include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
@@ -96,6 +98,29 @@ std::string replay_words(SimArgs args) {
     return line;
 }
 
+/// The state of the last finished frame. An interruption writes it: between two steps, or from a thread of its own where
+/// a step takes too long.
+class LastState {
+  public:
+    explicit LastState(const fs::path& out) : out_(out) {}
+    void set(int frame, std::string bytes) {
+        const std::lock_guard lock(mutex_);
+        frame_ = frame;
+        bytes_ = std::move(bytes);
+    }
+    void write() {
+        const std::lock_guard lock(mutex_);
+        if (written_ != frame_) write_checkpoint(out_, frame_, bytes_);
+        written_ = frame_;
+    }
+
+  private:
+    fs::path out_;
+    std::mutex mutex_;
+    int frame_ = -1, written_ = -1;
+    std::string bytes_;
+};
+
 /// A run's cache: new, discarded, or continued; and the simulation where it goes on.
 struct Start {
     CacheWriter cache;
@@ -164,21 +189,20 @@ int run_simulation(const SimArgs& args) {
         progress.update(1, note(sim));
     }
     catch_interrupts();
-    // The state of the last finished frame, kept for an interruption: written then, and every so many frames.
-    std::string state = args.initial ? std::string() : print_checkpoint(sim, identity.simulation_hash);
+    LastState state(out);
+    if (!args.initial) state.set(sim.clock.frame, print_checkpoint(sim, identity.simulation_hash));
+    const InterruptionWatch watch("thixo-sim", [&] { state.write(); });
     while (sim.clock.frame < last) {
-        const int frame = sim.clock.frame;
         sim.stats = StepStats{};
         started = wall_seconds();
         if (!advance_frame(sim, [] { return interrupted() != 0; })) {
-            write_checkpoint(out, frame, state);
+            state.write();
             progress.finish();
             throw InterruptedError(interrupted());
         }
         write_frame(sim, cache, boundaries, out, started);
-        state = print_checkpoint(sim, identity.simulation_hash);
-        if ((sim.clock.frame - first) % scene.solver.checkpoint_every == 0 || sim.clock.frame == last)
-            write_checkpoint(out, sim.clock.frame, state);
+        state.set(sim.clock.frame, print_checkpoint(sim, identity.simulation_hash));
+        if ((sim.clock.frame - first) % scene.solver.checkpoint_every == 0 || sim.clock.frame == last) state.write();
         progress.update(sim.clock.frame - first + 1, note(sim));
     }
     if (last == scene.frames.last) cache.finish();

@@ -18,7 +18,8 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "scenes")]
 import end_to_end as tools  # noqa: E402
 
-SCENES = [HERE.parent / "scenes/tiny.yaml", HERE.parent / "scenes/tiny_implicit.yaml", HERE / "melting.yaml", HERE / "rubber.yaml"]
+SCENES = [HERE.parent / "scenes/tiny.yaml", HERE.parent / "scenes/tiny_implicit.yaml",
+          *(HERE / f"{name}.yaml" for name in ("melting", "rubber", "breaking", "implicit", "periodic", "lights"))]
 longest = 60  # seconds that a verb may take on these scenes; --longest tells another number where the machine is busy
 
 
@@ -86,6 +87,13 @@ def children_of(pid):
         return []
 
 
+def program_of(pid):
+    try:
+        return pathlib.Path(f"/proc/{pid}/comm").read_text().strip()
+    except OSError:
+        return ""
+
+
 def leftovers(out):
     return sorted(str(p.relative_to(out)) for p in out.rglob("*") if ".tmp" in p.name or p.name.startswith(".film") or p.name.startswith("refused."))
 
@@ -100,6 +108,20 @@ def record(page, name, campaign, rounds):
     page.write_text("\n".join(lines) + "\n")
 
 
+def attempt(one_round, campaign, numbers):
+    """Makes the rounds, and returns how many. Ctrl-C ends them: what was counted by then is told."""
+    done = 0
+    try:
+        for number in numbers:
+            one_round(campaign, number)
+            done += 1
+            if done % 100 == 0:
+                print(f"{done} rounds:", dict(sorted(campaign.counts.items())), *campaign.broken, sep="\n  ", file=sys.stderr, flush=True)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+    return done
+
+
 def main():
     global longest
     import damage
@@ -110,6 +132,8 @@ def main():
     words.add_argument("bin_folder", type=pathlib.Path)
     words.add_argument("campaign", choices=campaigns)
     words.add_argument("--rounds", type=int, default=10)
+    words.add_argument("--first", type=int, default=0, help="number of the first round")
+    words.add_argument("--step", type=int, default=1, help="from a round's number to the next: 8 stays with one scene")
     words.add_argument("--seed", type=int, default=20260101)
     words.add_argument("--longest", type=int, default=longest, help="seconds that a verb may take before it counts as hanging")
     words.add_argument("--record", type=pathlib.Path)
@@ -118,12 +142,11 @@ def main():
     longest = given.longest
     with tempfile.TemporaryDirectory(prefix="thixo faults ") as place:
         campaign = Campaign(pathlib.Path(place), given.seed)
-        for number in range(given.rounds):
-            campaigns[given.campaign](campaign, number)
-    print(f"{given.campaign}, {given.rounds} rounds, seed {given.seed}:", dict(sorted(campaign.counts.items())))
+        done = attempt(campaigns[given.campaign], campaign, range(given.first, given.first + given.rounds * given.step, given.step))
+    print(f"{given.campaign}, {done} rounds from {given.first} by {given.step}, seed {given.seed}:", dict(sorted(campaign.counts.items())))
     print(*campaign.broken, sep="\n")
     if given.record:
-        record(given.record, given.campaign, campaign, given.rounds)
+        record(given.record, given.campaign, campaign, done)
     return 1 if campaign.broken else 0
 
 

@@ -4,10 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <ctime>
+
 #include "pipeline/contract/image.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
 #include "tests/pipeline/contract/cache_fixture.h"
+#include "tests/pipeline/contract/mutated.h"
 
 namespace thixo::scene {
 namespace {
@@ -226,6 +229,35 @@ TEST_F(LookImages, AFileThatChangesBehindOurBackIsNoticed) {
     const Scene scene = load();
     write("images/room.exr", sky_bytes(0.75f));
     EXPECT_THROW(image_bytes(scene.look.lights[0].file, scene.look.lights[0].content, nullptr), InputError);
+}
+
+/// Whether a look may use it, in a time that depends on its size.
+bool is_usable(const std::string& bytes, ImageUse use) {
+    const std::clock_t begun = std::clock();
+    bool usable = true;
+    try {
+        require_usable_image(bytes, "image", use);
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("'image'"), std::string::npos) << e.what();
+        usable = false;
+    }
+    EXPECT_LT(double(std::clock() - begun) / CLOCKS_PER_SEC, 5);
+    return usable;
+}
+
+TEST(ChangedImages, AreReadOrRefused) {
+    Image8 picture{16, 16, 3, {}};
+    for (std::uint64_t i = 0; i < 16 * 16 * 3; ++i) picture.values.push_back(std::uint8_t(random_bits(2, i, 0, 0)));
+    const std::string png = encode_png(picture);
+    std::string exr = sky_bytes();  // under another name for the checksum it is another program's, and carries none
+    exr.replace(exr.find("thixo_checksum"), 14, "other_checksum");
+    const std::uint64_t rounds = test::fuzz_rounds(1000);
+    std::uint64_t usable = 0;
+    for (std::uint64_t k = 0; k < rounds; ++k)
+        usable += k % 2 ? is_usable(test::mutated(exr, 20260101, k), ImageUse::environment)
+                        : is_usable(test::sealed_png(test::mutated(png, 20260101, k)), ImageUse::texture);
+    EXPECT_GT(usable, rounds / 50);
+    EXPECT_LT(usable, rounds);
 }
 
 }  // namespace

@@ -39,7 +39,9 @@ TEST(Manifest, ComesBackAsItWas) {
     const Manifest m = sample();
     EXPECT_EQ(parse_manifest(print_manifest(m), "manifest.json"), m);
     EXPECT_EQ(print_manifest(parse_manifest(print_manifest(m), "manifest.json")), print_manifest(m));
-    EXPECT_EQ(parse_manifest(print_manifest(Manifest()), "manifest.json"), Manifest());
+    Manifest bare;
+    bare.scene = "bare";
+    EXPECT_EQ(parse_manifest(print_manifest(bare), "manifest.json"), bare);
 }
 
 TEST(Manifest, FindsFramesByNumber) {
@@ -97,6 +99,9 @@ TEST(Manifest, NoNameLeadsOutOfTheCacheFolder) {
     EXPECT_NE(refusal(edited("\"particles.0001.vdb\"", "\"../particles.0001.vdb\"")), "");
     EXPECT_NE(refusal(edited("\"assets/", "\"../assets/")), "");
     EXPECT_NE(refusal(edited("\"surfels.0001.vdb\"", "\"/etc/passwd\"")), "");
+    // The film, and the scene that a repair simulates, are named after the scene.
+    EXPECT_NE(refusal(edited("\"scene\": \"pour\"", "\"scene\": \"../../pour\"")).find("which is no name"),
+              std::string::npos);
 }
 
 TEST(Manifest, DuplicatedAndUnorderedFramesAreRefused) {

@@ -87,6 +87,46 @@ inline std::string mutated(std::string bytes, std::uint64_t seed, std::uint64_t 
     return bytes;
 }
 
+/// A text in which one to three of its numbers are others: zero, tiny, large, negative, none. What remains is well
+/// formed, so that it gets further than most changes do. A function of the seed and the round alone.
+inline std::string with_other_numbers(std::string text, std::uint64_t seed, std::uint64_t round) {
+    constexpr std::array<std::string_view, 12> kNumbers{"0",   "-1",    "1",   "1e-30", "1e-6",  "0.001",
+                                                        "0.3", "-0.05", "1e9", "1e30",  "1e999", "nan"};
+    const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+    const auto part = [&](char c) { return digit(c) || c == '.' || c == '-' || c == '+' || c == 'e'; };
+    const std::uint64_t edits = 1 + random_bits(seed, round, 0, 7) % 3;
+    for (std::uint64_t k = 1; k <= edits; ++k) {
+        // From a place of chance on, the next number; from the start again where there is none.
+        std::size_t at = random_bits(seed, round, k, 8) % std::max<std::size_t>(text.size(), 1);
+        at = text.find_first_of("0123456789", at);
+        if (at == std::string::npos) at = text.find_first_of("0123456789");
+        if (at == std::string::npos) return text;
+        std::size_t begin = at, end = at;
+        while (begin > 0 && part(text[begin - 1])) --begin;
+        while (end < text.size() && part(text[end])) ++end;
+        text.replace(begin, end - begin, kNumbers[random_bits(seed, round, k, 9) % kNumbers.size()]);
+    }
+    return text;
+}
+
+/// A PNG with the checksum of every chunk; what is too short for one stays.
+inline std::string sealed_png(std::string bytes) {
+    constexpr std::size_t kSignature = 8, kFrame = 12;  // of a chunk: length, type, checksum
+    const auto byte = [&](std::size_t at) { return static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at])); };
+    for (std::size_t at = kSignature; at + kFrame <= bytes.size();) {
+        const std::size_t length = byte(at) << 24 | byte(at + 1) << 16 | byte(at + 2) << 8 | byte(at + 3);
+        if (length > bytes.size() - at - kFrame) return bytes;
+        std::uint32_t crc = ~0u;
+        for (std::size_t k = at + 4; k < at + 8 + length; ++k) {
+            crc ^= byte(k);
+            for (int bit = 0; bit < 8; ++bit) crc = crc >> 1 ^ (crc & 1 ? 0xedb88320u : 0);
+        }
+        for (int k = 0; k < 4; ++k) bytes[at + 8 + length + static_cast<std::size_t>(k)] = char(~crc >> (24 - 8 * k));
+        at += kFrame + length;
+    }
+    return bytes;
+}
+
 /// A point file with the checksum in its header; what is too short for a header stays.
 inline std::string sealed_points(std::string bytes) {
     constexpr std::size_t kAt = 21, kLength = 36;

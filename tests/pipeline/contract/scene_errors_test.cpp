@@ -12,6 +12,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/contract/scene_io.h"
+#include "tests/pipeline/contract/cache_fixture.h"
 
 namespace thixo::scene {
 namespace {
@@ -43,9 +44,10 @@ std::string errors_of(const std::string& path) {
     return {};
 }
 
-std::string errors_of_text(const std::string& text, const std::vector<std::string>& overrides = {}) {
+std::string errors_of_text(const std::string& text, const std::vector<std::string>& overrides = {},
+                           const std::string& name = "text.yaml") {
     try {
-        parse_scene(text, "text.yaml", overrides);
+        parse_scene(text, name, overrides);
     } catch (const InputError& e) {
         return e.what();
     }
@@ -133,8 +135,33 @@ TEST(SceneErrors, ThroughExtendsPointIntoTheFileThatIsWrong) {
     EXPECT_NE(told.find(folder + "/pour_honey_wrong.yaml:5:18: error: unknown key \"spere\""), std::string::npos)
         << told;
     // The other way round: the wrong key is in the file that is extended.
+    ::setenv("THIXO_FILES", ("/no/such/folder:" + kFolder.string()).c_str(), 1);
     const std::string base = errors_of_text("extends: " + (kFolder / "bad_scenes/unknown_key.yaml").string() + "\n");
+    ::unsetenv("THIXO_FILES");
     EXPECT_NE(base.find("bad_scenes/unknown_key.yaml:2:26: error: unknown key"), std::string::npos) << base;
+}
+
+TEST(SceneErrors, FilesOutsideOfTheScenesFolderAreOpenedOnlyAtTheUsersWord) {
+    const std::string scene = "materials: {m: {}}\nbodies: {b: {material: m, shape: {mesh: {scale: 1, file: ";
+    const auto said = [&](const std::string& file, const std::vector<std::string>& overrides = {}) {
+        return errors_of_text(scene + "\"" + file + "\"}}}}\n", overrides);
+    };
+    const test::TemporaryFolder folder;
+    write_whole(folder / "mesh.obj", "v 0 0 0\n");
+    const std::string outside = (folder / "mesh.obj").string();
+    EXPECT_NE(said(outside).find("text.yaml:2:58: error: "), std::string::npos) << said(outside);
+    EXPECT_NE(said(outside).find("lies outside of the scene's folder"), std::string::npos);
+    EXPECT_NE(said("../../../../../../.." + outside).find("lies outside"), std::string::npos);
+    EXPECT_EQ(said("", {"bodies.b.shape.mesh.file=" + outside}), "") << "the user's own word";
+    ::setenv("THIXO_FILES", folder.path().c_str(), 1);
+    EXPECT_EQ(said(outside), "");
+    EXPECT_NE(said("/etc/passwd").find("lies outside"), std::string::npos);
+    ::unsetenv("THIXO_FILES");
+    // A link leads where it leads.
+    std::filesystem::create_symlink("/etc/passwd", folder / "link.obj");
+    EXPECT_NE(errors_of_text(scene + "link.obj}}}}\n", {}, (folder / "text.yaml").string()).find("lies outside"),
+              std::string::npos);
+    EXPECT_EQ(errors_of_text(scene + "mesh.obj}}}}\n", {}, (folder / "text.yaml").string()), "");
 }
 
 TEST(SceneErrors, ALoopOfExtendsIsTold) {

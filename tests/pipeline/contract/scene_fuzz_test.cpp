@@ -9,7 +9,10 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/contract/picture_cost.h"
 #include "pipeline/contract/scene_io.h"
+#include "tests/pipeline/contract/cache_fixture.h"
+#include "tests/pipeline/contract/mutated.h"
 
 namespace thixo::scene {
 namespace {
@@ -73,8 +76,9 @@ std::string damaged(std::string text, const std::vector<std::string>& others, st
 TEST(SceneFuzz, DamagedScenesAreReadOrRefused) {
     const std::vector<std::string> texts = seeds();
     const std::string sound = read(fs::path(THIXO_SOURCE_DIR) / "tests/pipeline/contract/scenes/pour.yaml");
-    int accepted = 0, refused = 0;
-    for (std::uint64_t id = 0; id < 10000; ++id) {
+    const std::uint64_t rounds = test::fuzz_rounds(10'000);
+    std::uint64_t accepted = 0, refused = 0;
+    for (std::uint64_t id = 0; id < rounds; ++id) {
         const std::string text = damaged(id % 2 ? sound : texts[id / 2 % texts.size()], texts, id);
         try {
             const Scene scene = parse_scene(text, "fuzz.yaml", {}, Files::ignore);
@@ -87,8 +91,31 @@ TEST(SceneFuzz, DamagedScenesAreReadOrRefused) {
             ++refused;
         }
     }
-    EXPECT_GT(accepted, 100);  // the damage is not always fatal, or the test would test little
-    EXPECT_GT(refused, 1000);
+    EXPECT_GT(accepted, rounds / 100);  // the damage is not always fatal, or the test would test little
+    EXPECT_GT(refused, rounds / 10);
+}
+
+TEST(SceneFuzz, ChangedLooksAreReadOrRefused) {
+    const test::TemporaryFolder folder;
+    const Scene base = load_scene(THIXO_SOURCE_DIR "/tests/faults/lights.yaml");
+    const std::string look = print_look(base.look), file = (folder / "look.yaml").string();
+    const std::uint64_t rounds = test::fuzz_rounds(1000);
+    std::uint64_t accepted = 0, refused = 0;
+    ::setenv("THIXO_FILES", THIXO_SOURCE_DIR, 1);  // the look calls its image by its whole path
+    for (std::uint64_t k = 0; k < rounds; ++k) {
+        std::ofstream(file, std::ios::binary) << (k % 3 == 0 ? test::mutated : test::with_other_numbers)(look, 1, k);
+        try {
+            const Look changed = overlay_look(base.look, file);
+            EXPECT_GE(picture_cost(changed, nullptr).memory, 0);
+            EXPECT_FALSE(print_look(changed).empty());
+            ++accepted;
+        } catch (const InputError&) {
+            ++refused;
+        }
+    }
+    ::unsetenv("THIXO_FILES");
+    EXPECT_GT(accepted, rounds / 20);
+    EXPECT_GT(refused, rounds / 20);
 }
 
 TEST(SceneFuzz, DamagedOverridesAreReadOrRefused) {

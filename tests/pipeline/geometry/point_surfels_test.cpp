@@ -141,6 +141,13 @@ TEST(PointSurfels, RefuseWhatIsNoSurface) {
     points = ball_of_points(100);
     for (int k = 0; k < 20; ++k) points.vertices[std::size_t(k)] = points.vertices[0];
     EXPECT_THROW(surfels_of_points(points), InputError);
+    // Lengths beyond the range of single precision, in places and in normals.
+    points = ball_of_points(100);
+    points.vertices[7].x() = 1e30f;
+    EXPECT_THROW(surfels_of_points(points), InputError);
+    points = ball_of_points(100);
+    points.normals[7] *= 1e30f;
+    EXPECT_THROW(surfels_of_points(points), InputError);
 }
 
 }  // namespace

@@ -162,6 +162,18 @@ TEST(Tessellation, RingsOfAPlaneCoverItOnceWithoutGaps) {
     }
 }
 
+/// A ball of radius 1 that takes itself for smaller, as rounding makes of shapes far away.
+struct BallBeyondItsBounds final : Shape::Node {
+    Real distance(const Vec3& x) const override { return x.norm() - 1; }
+    std::optional<Box3> bounds() const override { return Box3{Vec3(-0.5f, -1, -1), Vec3(1, 0.5f, 1)}; }
+};
+
+TEST(Tessellation, OfAShapeThatReachesBeyondItsBoundsIsClosedThere) {
+    const TriangleMesh mesh = extract_surface(Shape(std::make_shared<BallBeyondItsBounds>()), 0.1);
+    EXPECT_TRUE(inspect_mesh(mesh).closed);
+    for (const Vec3f& v : mesh.vertices) EXPECT_LE(v.norm(), 1.2f);
+}
+
 TEST(Tessellation, RefusesWhatHasNoClosedSurface) {
     EXPECT_THROW(tessellate(plane({0, 0, 1}, 0), 0.1), InputError);
     EXPECT_THROW(tessellate(intersection_of({sphere(1), translated(sphere(1), {3, 0, 0})}), 0.1), InputError);

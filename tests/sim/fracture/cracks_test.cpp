@@ -1,7 +1,12 @@
 // Solids that break: where, at what load, into what. Dissertation 5.6.
 #include <gtest/gtest.h>
 
+#include <tuple>
+
+#include "pipeline/contract/scene_io.h"
 #include "sim/fracture/crack_step.h"
+#include "sim/fracture/sheets.h"
+#include "sim/fracture/sight.h"
 #include "sim/stage/frame_output.h"
 #include "tests/sim/identity.h"
 #include "tests/sim/solid/rubber.h"
@@ -171,6 +176,24 @@ TEST(Cracks, ConductNoHeatAcross) {
     }
     EXPECT_GT(heat[0], 0);
     EXPECT_LT(heat[1], 1e-6 * heat[0]);
+}
+
+TEST(Cracks, SurfelsBoundAsFrontsPassHaveTheWeightsOfThoseBoundAtOnce) {
+    // A run that continues binds all at once. The discs are wide, so that they reach far across the notch and the crack.
+    Simulation s = make_simulation(scene::load_scene(THIXO_SOURCE_DIR "/tests/faults/breaking.yaml"));
+    for (int frame = 0; frame < 5; ++frame) {
+        ASSERT_TRUE(advance_frame(s));
+        EmbeddedSurface anew = s.embedded;
+        const CrackSight sight(s.solids);
+        bind_surfels(s.solids, std::vector<std::uint8_t>(s.solids.bodies.size(), 1), anew, element_sight(sight));
+        ASSERT_TRUE(anew.begin == s.embedded.begin) << "frame " << s.clock.frame;
+        for (std::size_t k = 0; k < anew.weight.size(); ++k) {
+            const SurfelWeight &a = anew.weight[k], &b = s.embedded.weight[k];
+            ASSERT_EQ(std::tie(a.at, a.along1, a.along2, a.element), std::tie(b.at, b.along1, b.along2, b.element))
+                << "frame " << s.clock.frame << ", weight " << k;
+        }
+    }
+    EXPECT_TRUE(s.solids.cracks.any());
 }
 
 TEST(Cracks, FacesStandInTheFrameWithTheirTrimTrees) {

@@ -75,7 +75,7 @@ double simulate(const std::filesystem::path& mesh, const std::string& matter) {
     const std::string text = "frames: {first: 0, last: 1, fps: 500}\nmaterials: {stuff: {density: 1000, " + matter +
                              "}}\nbodies: {thing: {material: stuff, shape: {mesh: {file: \"" + mesh.string() +
                              "\", scale: 1}}}}\nsolver: {spacing: 0.01}\n";
-    Simulation s = make_simulation(scene::parse_scene(text, "bad.yaml"));
+    Simulation s = make_simulation(scene::parse_scene(text, (mesh.parent_path() / "bad.yaml").string()));
     advance_frame(s);
     double volume = 0;
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
@@ -118,7 +118,7 @@ TEST(ABodysMesh, ThatIsOpenOrInsideOutIsToldOfOnce) {
                               "  row: {material: stuff, shape: {repeat: {count: 3, step: [0, 0.3, 0], shapes: [" +
                               shape + "]}, translate: [1, 0, 0]}}\nsolver: {spacing: 0.02}\n";
         testing::internal::CaptureStderr();
-        make_simulation(scene::parse_scene(text, "bad.yaml"));
+        make_simulation(scene::parse_scene(text, (folder.path / "bad.yaml").string()));
         std::istringstream all(testing::internal::GetCapturedStderr());
         std::string of_meshes;
         for (std::string line; std::getline(all, line);)
@@ -204,7 +204,7 @@ TEST(AWall, ThatCannotBeIsRefusedInOneLine) {
             make_simulation(scene::parse_scene(
                 "frames: {first: 0, last: 1}\nmaterials: {stuff: {}}\nworld: {boundaries: {wall: {" + wall +
                     "}}}\nbodies: {drop: {material: stuff, shape: {sphere: {radius: 0.1}}}}\nsolver: {spacing: 0.02}\n",
-                "bad.yaml"));
+                (folder.path / "bad.yaml").string()));
         } catch (const InputError& e) {
             return std::string(e.what());
         }
@@ -245,7 +245,7 @@ TEST(ABodysMesh, OfNormalsWithoutLengthFacesOutwards) {
         scene::parse_scene("frames: {first: 0, last: 1}\nmaterials: {stuff: {youngs_modulus: 1.0e5}}\nbodies: {thing: "
                            "{material: stuff, surfels: 600, shape: {mesh: {file: \"" +
                                file.string() + "\", scale: 1}}}}\nsolver: {spacing: 0.02}\n",
-                           "bad.yaml"));
+                           (folder.path / "bad.yaml").string()));
     const std::string said = testing::internal::GetCapturedStderr();
     EXPECT_NE(said.find("8 normals without a length"), std::string::npos) << said;
     ASSERT_GT(s.embedded.size(), 300u);

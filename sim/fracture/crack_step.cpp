@@ -111,11 +111,13 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
                                         const Solids& solids, CrackScratch& scratch) {
     if (!solids.cracks.any()) return {};
     see_matter(solids, scratch);
+    constexpr Real kTogether = Real(1.5);  // supports: how near to each other pieces were in one body
     const Elements& e = solids.elements;
     const auto part = [&](const CrackedMatter& matter, Index i, Index j) {
         const Vec3 from = xyz(e.rest[i]), to = xyz(e.rest[j]);
         const Real h = (e.support[i] + e.support[j]) / 2, r = (to - from).norm();
-        if (r > Real(1.5) * h) return Real(0);
+        if (r > kTogether * h) return Real(0);
+        if (e.owner[i] != e.owner[j]) return Real(1);
         Real left = 1;
         matter.sheets().for_each_crossing(from, to, [&](Index k, const Vec3&) {
             const Real behind = solids.cracks.triangles.behind[k];
@@ -133,7 +135,8 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
             [&](std::size_t begin, std::size_t end, std::size_t c) {
                 for (std::size_t n = begin; n < end; ++n) {
                     const Index i = elements[n], k = solids.particle_of[i];
-                    if (!matter.sheets().nearest(xyz(e.rest[i]), e.support[i], [](Index) { return true; })) continue;
+                    if (!matter.sheets().nearest(xyz(e.rest[i]), kTogether * e.support[i], [](Index) { return true; }))
+                        continue;
                     for (const Index l : neighbours[k]) {
                         const Index j = solids.element(particles.id[l]);
                         if (l <= k || j == kNone || solids.owner(j).source != matter.breaking().source) continue;
@@ -150,15 +153,13 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
 void make_breaking(const scene::Scene& scene, const Materials& materials, const EmbeddedSurface& surface,
                    Solids& solids) {
     Elements& e = solids.elements;
+    if (!e.breaks) return;
+    e.strength.assign(e.size(), kUnbreakable);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
         const ResolvedMaterial& material = materials[static_cast<std::size_t>(body.material)];
         const scene::Fracture& keys = material.fracture;
         if (!keys.any() || !body.shaped()) continue;
-        if (!e.breaks) {
-            e.breaks = true;
-            e.strength.assign(e.size(), kUnbreakable);
-        }
         const double speed = keys.speed > 0 ? keys.speed
                                             : 0.25 * std::sqrt(material.elastic.front().elastic.youngs_modulus /
                                                                static_cast<double>(material.density));

@@ -217,6 +217,7 @@ std::vector<Index> surfels_at_splits(const std::vector<std::uint8_t>& bodies, co
         Real widest = 0;
         for (std::size_t i = 0; i < s.size(); ++i)
             if (marked(i)) widest = std::max(widest, reach(i));
+        if (!(widest > 0)) break;  // these bodies have no surfels
         std::vector<Vec3> place;
         for (const Index i : members) place.push_back(xyz(solids.elements.rest[i]));
         PointGrid grid;

@@ -94,6 +94,10 @@ Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const 
     Solids s;
     s.elements.hardens =
         std::ranges::any_of(scene.materials, [](const scene::Material& m) { return m.elastic.hardening > 0; });
+    s.elements.breaks = std::ranges::any_of(scene.bodies, [&](const scene::Body& body) {
+        const auto material = std::ranges::find(scene.materials, body.material, &scene::Material::name);
+        return material != scene.materials.end() && material->elastic.solid() && material->fracture.any();
+    });
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
         add_body(scene, static_cast<std::int32_t>(b), smoothing, particles, s);
     if (s.empty()) return s;

@@ -161,6 +161,7 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
         if (!materials.count(m.name)) warn("materials.{} is not used by any body or emitter", m.name);
     }
     for (const Boundary& b : scene.world.boundaries) appearances.insert(b.look);
+    for (const Appearance& a : scene.look.appearances) appearances.insert(a.inside);
     for (const Appearance& a : scene.look.appearances)
         if (!appearances.count(a.name)) warn("look.appearances.{} is not used by any material or boundary", a.name);
     if (scene.bodies.empty() && scene.emitters.empty())

@@ -114,6 +114,7 @@ TEST(Passes, FacesOfCracksLookLikeTheInsideAndSayWhichTheyAre) {
     set.sheet = {0, kFirstCrackSheet + 3};
     world.rays = std::make_unique<RayScene>(std::move(set), std::vector<MeshObject>());
     world.labels.resize(4);
+    world.settings.transparent_background = true;
     const Image image = picture(world);
     int outer = 0, inner = 0;
     for (std::size_t i = 0; i < image.pixels(); ++i) {

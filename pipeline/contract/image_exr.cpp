@@ -23,9 +23,9 @@ namespace {
 
 constexpr const char* kChecksumKey = "thixo_checksum";
 constexpr std::size_t kDigits = 32;
-constexpr std::size_t kLargestRatio =
-    1100;  // of deflate: pixels that need more bytes than this times the file cannot be in it
-
+// Of deflate: pixels that need more bytes than this times the file cannot be in it.
+constexpr std::size_t kLargestRatio = 1100;
+constexpr double kMostBlank = 1 << 26;  // values of a picture of which a file of few bytes may hold a crop: 256 MiB
 constexpr std::int64_t kMostPixels = 1 << 28;
 
 class MemoryOut : public Imf::OStream {
@@ -116,8 +116,17 @@ Image blank(const Imath::Box2i& window) {
     return {static_cast<int>(width), static_cast<int>(height)};
 }
 
-/// The picture that is shown: what a crop leaves out is black, what reaches beyond is cut off.
-Image placed(const Image& data, const Imath::Box2i& data_window, const Imath::Box2i& display_window) {
+double pixels_of(const Imath::Box2i& window) {
+    return (double(window.max.x) - window.min.x + 1) * (double(window.max.y) - window.min.y + 1);
+}
+
+/// The picture that is shown: what a crop leaves out is black, what reaches beyond is cut off. A file of few bytes may
+/// not ask for much of it.
+Image placed(const Image& data, const Imath::Box2i& data_window, const Imath::Box2i& display_window,
+             std::size_t file_size) {
+    const double values = pixels_of(display_window) * double(data.channels.size());
+    if (values > std::max(kMostBlank, double(kLargestRatio) / sizeof(Imath::half) * double(file_size)))
+        throw std::runtime_error("it is too short for its display window");
     Image shown = blank(display_window);
     shown.attributes = data.attributes;
     const Imath::V2i lower(std::max(data_window.min.x, display_window.min.x),
@@ -163,7 +172,7 @@ Image read_pixels(std::string_view bytes, const std::string& name) {
         if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute());
             text && std::strcmp(a.name(), kChecksumKey) != 0)
             image.attributes[a.name()] = text->value();
-    return header.displayWindow() == window ? image : placed(image, window, header.displayWindow());
+    return header.displayWindow() == window ? image : placed(image, window, header.displayWindow(), bytes.size());
 }
 
 }  // namespace
@@ -187,8 +196,8 @@ void write_exr(const std::filesystem::path& path, const Image& image) { write_wh
 double exr_pixels(std::string_view bytes, const std::string& file) {
     try {
         MemoryIn in(bytes, file.c_str());
-        const Imath::Box2i window = Imf::InputFile(in).header().dataWindow();
-        return (double(window.max.x) - window.min.x + 1) * (double(window.max.y) - window.min.y + 1);
+        const Imf::InputFile read(in);
+        return std::max(pixels_of(read.header().dataWindow()), pixels_of(read.header().displayWindow()));
     } catch (const std::exception& e) {
         throw CacheError("'{}' is damaged or not an EXR", file);
     }

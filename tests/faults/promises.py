@@ -213,6 +213,27 @@ class Paths(Copies):
         render(place / "relative", code=4, cwd=place)
 
 
+class Strangers(Copies):
+    def test_scenes_have_nothing_opened_outside_of_their_folder(self):
+        place = self.folder / "given"
+        place.mkdir()
+        secret = self.folder / "secret.png"
+        secret.write_bytes(png(4, 4))
+        (place / "link.png").symlink_to(secret)
+        plain = "colour: [0.7, 0.7, 0.65], colour2: [0.4, 0.4, 0.45], checker: 0.05"
+        scene = place / "scene.yaml"
+        for name in ("../secret.png", secret, "link.png"):
+            scene.write_text(SCENE.read_text().replace(plain, f"image: {{file: {name}, size: [0.1, 0.1]}}"))
+            for words in (["validate", scene], ["run", scene, "--out", place / "out"], ["info", scene]):
+                self.assertIn("lies outside of the scene's folder", call("thixo", *words, code=2).stderr)
+            self.assertFalse((place / "out").exists())
+            call("thixo", "validate", scene, env={"THIXO_FILES": f"/nowhere:{self.folder}"})
+        scene.write_text("extends: ../base.yaml\n")
+        shutil.copy(SCENE, self.folder / "base.yaml")
+        self.assertIn("lies outside", call("thixo", "validate", scene, code=2).stderr)
+        call("thixo", "validate", SCENE, "--set", f"look.appearances.table={{checker: 0, image: {{file: {secret}}}}}")
+
+
 class Verify(Copies):
     """`thixo verify` names what is damaged and nothing else; with --repair the folder is as it was."""
     FILES = ("cache/manifest.json", "cache/particles.0003.vdb", "cache/surfels.0004.vdb", "cache/frame.0002.json", "checkpoint/checkpoint.0005.bin",
@@ -308,6 +329,20 @@ class Signals(Copies):
                     self.assertNotIn("state is saved", outcome[1] if words[1] == "validate" else "")
                     self.assertLess(outcome[2], 2)
 
+    def test_in_a_long_frame_are_answered_within_two_seconds(self):
+        out = self.copy()
+        endless = ["--set=look.output.samples=1000000", "--set=look.output.noise=0", "--restart"]
+        for words in (["thixo-render", f"--out={out}", *endless], ["thixo", "render", out, *endless],
+                      ["thixo", "sim", SCENE, "--out", self.folder / "long", "--set", "frames.fps=0.01"]):
+            for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
+                with self.subTest(words=words[:2], signal=number.name):
+                    outcome = self.interrupted(words, number, 2)
+                    self.assertIsNotNone(outcome, "it had ended: the frame is too short for this test")
+                    self.assertEqual(code, outcome[0], outcome[1])
+                    self.assertIn("interrupted", outcome[1])
+                    self.assertLess(outcome[2], 2)
+        self.assertEqual(["checkpoint.0001.bin"], [f.name for f in (self.folder / "long/checkpoint").iterdir()])
+
     def test_at_any_moment_of_a_run_lose_nothing(self):
         chance = random.Random(20260101)
         begun = time.monotonic()
@@ -387,6 +422,11 @@ class Estimates(Copies):
         large, _ = self.facts(SCENE, "--set", "look.output.width=32768", "--set", "look.output.height=32768")
         self.assertGreater(large["memory"], 60 * 32768 ** 2)  # 15 float channels
         self.assertLess(plain["memory"], 1e9)
+        image = self.folder / "large.png"
+        image.write_bytes(png(8192, 8192))
+        self.assertLess(image.stat().st_size, 1e6)
+        pictured, _ = self.facts(SCENE, "--set", f"look.appearances.table={{checker: 0, image: {{file: {image}}}}}")
+        self.assertGreater(pictured["memory"] - plain["memory"], 3 * 4 * 8192 ** 2)  # three float channels
         done = render(self.reference, "--set=look.output.width=32768", "--set=look.output.height=32768", "--restart", code=5)
         self.assertIn("GB", done.stderr)
 

@@ -140,6 +140,24 @@ TEST(Exr, CropsAreReadInTheirPlaceInTheWholePicture) {
     }
 }
 
+TEST(Exr, ACropOfAVastPictureIsRefusedBeforeItTakesMemory) {
+    const TemporaryFolder folder;
+    const float value = 1;
+    Imf::Header header(Imath::Box2i(Imath::V2i(0, 0), Imath::V2i(30000, 30000)),
+                       Imath::Box2i(Imath::V2i(0, 0), Imath::V2i(0, 0)));
+    header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
+    {
+        Imf::FrameBuffer buffer;
+        buffer.insert("Y", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(const_cast<float*>(&value)), 4, 4));
+        Imf::OutputFile file((folder / "vast.exr").c_str(), header);
+        file.setFrameBuffer(buffer);
+        file.writePixels(1);
+    }
+    const std::string bytes = read_whole(folder / "vast.exr");
+    EXPECT_NE(refusal(bytes).find("too short for its display window"), std::string::npos) << refusal(bytes);
+    EXPECT_EQ(exr_pixels(bytes, "vast.exr"), 30001.0 * 30001.0) << "what it would take in memory";
+}
+
 TEST(Exr, HostileHeadersAreRefusedSoon) {
     Image image(64, 64);
     image.add("R");

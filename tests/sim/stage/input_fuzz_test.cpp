@@ -139,7 +139,7 @@ TEST(InputFuzz, AChangedMeshIsRefusedOrSimulated) {
             EXPECT_EQ(try_scene(scene_around(seed.file, use), folder.path / "scene.yaml"), Outcome::done)
                 << seed.file << " as " << use;
         }
-    const std::uint64_t rounds = test::fuzz_rounds(240);
+    const std::uint64_t rounds = test::fuzz_rounds(120);
     Rounds outcomes;
     for (std::uint64_t k = 0; k < rounds; ++k) {
         const MeshSeed& seed = seeds[k % seeds.size()];
@@ -159,7 +159,7 @@ TEST(InputFuzz, AChangedSceneIsRefusedOrSimulated) {
         seeds.push_back(text_of(root / file));
     for (const std::string& seed : seeds)
         EXPECT_EQ(try_scene(seed, root / "tests/scenes/fuzz.yaml"), Outcome::done) << seed;
-    const std::uint64_t rounds = test::fuzz_rounds(240);
+    const std::uint64_t rounds = test::fuzz_rounds(120);
     Rounds outcomes;
     for (std::uint64_t k = 0; k < rounds; ++k)
         outcomes.add(

@@ -27,6 +27,7 @@ constexpr std::size_t kDigits = 32;
 constexpr std::size_t kLargestRatio = 1100;
 constexpr double kMostBlank = 1 << 26;  // values of a picture of which a file of few bytes may hold a crop: 256 MiB
 constexpr std::int64_t kMostPixels = 1 << 28;
+constexpr int kLongestSide = 1 << 20;
 
 class MemoryOut : public Imf::OStream {
   public:
@@ -111,7 +112,7 @@ void write_pixels(const Image& image, Imf::OStream& out) {
 Image blank(const Imath::Box2i& window) {
     const auto width = std::int64_t(window.max.x) - window.min.x + 1,
                height = std::int64_t(window.max.y) - window.min.y + 1;
-    if (width < 1 || height < 1 || width > 1 << 20 || height > 1 << 20 || width * height > kMostPixels)
+    if (width < 1 || height < 1 || width > kLongestSide || height > kLongestSide || width * height > kMostPixels)
         throw std::runtime_error("its size is out of range");
     return {static_cast<int>(width), static_cast<int>(height)};
 }
@@ -144,7 +145,41 @@ Image placed(const Image& data, const Imath::Box2i& data_window, const Imath::Bo
     return shown;
 }
 
+/// Throws where an attribute claims more bytes than the file has. The library would make room for them before it reads.
+/// It also makes a table of a picture's rows, so that it gets their limit.
+void require_header_sizes(std::string_view bytes) {
+    constexpr std::size_t kStart = 8;  // magic number and version
+    constexpr unsigned char kManyParts = 0x10;
+    static const bool limited = [] {
+        Imf::Header::setMaxImageSize(kLongestSide, kLongestSide);
+        return true;
+    }();
+    if (!limited || bytes.size() < kStart) return;
+    std::size_t at = kStart;
+    const auto skip_text = [&] {  // a name or a type; false where it is empty
+        const std::size_t end = bytes.find('\0', at);
+        if (end == std::string_view::npos) throw std::runtime_error("its header is cut short");
+        const bool empty = end == at;
+        at = end + 1;
+        return !empty;
+    };
+    const bool many = (static_cast<unsigned char>(bytes[5]) & kManyParts) != 0;
+    do {
+        while (skip_text()) {
+            skip_text();
+            std::int32_t size = 0;
+            if (bytes.size() - at < sizeof size) throw std::runtime_error("its header is cut short");
+            std::memcpy(&size, bytes.data() + at, sizeof size);
+            at += sizeof size;
+            if (size < 0 || static_cast<std::size_t>(size) > bytes.size() - at)
+                throw std::runtime_error("an attribute claims more bytes than the file has");
+            at += static_cast<std::size_t>(size);
+        }
+    } while (many && at < bytes.size() && bytes[at] != '\0');
+}
+
 Image read_pixels(std::string_view bytes, const std::string& name) {
+    require_header_sizes(bytes);
     MemoryIn in(bytes, name.c_str());
     Imf::InputFile file(in);
     if (!file.isComplete()) throw std::runtime_error("its writer did not finish");
@@ -195,6 +230,7 @@ void write_exr(const std::filesystem::path& path, const Image& image) { write_wh
 
 double exr_pixels(std::string_view bytes, const std::string& file) {
     try {
+        require_header_sizes(bytes);
         MemoryIn in(bytes, file.c_str());
         const Imf::InputFile read(in);
         return std::max(pixels_of(read.header().dataWindow()), pixels_of(read.header().displayWindow()));

@@ -8,6 +8,7 @@
 #include <png.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "tests/pipeline/contract/cache_fixture.h"
@@ -156,6 +157,20 @@ TEST(Exr, ACropOfAVastPictureIsRefusedBeforeItTakesMemory) {
     const std::string bytes = read_whole(folder / "vast.exr");
     EXPECT_NE(refusal(bytes).find("too short for its display window"), std::string::npos) << refusal(bytes);
     EXPECT_EQ(exr_pixels(bytes, "vast.exr"), 30001.0 * 30001.0) << "what it would take in memory";
+}
+
+TEST(Exr, AnAttributeOfMoreBytesThanTheFileIsRefusedBeforeItTakesMemory) {
+    Image image(4, 3);
+    image.add("R");
+    std::string bytes = encode_exr(image);
+    bytes.replace(bytes.find("thixo_checksum"), 14, "other_checksum");  // another program's
+    const std::int32_t most = std::numeric_limits<std::int32_t>::max();
+    for (const char* type : {"string", "v2f", "chlist"}) {
+        std::string hostile = bytes;
+        std::memcpy(hostile.data() + hostile.find(std::string(type) + '\0') + std::strlen(type) + 1, &most,
+                    sizeof most);
+        EXPECT_NE(refusal(hostile).find("claims more bytes than the file has"), std::string::npos) << refusal(hostile);
+    }
 }
 
 TEST(Exr, HostileHeadersAreRefusedSoon) {

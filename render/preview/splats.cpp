@@ -190,10 +190,12 @@ std::vector<double> attribute_values(const PointSet& points, const std::string& 
     }
     std::vector<double> values(points.count);
     std::visit(
+    const Vec3d origin = points.origin_of(a->name);
         [&](const auto& data) {
             parallel_for(points.count, [&](std::size_t i) {
                 if constexpr (std::is_same_v<std::decay_t<decltype(data[i])>, Vec3f>)
-                    values[i] = component < 0 ? data[i].template cast<double>().norm() : data[i][component];
+                    values[i] = component < 0 ? (origin + data[i].template cast<double>()).norm()
+                                              : origin[component] + static_cast<double>(data[i][component]);
                 else
                     values[i] = static_cast<double>(data[i]);
             });

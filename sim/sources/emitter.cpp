@@ -295,7 +295,7 @@ EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& e
     layout.mass = static_cast<double>(material.density) * cube(static_cast<double>(spacing));
     layout.flow = static_cast<double>(material.density) * area * layout.speed;
     layout.centre = emitter.position;
-    layout.motion = motion_of(emitter.motion);
+    layout.motion = motion_of(scene, emitter.motion);
     layout.turn = frame_along(emitter.direction);
 
     const Edge edge{layout.opening, layout.turn, layout.centre};

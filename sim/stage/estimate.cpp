@@ -65,7 +65,8 @@ double memory_of(const Size& size) {
     return kProgram + kParticle * size.particles + kSurfel * size.surfels;
 }
 
-Estimate estimate_run(const scene::Scene& scene) {
+Estimate estimate_run(const scene::Scene& in_world) {
+    const scene::Scene scene = near_origin(in_world);
     for (const scene::Boundary& b : scene.world.boundaries)
         if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
     // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.

@@ -35,6 +35,7 @@ PointSet particle_points(const Simulation& sim) {
     points.add("v", collect<Vec3f>(n, [&](std::size_t i) {
                    const Quad& v = sim.sweep.motion[i];
                    return Vec3f(static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z));
+    points.origin = sim.problem.scene.origin;
                }));
     points.add("id", p.id);
     const Real spacing = sim.problem.smoothing.spacing;
@@ -60,6 +61,7 @@ PointSet surfel_points(const Simulation& sim) {
     points.add("N", floats(surface.surfels.normal));
     points.add("t1", floats(surface.surfels.axis1));
     points.add("t2", floats(surface.surfels.axis2));
+    points.origin = sim.problem.scene.origin;
     points.add("id", surface.id);
     points.add(
         "pscale", collect<float>(surface.size(), [&](std::size_t i) {
@@ -108,7 +110,7 @@ std::vector<FrameBody> frame_bodies(const Simulation& sim) {
     return bodies;
 }
 
-FrameObstacle frame_obstacle(const DrawnBoundary& b, double time) {
+FrameObstacle frame_obstacle(const DrawnBoundary& b, const Vec3d& origin, double time) {
     FrameObstacle o;
     o.name = b.name;
     o.look = b.look;
@@ -118,7 +120,7 @@ FrameObstacle frame_obstacle(const DrawnBoundary& b, double time) {
     const Mat3d turn = pose.rotation.toRotationMatrix();
     for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) o.transform[static_cast<std::size_t>(4 * r + c)] = turn(r, c);
-        o.transform[static_cast<std::size_t>(4 * r + 3)] = pose.translation[r];
+        o.transform[static_cast<std::size_t>(4 * r + 3)] = origin[r] + pose.translation[r];
         o.velocity[static_cast<std::size_t>(r)] = velocity.linear[r];
         o.angular_velocity[static_cast<std::size_t>(r)] = velocity.angular[r];
     }
@@ -141,7 +143,7 @@ FrameTotals totals(const Simulation& sim) {
         p.size(),
         [&](std::size_t i) {
             const double m = p.mass[i];
-            const Vec3d x = p.position[i].cast<double>();
+            const Vec3d x = sim.problem.scene.origin + p.position[i].cast<double>();
             const Quad& q = sim.sweep.motion[i];
             const Vec3d v(q.x, q.y, q.z);
             const double rest_density = p.mass[i] / p.rest_volume[i];
@@ -187,8 +189,8 @@ std::vector<DrawnBoundary> store_boundaries(const scene::Scene& scene, CacheWrit
         if (!b.visible) continue;
         const auto mesh = boundary_mesh(scene, b);
         if (mesh)
-            drawn.push_back(
-                {b.name, b.look.empty() ? b.name : b.look, cache.add_asset(write_ply(*mesh)), motion_of(b.motion)});
+            drawn.push_back({b.name, b.look.empty() ? b.name : b.look, cache.add_asset(write_ply(*mesh)),
+                             motion_of(scene, b.motion)});
     }
     return drawn;
 }
@@ -201,7 +203,8 @@ Frame make_frame(const Simulation& sim, const std::vector<DrawnBoundary>& bounda
     frame.particles = particle_points(sim);
     frame.surfels = surfel_points(sim);
     frame.bodies = frame_bodies(sim);
-    for (const DrawnBoundary& b : boundaries) frame.obstacles.push_back(frame_obstacle(b, sim.clock.time));
+    for (const DrawnBoundary& b : boundaries)
+        frame.obstacles.push_back(frame_obstacle(b, sim.problem.scene.origin, sim.clock.time));
     frame.totals = totals(sim);
     frame.shortfalls = find_shortfalls(sim);
     return frame;

@@ -131,7 +131,7 @@ Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimA
     const fs::path out = args.out;
     Simulation sim = make_simulation(scene);
     sim.problem.replay = replay_words(args);
-    if (const double memory = memory_of(final_size(scene, sim)); memory > machine_memory())
+    if (const double memory = memory_of(final_size(sim.problem.scene, sim)); memory > machine_memory())
         log_warning(
             "this simulation may need {} of memory at its last frame, and this machine has {}; raise "
             "solver.spacing, or let emitters stop earlier",

@@ -110,6 +110,7 @@ SurfelSet surfels_of(const Frame& frame, const std::map<int, Index>& object_of_b
     set.cloud.axis2 = points.get<Vec3f>("t2");
     set.rest = optional_attribute<Vec3f>(points, "rest");
     set.velocity = optional_attribute<Vec3f>(points, "v");
+    set.colour = optional_attribute<Vec3f>(points, "Cd");
     set.temperature = optional_attribute<float>(points, "temperature");
     set_layers(set, points, frame.bodies, object_of_body);
     return set;
@@ -150,6 +151,7 @@ MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle, const
     object.own_shift = (-linear.inverse() * shift).cast<float>();
     object.mesh.triangles = mesh.triangles;
     object.mesh.uvs = mesh.uvs;
+    object.mesh.colours = mesh.colours;
     for (const Vec3f& v : mesh.vertices)
         object.mesh.vertices.push_back((linear * v.cast<double>() + shift).cast<float>());
     for (const Vec3f& n : mesh.normals)
@@ -162,10 +164,10 @@ MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle, const
 World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& pictures, const scene::Scene& scene,
                  const scene::Look& look_in_world, std::vector<std::string>& missing) {
     World world;
-    Appearances appearances(world, look, pictures, missing);
-    const auto require_uv = [&](Index object, bool has, const std::string& appearance, const std::string& of) {
     world.origin = frame.surfels.origin;
     const scene::Look look = scene::relative_to(look_in_world, world.origin);
+    Appearances appearances(world, look, pictures, missing);
+    const auto require_uv = [&](Index object, bool has, const std::string& appearance, const std::string& of) {
         if (!has && world.material(object).image.by_uv())
             throw InputError("look.appearances.{}.image: {} has no texture coordinates; choose another mapping than uv",
                              appearance, of);

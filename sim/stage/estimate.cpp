@@ -53,7 +53,7 @@ Size final_size(const scene::Scene& scene, const Simulation& at_start) {
     const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
     for (const scene::Emitter& e : scene.emitters) {
         const double area = opening_of(scene, e).area;
-        count += flow_seconds(e, end) * flow_speed(e, area) * area / cube(scene.solver.spacing);
+        count += flow_seconds(e, end) * flow_rate(e, area) / cube(scene.solver.spacing);
     }
     return {count, static_cast<double>(at_start.embedded.size())};
 }

@@ -68,7 +68,7 @@ double memory_of(const Size& size) {
 Estimate estimate_run(const scene::Scene& in_world) {
     const scene::Scene scene = near_origin(in_world);
     for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
+        if (b.visible) require_drawable(scene, b);
     // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.
     constexpr double kManySites = 1e5;
     scene::Scene sampled = scene;

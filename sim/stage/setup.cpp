@@ -139,9 +139,9 @@ void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, con
                              body.name, place_text(sim.problem.scene, x));
 }
 
-/// Particles of a hexagonal lattice. In a liquid each has the volume that a site of the packing stands for. In a solid
-/// they share the volume of the shape.
-SampledVolume pack_body(const Shape& shape, bool solid, const std::function<bool(const Vec3&)>& free,
+/// Particles of a hexagonal lattice. Each has the volume that a site of the packing stands for, as in a liquid, or they
+/// share the volume of the shape, as in a solid.
+SampledVolume pack_body(const Shape& shape, bool share, const std::function<bool(const Vec3&)>& free,
                         const Simulation& sim) {
     const Real d = sim.problem.smoothing.spacing;
     SampledVolume sites;
@@ -149,7 +149,7 @@ SampledVolume pack_body(const Shape& shape, bool solid, const std::function<bool
     const std::size_t count = sites.position.size();
     if (count == 0) return sites;
     const Real volume =
-        solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count))
+        share ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count))
               : cube(d) * static_cast<Real>(packing_stretch(d, sim.problem.periodic).prod());
     sites.volume.assign(count, volume);
     sites.spacing.assign(count, d);
@@ -213,7 +213,7 @@ class PlacedBodies {
     std::vector<Placed> list_;
 };
 
-void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulation& sim) {
+void add_body(const scene::Body& body, int number, SkinSetup skins, PlacedBodies& placed, Simulation& sim) {
     const scene::Scene& scene = sim.problem.scene;
     const Real d = sim.problem.smoothing.spacing;
     const int material = index_of(scene.materials, body.material, "material");
@@ -231,8 +231,9 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
         others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
         return !taken;
     };
-    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_body(shape, solid, free, sim)
-                                                                                   : sample_solid(body, shape, d);
+    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal
+                                    ? pack_body(shape, solid && skins == SkinSetup::make, free, sim)
+                                    : sample_solid(body, shape, d);
     const std::size_t count = sites.position.size();
     if (count == 0)
         throw InputError(
@@ -317,7 +318,8 @@ Simulation make_simulation(const scene::Scene& in_world, SkinSetup skins) {
                              return b.sampling.lattice == scene::Lattice::octree;
                          })};
     PlacedBodies placed;
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), placed, sim);
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+        add_body(scene.bodies[b], static_cast<int>(b), skins, placed, sim);
     sim.solids = make_solids(scene, smoothing, sim.particles);
     make_phases(scene, sim.problem.materials, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);

@@ -5,7 +5,8 @@
 
 namespace thixo {
 
-/// Whether solids get their surfels. What only counts matter does without: sampling surfaces takes longest by far.
+/// Whether solids get their surfels and their very mass. What only counts matter does without: sampling surfaces and
+/// volumes takes longest by far. The mass of a solid is then that of the packing.
 enum class SkinSetup { make, leave_out };
 
 /// Builds walls, materials, emitters and the particles of all bodies. A body's particles are packed in its shape, away

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/frame_looks.h"
+#include "pipeline/contract/scene_origin.h"
 #include "render/cryptomatte.h"
 #include "render/media.h"
 
@@ -49,24 +51,6 @@ class Appearances {
     std::vector<std::string>& missing_;
     std::map<std::string, Index> index_;
 };
-
-std::string look_of_material(const scene::Scene& scene, const std::string& material) {
-    for (const scene::Material& m : scene.materials)
-        if (m.name == material) return m.look.empty() ? m.name : m.look;
-    return material;
-}
-
-std::string look_of_body(const scene::Scene& scene, const FrameBody& body) {
-    for (const scene::Body& b : scene.bodies)
-        if (b.name == body.name && !b.look.empty()) return b.look;
-    return look_of_material(scene, body.material);
-}
-
-std::string look_of_obstacle(const scene::Scene& scene, const FrameObstacle& obstacle) {
-    for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.name == obstacle.name) return b.look.empty() ? b.name : b.look;
-    return obstacle.look.empty() ? obstacle.name : obstacle.look;
-}
 
 template <class T>
 std::vector<T> optional_attribute(const PointSet& points, const char* name) {
@@ -126,6 +110,7 @@ SurfelSet surfels_of(const Frame& frame, const std::map<int, Index>& object_of_b
     set.cloud.axis2 = points.get<Vec3f>("t2");
     set.rest = optional_attribute<Vec3f>(points, "rest");
     set.velocity = optional_attribute<Vec3f>(points, "v");
+    set.colour = optional_attribute<Vec3f>(points, "Cd");
     set.temperature = optional_attribute<float>(points, "temperature");
     set_layers(set, points, frame.bodies, object_of_body);
     return set;
@@ -145,27 +130,28 @@ ObjectLabel label_of(const FrameBody& body, const std::string& appearance) {
     label.body = body.id;
     return label;
 }
-ObjectLabel label_of(const FrameObstacle& obstacle, const std::string& appearance) {
+ObjectLabel label_of(const FrameObstacle& obstacle, const Vec3d& origin, const std::string& appearance) {
     ObjectLabel label = label_of(obstacle.name, appearance);
     for (int k = 0; k < 3; ++k) {
         const auto i = std::size_t(k);
-        label.origin[k] = float(obstacle.transform[4 * i + 3]);
+        label.origin[k] = float(obstacle.transform[4 * i + 3] - origin[k]);
         label.velocity[k] = float(obstacle.velocity[i]);
         label.angular_velocity[k] = float(obstacle.angular_velocity[i]);
     }
     return label;
 }
 
-MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle) {
+MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle, const Vec3d& origin) {
     Eigen::Matrix4d m;
     for (int k = 0; k < 16; ++k) m(k / 4, k % 4) = obstacle.transform[std::size_t(k)];
     const Mat3d linear = m.topLeftCorner<3, 3>(), normals = linear.inverse().transpose();
-    const Vec3d shift = m.topRightCorner<3, 1>();
+    const Vec3d shift = m.topRightCorner<3, 1>() - origin;
     MeshObject object;
     object.to_own = linear.inverse().cast<float>();
     object.own_shift = (-linear.inverse() * shift).cast<float>();
     object.mesh.triangles = mesh.triangles;
     object.mesh.uvs = mesh.uvs;
+    object.mesh.colours = mesh.colours;
     for (const Vec3f& v : mesh.vertices)
         object.mesh.vertices.push_back((linear * v.cast<double>() + shift).cast<float>());
     for (const Vec3f& n : mesh.normals)
@@ -176,8 +162,10 @@ MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle) {
 }  // namespace
 
 World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& pictures, const scene::Scene& scene,
-                 const scene::Look& look, std::vector<std::string>& missing) {
+                 const scene::Look& look_in_world, std::vector<std::string>& missing) {
     World world;
+    world.origin = frame.surfels.origin;
+    const scene::Look look = scene::relative_to(look_in_world, world.origin);
     Appearances appearances(world, look, pictures, missing);
     const auto require_uv = [&](Index object, bool has, const std::string& appearance, const std::string& of) {
         if (!has && world.material(object).image.by_uv())
@@ -195,10 +183,10 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
     for (const FrameObstacle& o : frame.obstacles) {
         const auto mesh = meshes.find(o.asset);
         if (o.asset.empty() || mesh == meshes.end()) continue;
-        placed_meshes.push_back(placed(mesh->second, o));
+        placed_meshes.push_back(placed(mesh->second, o, world.origin));
         const std::string name = look_of_obstacle(scene, o);
         placed_meshes.back().object = appearances.add_object(name);
-        world.labels.push_back(label_of(o, name));
+        world.labels.push_back(label_of(o, world.origin, name));
         require_uv(placed_meshes.back().object, !mesh->second.uvs.empty(), name,
                    fmt::format("the mesh of the boundary '{}'", o.name));
         placed_meshes.back().solid = world.material(placed_meshes.back().object).dielectric();

@@ -21,9 +21,10 @@ Vec3f mapped(const std::vector<std::pair<float, Vec3f>>& map, float value) {
 }  // namespace
 
 Vec3f Material::colour_at(const Hit& hit) const {
-    if (colour_by != scene::ColourBy::none)
-        return mapped(colour_map, colour_by == scene::ColourBy::temperature ? hit.attributes.temperature
-                                                                            : hit.attributes.velocity.norm());
+    using scene::ColourBy;
+    if (colour_by == ColourBy::temperature) return mapped(colour_map, hit.attributes.temperature);
+    if (colour_by == ColourBy::speed) return mapped(colour_map, hit.attributes.velocity.norm());
+    if (colour_by == ColourBy::vertices && hit.attributes.colour.minCoeff() >= 0) return hit.attributes.colour;
     if (image.texture) return image.colour(hit, in_rest);
     if (checker <= 0) return colour;
     const Vec3f& position = in_rest ? hit.attributes.rest : hit.position;

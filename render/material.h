@@ -37,7 +37,7 @@ struct Material {
     bool reads_attributes() const {
         return in_rest || image.by_uv() || colour_by != scene::ColourBy::none || bump.amplitude > 0;
     }
-    /// Colour at a hit: the attribute's, the image's, the checker's field, or plain.
+    /// Colour at a hit: the attribute's, the mesh's own, the image's, the checker's field, or plain.
     Vec3f colour_at(const Hit& hit) const;
 
     // Of an opaque material, as materials/scatter.h has it.

@@ -62,7 +62,7 @@ const std::array<Pass, kPassCount> kPasses{
     of_pixel("variance", "RGB", false, [](const Pixel& p) { return three(p.variance()); }),
     of_pixel("samples", "", false, [](const Pixel& p) { return one(p.samples); }),
     nearest(
-        "P", "XYZ", [](const FirstHit& h) { return three(h.hit.position); }, 0, &Passes::position),
+        "P", "XYZ", [](const FirstHit& h) { return three(h.place); }, 0, &Passes::position),
     nearest(
         "motion", "XYZW", [](const FirstHit& h) -> PassValue { return h.motion.cast<double>(); }, 0, &Passes::motion),
     nearest(

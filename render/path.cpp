@@ -79,6 +79,7 @@ class Path {
         if (s_.bounces > 0 || first_.found) return;
         first_.found = true;
         first_.hit = hit;
+        first_.place = world_.origin + hit.position.cast<double>();
         first_.depth = (hit.position - world_.camera.position).dot(world_.camera.forward);
         first_.normal = hit.normal.dot(s_.ray.direction) < 0 ? hit.normal : Vec3f(-hit.normal);
         first_.albedo = material.dielectric() ? Vec3f(Vec3f::Ones()) : material.colour_at(hit);

@@ -16,6 +16,7 @@ struct FirstHit {
     Vec3f albedo{0, 0, 0};               // of a dielectric: one
     Eigen::Vector4f motion{0, 0, 0, 0};  // pixels to the right and up, to the next frame and to the one before
     const ObjectLabel* label = nullptr;  // where the world has labels
+    Vec3d place{0, 0, 0};                // of the hit, in the world [m]
     Hit hit;                             // as the ray met it; untouched where a lamp is seen
     Vec3f seen{0, 0, 0};                 // colour of what is seen through and in clear and mirroring surfaces
     Vec3f way{0, 0, 0};                  // direction in which that is met, times the share that arrives of it

@@ -58,6 +58,7 @@ struct Attributes {
     float uv_per_metre = 0;                  // how much of uv a metre of the surface holds
     Vec3f velocity{0, 0, 0};                 // [m/s]
     float temperature = 0;                   // [degC]
+    Vec3f colour{-1, -1, -1};                // of a mesh's vertices, linear; below 0 where there is none
 };
 
 struct Hit {

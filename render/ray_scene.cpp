@@ -170,6 +170,7 @@ struct RayScene::Impl {
     bool intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const;
     void surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit) const;
     void blend_attributes(const SurfelHit& found, Hit& hit) const;
+    Vec3f blend_colours(const SurfelHit& found) const;
     void mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) const;
 };
 
@@ -206,6 +207,7 @@ void RayScene::Impl::blend_attributes(const SurfelHit& found, Hit& hit) const {
         if (!surfels.velocity.empty()) at.velocity += found.weight[i] * surfels.velocity[k];
         if (!surfels.temperature.empty()) at.temperature += found.weight[i] * surfels.temperature[k];
     }
+    if (!surfels.colour.empty()) at.colour = blend_colours(found);
     if (surfels.rest.empty()) return;
     Eigen::Matrix2f spread = Eigen::Matrix2f::Zero();
     Eigen::Matrix<float, 3, 2> product = Eigen::Matrix<float, 3, 2>::Zero();
@@ -222,6 +224,19 @@ void RayScene::Impl::blend_attributes(const SurfelHit& found, Hit& hit) const {
     at.rest_a = slope.col(0);
     at.rest_b = slope.col(1);
     at.rest -= slope * mean;
+}
+
+/// Of a body that is a mesh in part the discs without a colour do not count.
+Vec3f RayScene::Impl::blend_colours(const SurfelHit& found) const {
+    Vec3f sum = Vec3f::Zero();
+    float weight = 0;
+    for (int i = 0; i < found.count; ++i) {
+        const Vec3f& colour = surfels.colour[found.source[i]];
+        if (colour.minCoeff() < 0) continue;
+        sum += found.weight[i] * colour;
+        weight += found.weight[i];
+    }
+    return weight > 0 ? Vec3f(sum / weight) : Attributes{}.colour;
 }
 
 void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) const {
@@ -249,6 +264,8 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
     hit.attributes.rest = object.to_own * hit.position + object.own_shift;
     hit.attributes.rest_a = object.to_own * a_axis;
     hit.attributes.rest_b = object.to_own * b_axis;
+    if (!mesh.colours.empty())
+        hit.attributes.colour = (1 - u - v) * mesh.colours[a] + u * mesh.colours[b] + v * mesh.colours[c];
     if (mesh.uvs.empty()) return;
     const auto& [uv_a, uv_b, uv_c] = mesh.uvs[found.hit.primID];
     hit.attributes.uv = (1 - u - v) * uv_a + u * uv_b + v * uv_c;

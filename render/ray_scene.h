@@ -20,7 +20,7 @@ struct SurfelSet {
     std::vector<Index> object;                  // per layer: the object it bounds
     std::vector<std::int32_t> sheet;            // per layer: which sheet of the object; none: 0
     std::vector<std::optional<TrimNode>> trim;  // per object, or none: over its layers
-    std::vector<Vec3f> rest, velocity;
+    std::vector<Vec3f> rest, velocity, colour;  // colour: of a mesh's vertices, linear; below 0 where there is none
     std::vector<float> temperature;
 };
 

@@ -279,7 +279,7 @@ int run_stage(const RenderArgs& args) {
     set_thread_count(args.threads);
     catch_interrupts();
     const InterruptionWatch watch("thixo-render", [] {});  // pictures are written whole: nothing else is to be kept
-    if (args.preview) return run_preview(args, resolve_scene(args, open_cache(args).scene_text()).look);
+    if (args.preview) return run_preview(args, resolve_scene(args, open_cache(args).scene_text()));
     return Stage(args).run();
 }
 

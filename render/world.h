@@ -45,6 +45,7 @@ struct World {
     LightGroups light_groups;
     Vec3f background{0, 0, 0};  // radiance seen where there is no sky
     PathSettings settings;
+    Vec3d origin{0, 0, 0};  // what all places of this world count from [m]
     Camera camera;
     bool attributes = false;          // some material looks at the attributes of hits
     Interior camera_interior;         // the objects the camera is inside of

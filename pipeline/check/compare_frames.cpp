@@ -188,6 +188,9 @@ bool pairs_up(const std::string& what, const Order& a, const Order& b, std::vect
 }
 
 void compare_points(const std::string& what, const PointSet& a, const PointSet& b, FrameReport& report) {
+    for (const int k : {0, 1, 2})
+        compare_numbers(fmt::format("{}: origin.{}", what, "xyz"[k]).c_str(), a.origin[k], b.origin[k],
+                        report.problems);
     const Order order_a = order_of(a), order_b = order_of(b);
     const bool paired = pairs_up(what, order_a, order_b, report.problems);
     for (const Attribute& other : b.attributes)

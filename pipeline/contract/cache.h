@@ -66,6 +66,7 @@ class CacheWriter {
     static CacheWriter open(const std::filesystem::path& out, const Manifest& before, Manifest manifest,
                             bool unchanged);
     void publish();
+    void need_format(int format);
     CacheFile store(const std::string& name, std::string_view bytes);
 
     std::filesystem::path folder_;

@@ -151,8 +151,11 @@ void CacheWriter::write_frame(const Frame& frame) {
     else
         frames.insert(at, std::move(entry));
     manifest_.complete = false;
+    if (!frame.particles.origin.isZero() || !frame.surfels.origin.isZero()) need_format(3);
     publish();
 }
+
+void CacheWriter::need_format(int format) { manifest_.format = std::max(manifest_.format, format); }
 
 std::string CacheWriter::add_asset(std::string_view bytes, std::string_view extension) {
     CacheFile file{"", bytes.size(), hash_hex(bytes)};
@@ -166,7 +169,7 @@ std::string CacheWriter::add_asset(std::string_view bytes, std::string_view exte
     write_whole(folder_ / file.name, bytes);
     if (listed) return hash;
     assets.insert(at, std::move(file));
-    if (extension != kAssetExtensions[0]) manifest_.format = 2;
+    if (extension != kAssetExtensions[0]) need_format(2);
     return hash;
 }
 

@@ -28,7 +28,22 @@ void put(std::string& out, T value) {
 template <class V>
 using Element = typename std::decay_t<V>::value_type;
 template <class T>
-constexpr bool kIsVector = std::is_same_v<T, Vec3f>;
+constexpr bool kIsVector = std::is_same_v<T, Vec3f> || std::is_same_v<T, Vec3d>;
+
+/// f(value of row i) for an attribute. Places far from the world's origin are doubles.
+template <class F>
+void with_value(const PointSet& points, const Attribute& a, std::size_t i, F&& f) {
+    std::visit(
+        [&](const auto& v) {
+            if constexpr (kIsVector<Element<decltype(v)>>)
+                if (const Vec3d origin = points.origin_of(a.name); !origin.isZero()) {
+                    f(Vec3d(origin + v[i].template cast<double>()));
+                    return;
+                }
+            f(v[i]);
+        },
+        a.data);
+}
 
 /// Rows in ascending id, so that a particle's row is found by tools that know no ids; in their own order where there
 /// are none.
@@ -46,18 +61,14 @@ std::vector<std::size_t> row_order(const PointSet& points) {
     return order;
 }
 
-const std::vector<Vec3f>& positions_of(const PointSet& points) {
-    static const std::vector<Vec3f> none;
-    return points.find("P") ? points.get<Vec3f>("P") : none;
-}
-
 // ---- csv
 // --------------------------------------------------------------------------------------------------------------------------
 
 void append_cell(std::string& out, float v) { fmt::format_to(std::back_inserter(out), "{}", v); }
 void append_cell(std::string& out, std::int32_t v) { fmt::format_to(std::back_inserter(out), "{}", v); }
 void append_cell(std::string& out, std::int64_t v) { fmt::format_to(std::back_inserter(out), "{}", v); }
-void append_cell(std::string& out, const Vec3f& v) {
+template <class T>
+void append_cell(std::string& out, const Eigen::Matrix<T, 3, 1>& v) {
     fmt::format_to(std::back_inserter(out), "{},{},{}", v.x(), v.y(), v.z());
 }
 
@@ -74,7 +85,7 @@ std::string csv(const PointSet& points, const std::vector<std::size_t>& order) {
     for (const std::size_t i : order) {
         for (std::size_t c = 0; c < points.attributes.size(); ++c) {
             if (c > 0) out += ',';
-            std::visit([&](const auto& v) { append_cell(out, v[i]); }, points.attributes[c].data);
+            with_value(points, points.attributes[c], i, [&](const auto& v) { append_cell(out, v); });
         }
         out += '\n';
     }
@@ -85,12 +96,13 @@ std::string csv(const PointSet& points, const std::vector<std::size_t>& order) {
 // --------------------------------------------------------------------------------------------------------------------------
 
 /// The properties of an attribute, by the names other programs look for.
-std::string ply_properties(const Attribute& a) {
-    if (a.name == "P") return "property float x\nproperty float y\nproperty float z\n";
+std::string ply_properties(const PointSet& points, const Attribute& a) {
+    const char* real = points.origin_of(a.name).isZero() ? "float" : "double";
+    if (a.name == "P") return fmt::format("property {0} x\nproperty {0} y\nproperty {0} z\n", real);
     if (a.name == "N") return "property float nx\nproperty float ny\nproperty float nz\n";
     if (a.name == "pscale") return "property float radius\n";
     if (std::holds_alternative<std::vector<Vec3f>>(a.data))
-        return fmt::format("property float {0}_x\nproperty float {0}_y\nproperty float {0}_z\n", a.name);
+        return fmt::format("property {1} {0}_x\nproperty {1} {0}_y\nproperty {1} {0}_z\n", a.name, real);
     if (std::holds_alternative<std::vector<float>>(a.data)) return fmt::format("property float {}\n", a.name);
     if (std::holds_alternative<std::vector<std::int32_t>>(a.data)) return fmt::format("property int {}\n", a.name);
     return fmt::format("property double {}\n", a.name);
@@ -99,7 +111,8 @@ std::string ply_properties(const Attribute& a) {
 void put_property(std::string& out, float v) { put(out, v); }
 void put_property(std::string& out, std::int32_t v) { put(out, v); }
 void put_property(std::string& out, std::int64_t v) { put(out, static_cast<double>(v)); }  // PLY has no 64-bit integers
-void put_property(std::string& out, const Vec3f& v) {
+template <class T>
+void put_property(std::string& out, const Eigen::Matrix<T, 3, 1>& v) {
     for (int c = 0; c < 3; ++c) put(out, v[c]);
 }
 
@@ -111,10 +124,10 @@ std::string ply(const PointSet& points, const std::vector<std::size_t>& order) {
         if (a.name != "P" && a.name != "N" && a.name != "pscale") columns.push_back(&a);
     std::string out =
         fmt::format("ply\nformat binary_little_endian 1.0\ncomment Thixo\nelement vertex {}\n", points.count);
-    for (const Attribute* a : columns) out += ply_properties(*a);
+    for (const Attribute* a : columns) out += ply_properties(points, *a);
     out += "end_header\n";
     for (const std::size_t i : order)
-        for (const Attribute* a : columns) std::visit([&](const auto& v) { put_property(out, v[i]); }, a->data);
+        for (const Attribute* a : columns) with_value(points, *a, i, [&](const auto& v) { put_property(out, v); });
     return out;
 }
 
@@ -123,6 +136,8 @@ std::string ply(const PointSet& points, const std::vector<std::size_t>& order) {
 
 template <class T>
 constexpr const char* kVtkType = "Float32";
+template <>
+constexpr const char* kVtkType<Vec3d> = "Float64";
 template <>
 constexpr const char* kVtkType<std::int32_t> = "Int32";
 template <>
@@ -152,9 +167,31 @@ class Appended {
     std::string bytes_;
 };
 
+/// An attribute in ascending id.
+std::string vtp_array(const PointSet& points, const Attribute& a, const std::string& name,
+                      const std::vector<std::size_t>& order, Appended& appended) {
+    std::string element;
+    const Vec3d origin = points.origin_of(a.name);
+    std::visit(
+        [&](const auto& v) {
+            using T = Element<decltype(v)>;
+            if constexpr (kIsVector<T>)
+                if (!origin.isZero()) {
+                    element = appended.array<Vec3d>(name, order.size(), [&](std::size_t i) {
+                        return Vec3d(origin + v[order[i]].template cast<double>());
+                    });
+                    return;
+                }
+            element = appended.array<T>(name, order.size(), [&](std::size_t i) { return v[order[i]]; });
+        },
+        a.data);
+    return element;
+}
+
 std::string vtp(const PointSet& points, const std::vector<std::size_t>& order) {
     const std::size_t n = points.count;
-    const std::vector<Vec3f>& positions = positions_of(points);
+    const Attribute none{"P", std::vector<Vec3f>()};
+    const Attribute* places = points.find("P");
     Appended appended;
     std::string out =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "
@@ -163,16 +200,9 @@ std::string vtp(const PointSet& points, const std::vector<std::size_t>& order) {
         "<Piece NumberOfPoints=\"{0}\" NumberOfVerts=\"{0}\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
         "NumberOfPolys=\"0\">\n<PointData>\n",
         n);
-    for (const Attribute& a : points.attributes) {
-        if (a.name == "P") continue;
-        std::visit(
-            [&](const auto& v) {
-                out += appended.array<Element<decltype(v)>>(a.name, n, [&](std::size_t i) { return v[order[i]]; });
-            },
-            a.data);
-    }
-    out += "</PointData>\n<Points>\n" +
-           appended.array<Vec3f>("Points", n, [&](std::size_t i) { return positions[order[i]]; });
+    for (const Attribute& a : points.attributes)
+        if (a.name != "P") out += vtp_array(points, a, a.name, order, appended);
+    out += "</PointData>\n<Points>\n" + vtp_array(points, places ? *places : none, "Points", order, appended);
     out += "</Points>\n<Verts>\n" + appended.array<std::int64_t>("connectivity", n, [](std::size_t i) { return i; });
     out += appended.array<std::int64_t>("offsets", n, [](std::size_t i) { return i + 1; });
     out += "</Verts>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_";

@@ -45,13 +45,14 @@ Json range_json(const char* type, const std::vector<T>& v) {
     const Range r = range_of(v.size(), [&](std::size_t i) { return static_cast<double>(v[i]); });
     return {{"type", type}, {"min", r.least}, {"mean", r.mean}, {"max", r.most}};
 }
-Json describe_values(const std::vector<float>& v) { return range_json("float", v); }
-Json describe_values(const std::vector<std::int32_t>& v) { return range_json("int32", v); }
-Json describe_values(const std::vector<std::int64_t>& v) { return range_json("int64", v); }
-Json describe_values(const std::vector<Vec3f>& v) {
+Json describe_values(const std::vector<float>& v, const Vec3d&) { return range_json("float", v); }
+Json describe_values(const std::vector<std::int32_t>& v, const Vec3d&) { return range_json("int32", v); }
+Json describe_values(const std::vector<std::int64_t>& v, const Vec3d&) { return range_json("int64", v); }
+/// Places are told in the world: they count from `origin` [m].
+Json describe_values(const std::vector<Vec3f>& v, const Vec3d& origin) {
     Json json = {{"type", "vec3f"}, {"min", Json::array()}, {"mean", Json::array()}, {"max", Json::array()}};
     for (int c = 0; c < 3; ++c) {
-        const Range r = range_of(v.size(), [&](std::size_t i) { return static_cast<double>(v[i][c]); });
+        const Range r = range_of(v.size(), [&](std::size_t i) { return origin[c] + static_cast<double>(v[i][c]); });
         json["min"].push_back(r.least);
         json["mean"].push_back(r.mean);
         json["max"].push_back(r.most);
@@ -62,7 +63,7 @@ Json describe_values(const std::vector<Vec3f>& v) {
 Json attributes_json(const PointSet& points) {
     Json json = Json::object();
     for (const Attribute& a : points.attributes)
-        json[a.name] = std::visit([](const auto& v) { return describe_values(v); }, a.data);
+        json[a.name] = std::visit([&](const auto& v) { return describe_values(v, points.origin_of(a.name)); }, a.data);
     return json;
 }
 

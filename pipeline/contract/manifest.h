@@ -11,7 +11,7 @@
 namespace thixo {
 
 /// The newest format this program writes; it reads 1 to this. Apart from the program's version.
-inline constexpr int kCacheFormat = 2;
+inline constexpr int kCacheFormat = 3;
 inline constexpr int kLargestFrameNumber = 999'999;
 inline constexpr const char* kManifestName = "manifest.json";
 inline constexpr std::uint64_t kLargestManifest = std::uint64_t(1)
@@ -38,7 +38,7 @@ struct ManifestFrame {
 };
 
 struct Manifest {
-    int format = 1;                     // the earliest that has all of this: 2 where an asset is an image
+    int format = 1;                     // the earliest that has all of this (cache_format.md)
     std::string scene;                  // name
     std::string simulation_hash;        // of what the simulation reads of the scene
     bool complete = false;              // the simulation reached its last frame

@@ -20,9 +20,11 @@ struct Attribute {
     Data data;
 };
 
-/// `count` points; every attribute has `count` elements.
+/// `count` points; every attribute has `count` elements. The places P and rest count from `origin` [m], which is 0 but
+/// far from the world's origin: there single precision would not hold them.
 struct PointSet {
     std::size_t count = 0;
+    Vec3d origin{0, 0, 0};
     std::vector<Attribute> attributes;
 
     const Attribute* find(std::string_view name) const {
@@ -38,6 +40,10 @@ struct PointSet {
         const auto* v = std::get_if<std::vector<T>>(&a->data);
         if (!v) throw CacheError("attribute '{}' of the cache frame has an unexpected type", name);
         return *v;
+    }
+    /// What an attribute's values count from: `origin` of places, 0 of all others.
+    Vec3d origin_of(std::string_view name) const {
+        return name == "P" || name == "rest" ? origin : Vec3d(Vec3d::Zero());
     }
     template <class T>
     void add(std::string name, std::vector<T> values) {

@@ -28,6 +28,7 @@ struct Scene {
     Surface surface;
     std::vector<Probe> probes;
     Look look;
+    Vec3d origin{0, 0, 0};  // m, the world's place of the scene's zero; no key, see scene_origin.h
 };
 template <class V>
 void visit(V& v, Scene& s) {

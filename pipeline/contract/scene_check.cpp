@@ -331,7 +331,11 @@ void check_emitter(const Emitter& e, const std::vector<std::string>& materials, 
     const std::string path = "emitters." + e.name;
     check.refer(e.material, materials, path + ".material", "material");
     check.require(e.stop > e.start, path + ".stop", fmt::format("\"stop\" is {} s, not after \"start\"", e.stop));
-    check.require(e.speed == 0 || e.rate == 0, path + ".rate",
+    const bool volume = e.source == SourceForm::volume;
+    check.require(e.source == SourceForm::cut || !std::holds_alternative<std::monostate>(e.shape.kind),
+                  path + ".source", "a surface or a volume needs a \"shape\"");
+    check.require(!volume || e.rate > 0, path + ".source", "a volume fills by a \"rate\" above 0");
+    check.require(volume || e.speed == 0 || e.rate == 0, path + ".rate",
                   fmt::format("\"rate\" ({}) and \"speed\" ({}) both say how much flows out", e.rate, e.speed),
                   "leave one of them out");
     check.require(e.speed > 0 || e.rate > 0, path + ".speed", "an emitter needs a \"speed\" or a \"rate\" above 0",

@@ -43,8 +43,8 @@ void check_look(const Look& look, ReadContext& context) {
             check.require(
                 a.colour_map[k].at > a.colour_map[k - 1].at, fmt::format("{}.colour_map.{}.at", path, k),
                 fmt::format("\"at\" must ascend: {} is not above {}", a.colour_map[k].at, a.colour_map[k - 1].at));
-        check.require(a.colour_by == ColourBy::none || !a.colour_map.empty(), path + ".colour_by",
-                      "\"colour_by\" needs a \"colour_map\"",
+        const bool mapped = a.colour_by == ColourBy::temperature || a.colour_by == ColourBy::speed;
+        check.require(!mapped || !a.colour_map.empty(), path + ".colour_by", "\"colour_by\" needs a \"colour_map\"",
                       "for example colour_map: [{at: 0, colour: [0, 0, 1]}, {at: 100, colour: [1, 0, 0]}]");
         check.require(a.image.file.empty() || (a.colour_by == ColourBy::none && a.checker == 0), path + ".image",
                       "an image takes the place of \"colour\": it goes with neither \"checker\" nor \"colour_by\"");

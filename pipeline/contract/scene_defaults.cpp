@@ -7,6 +7,7 @@
 
 #include "pipeline/contract/scene_build.h"
 #include "pipeline/contract/scene_extent.h"
+#include "pipeline/contract/scene_walk.h"
 
 namespace thixo::scene {
 namespace {
@@ -105,12 +106,18 @@ void fill_in(Scene& scene, const std::string& source_name, const Where& where) {
     if (scene.name.empty()) scene.name = name_of_file(source_name);
     std::size_t number = 0;
     for (Material& m : scene.materials) {
-        add_default_appearance(scene.look, m.look, m.name, plain_look(m, number, scene.solver.spacing));
+        Appearance made = plain_look(m, number, scene.solver.spacing);
+        const auto is_mesh = [&](const Body& b) { return b.material == m.name && holds_mesh(scene, b.shape); };
+        if (std::ranges::any_of(scene.bodies, is_mesh)) made.colour_by = ColourBy::vertices;
+        add_default_appearance(scene.look, m.look, m.name, std::move(made));
         ++number;
     }
-    Appearance ground;
-    ground.colour = Vec3d::Constant(kGround);
-    for (Boundary& b : scene.world.boundaries) add_default_appearance(scene.look, b.look, b.name, ground);
+    for (Boundary& b : scene.world.boundaries) {
+        Appearance ground;
+        ground.colour = Vec3d::Constant(kGround);
+        if (holds_mesh(scene, b.shape)) ground.colour_by = ColourBy::vertices;
+        add_default_appearance(scene.look, b.look, b.name, std::move(ground));
+    }
     const auto given = [&](const char* key) { return where.find(key) != where.end(); };
     if (!given("look.camera.position") && !given("look.camera.look_at"))
         fit_camera(scene, scene.look.camera, scene.look.output);

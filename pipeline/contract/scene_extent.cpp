@@ -6,13 +6,6 @@
 namespace thixo::scene {
 namespace {
 
-Mat3d rotation(const Vec3d& degrees) {
-    const auto about = [&](int axis) {
-        return Eigen::AngleAxisd(degrees[axis] * kPi / 180, Vec3d::Unit(axis)).toRotationMatrix();
-    };
-    return about(2) * about(1) * about(0);
-}
-
 /// A box that grows. It is unknown where a part of it is.
 struct Growing {
     Vec3d lower = Vec3d::Constant(1e300), upper = Vec3d::Constant(-1e300);
@@ -58,7 +51,8 @@ Growing box(const Vec3d& half) {
 
 class Extents {
   public:
-    explicit Extents(const Scene& scene) : scene_(scene) {}
+    explicit Extents(const Scene& scene, MeshExtent mesh_extent = nullptr)
+        : scene_(scene), mesh_extent_(std::move(mesh_extent)) {}
 
     Growing of(const Shape& s) {
         Growing b = std::visit([&](const auto& kind) { return of_kind(kind); }, s.kind);
@@ -111,10 +105,19 @@ class Extents {
     }
     /// Most models are about as wide as high.
     Growing of_kind(const MeshFile& s) {
+        if (s.place == Place::file && mesh_extent_) return in_file(s, mesh_extent_(s));
         Growing b = box(Vec3d::Constant(0.5 * s.height));
         if (s.place == Place::base)
             b = b.mapped([&](const Vec3d& x) { return Vec3d(x + Vec3d(0, 0, 0.5 * s.height)); });
         b.unknown = s.height == 0 || s.place == Place::file;
+        return b.mapped([&](const Vec3d& x) { return Vec3d(x + s.shift); });
+    }
+    static Growing in_file(const MeshFile& s, const Extent& extent) {
+        const double height = extent.upper.z() - extent.lower.z();
+        const double scale = s.scale > 0 ? s.scale : height > 0 ? s.height / height : 1;
+        Growing b;
+        b.add(scale * extent.lower + s.shift);
+        b.add(scale * extent.upper + s.shift);
         return b;
     }
     Growing all(const ShapeList& list) {
@@ -166,7 +169,19 @@ class Extents {
     }
 
     const Scene& scene_;
+    MeshExtent mesh_extent_;
 };
+
+Growing matter_of(const Scene& scene, Extents& extents) {
+    Growing all;
+    for (const Body& b : scene.bodies) all.add(extents.of(b.shape));
+    for (const Emitter& e : scene.emitters) {
+        Growing opening = extents.of(e.shape);
+        if (opening.empty()) opening.add(e.position);
+        all.add(opening);
+    }
+    return all;
+}
 
 constexpr double kNear = 4;  // sizes of the matter
 
@@ -181,15 +196,16 @@ std::optional<Vec3d> foot_on(const Boundary& b, const Vec3d& x) {
 
 }  // namespace
 
+Mat3d rotation(const Vec3d& degrees) {
+    const auto about = [&](int axis) {
+        return Eigen::AngleAxisd(degrees[axis] * kPi / 180, Vec3d::Unit(axis)).toRotationMatrix();
+    };
+    return about(2) * about(1) * about(0);
+}
+
 std::optional<Extent> extent_of(const Scene& scene) {
     Extents extents(scene);
-    Growing all;
-    for (const Body& b : scene.bodies) all.add(extents.of(b.shape));
-    for (const Emitter& e : scene.emitters) {
-        Growing opening = extents.of(e.shape);
-        if (opening.empty()) opening.add(e.position);
-        all.add(opening);
-    }
+    Growing all = matter_of(scene, extents);
     if (!all.sized()) return std::nullopt;
     const Vec3d middle = 0.5 * (all.lower + all.upper);
     const double near = kNear * std::max((all.upper - all.lower).norm(), 10 * scene.solver.spacing);
@@ -201,6 +217,13 @@ std::optional<Extent> extent_of(const Scene& scene) {
             all.add(*foot);
     }
     all.grow(scene.solver.spacing);
+    return Extent{all.lower, all.upper};
+}
+
+std::optional<Extent> extent_of_matter(const Scene& scene, const MeshExtent& mesh_extent) {
+    Extents extents(scene, mesh_extent);
+    const Growing all = matter_of(scene, extents);
+    if (all.empty()) return std::nullopt;
     return Extent{all.lower, all.upper};
 }
 

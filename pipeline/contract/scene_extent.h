@@ -1,6 +1,7 @@
 // About how large a scene is, from its text alone.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "pipeline/contract/scene.h"
@@ -16,5 +17,14 @@ struct Extent {
 /// may be larger than needed: turned shapes are held by turned boxes. A mesh without `height` has the size that its
 /// file says, which is not read here: the answer is then nothing, too.
 std::optional<Extent> extent_of(const Scene& scene);
+
+/// The turn of a shape's or a motion's `rotate` [degrees].
+Mat3d rotation(const Vec3d& degrees);
+
+/// The box of a mesh file's places, in the units of the file.
+using MeshExtent = std::function<Extent(const MeshFile&)>;
+
+/// The same of bodies and emitters alone. Meshes that stand where their file places them are asked for.
+std::optional<Extent> extent_of_matter(const Scene& scene, const MeshExtent& mesh_extent);
 
 }  // namespace thixo::scene

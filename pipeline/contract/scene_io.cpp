@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -10,6 +11,7 @@
 #include "pipeline/contract/scene_build.h"
 #include "pipeline/contract/scene_check.h"
 #include "pipeline/contract/scene_defaults.h"
+#include "pipeline/contract/scene_extent.h"
 #include "pipeline/contract/scene_problems.h"
 #include "pipeline/contract/scene_reader.h"
 #include "pipeline/contract/scene_tree.h"
@@ -173,6 +175,16 @@ std::vector<std::string> scene_warnings(const Scene& scene) {
                  e.radius, scene.solver.spacing);
         if (e.start >= end && scene.frames.last > scene.frames.first)
             warn("emitters.{} starts at {} s, after the last frame at {:.4g} s", e.name, e.start, end);
+    }
+    if (const std::optional<Extent> matter = extent_of_matter(scene, nullptr)) {
+        // Half the last bit of a float of this size is a 128th of a spacing.
+        constexpr double kMost = 131072;
+        const double half = 0.5 * (matter->upper - matter->lower).maxCoeff() / scene.solver.spacing;
+        if (half > kMost)
+            warn(
+                "bodies and emitters stand up to {:.3g} spacings from their middle, where single precision holds "
+                "places to {:.2g} spacings; raise solver.spacing, or make a scene of each part",
+                half, std::ldexp(1.0, std::ilogb(half) - 24));
     }
     for (const Light& l : scene.look.lights)
         if (l.type == LightType::area && l.size.maxCoeff() > 0 && l.strength == 0)

@@ -84,10 +84,10 @@ template <>
 struct Words<AppearanceType> {
     static constexpr std::array<std::string_view, 4> list{"diffuse", "plastic", "conductor", "dielectric"};
 };
-enum class ColourBy { none, temperature, speed };
+enum class ColourBy { none, temperature, speed, vertices };
 template <>
 struct Words<ColourBy> {
-    static constexpr std::array<std::string_view, 3> list{"none", "temperature", "speed"};
+    static constexpr std::array<std::string_view, 4> list{"none", "temperature", "speed", "vertices"};
 };
 enum class Space { world, rest };
 template <>
@@ -176,7 +176,9 @@ void visit(V& v, Appearance& a) {
     v.key("checker", a.checker, "m", at_least(0), "edge of the fields of a checker in xy; 0: plain");
     v.key("space", a.space, "", any(),
           "of checker and image; world: they stand still; rest: they move with the material");
-    v.key("colour_by", a.colour_by, "", any(), "attribute that `colour_map` colours by; none: `colour` is taken");
+    v.key("colour_by", a.colour_by, "", any(),
+          "attribute that `colour_map` colours by; vertices: the colours of a mesh's vertices, `colour` where it has "
+          "none; none: `colour`");
     v.list("colour_map", a.colour_map, "colours of the values of `colour_by`");
     v.block("image", a.image, "picture in place of `colour`");
     v.reference("inside", a.inside, Refers::appearance, any(),

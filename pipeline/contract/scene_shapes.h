@@ -131,7 +131,8 @@ struct MeshFile {  // file units carry no size: one of scale, height
     double scale = 0;   // m per file unit; 0: from height
     double height = 0;  // m; 0: from scale
     Place place = Place::file;
-    std::string content;  // hash of the file's bytes, filled in when the scene is loaded
+    std::string content;   // hash of the file's bytes, filled in when the scene is loaded
+    Vec3d shift{0, 0, 0};  // m, after the scale; no key, see scene_origin.h
 };
 template <class V>
 void visit(V& v, MeshFile& s) {

@@ -191,14 +191,22 @@ void visit(V& v, Switch& s) {
     v.key("on", s.on, "", required(), "true: it flows from then on; false: it rests");
 }
 
+/// Where in its shape an emitter's matter begins.
+enum class SourceForm { cut, surface, volume };
+template <>
+struct Words<SourceForm> {
+    static constexpr std::array<std::string_view, 3> list{"cut", "surface", "volume"};
+};
+
 struct Emitter {
     std::string name, material;
     Vec3d position{0, 0, 0}, direction{0, 0, -1};
-    double radius = 0.05;          // m, of the disc
-    Shape shape;                   // its cut is the opening; no kind: a disc
-    double speed = 1;              // m/s; 0: by the rate
-    double rate = 0;               // m^3/s; 0: by the speed
-    double start = 0, stop = 1e9;  // s
+    double radius = 0.05;                 // m, of the disc
+    Shape shape;                          // no kind: a disc
+    SourceForm source = SourceForm::cut;  // with a shape
+    double speed = 1;                     // m/s; 0: by the rate
+    double rate = 0;                      // m^3/s; 0: by the speed
+    double start = 0, stop = 1e9;         // s
     std::vector<Switch> switches;
     double jitter = 0;        // in spacings, random offset in the disc's plane
     double temperature = 20;  // degC
@@ -211,8 +219,12 @@ void visit(V& v, Emitter& e) {
     v.key("direction", e.direction, "", direction(), "direction of the flow; any length");
     v.key("radius", e.radius, "m", above(0), "radius of the disc; with `shape` it has no effect");
     v.shape("shape", e.shape, any(),
-            "opening of another form: where this shape, a mesh too, meets the plane through `position` across "
-            "`direction`. It stands in the scene, not in the emitter's frame, and moves with `motion`");
+            "a source of another form, a mesh too, as `source` says. It stands in the scene, not in the emitter's "
+            "frame, and moves with `motion`");
+    v.key("source", e.source, "", any(),
+          "cut: the opening is where `shape` meets the plane through `position` across `direction`; surface: matter "
+          "leaves the whole surface of `shape` along its normals, at `speed` or `rate`; volume: `shape` fills with "
+          "matter by `rate`, which starts with `speed` along `direction`");
     v.key("speed", e.speed, "m/s", between(0, 1e4), "speed of the flow; 0, or left out beside `rate`: by `rate`");
     v.key("rate", e.rate, "m^3/s", between(0, 1e9), "volume that flows out, in place of `speed`; 0: by `speed`");
     v.key("start", e.start, "s", at_least(0), "time the flow starts");

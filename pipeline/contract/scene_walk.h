@@ -33,4 +33,16 @@ void walk_shapes(S& scene, F&& f) {
     for (auto& p : scene.probes) walk_shape(p.region, "probes." + p.name + ".region", f);
 }
 
+/// Whether a mesh file is among a shape's parts, by name too. The scene's named shapes do not go in circles.
+inline bool holds_mesh(const Scene& scene, const Shape& shape) {
+    bool found = false;
+    walk_shape(shape, "", [&](const Shape& part, const std::string&) {
+        found = found || std::holds_alternative<MeshFile>(part.kind);
+        const auto* named = std::get_if<NamedShape>(&part.kind);
+        for (const auto& [name, of_name] : scene.shapes)
+            found = found || (named && name == named->name && holds_mesh(scene, of_name));
+    });
+    return found;
+}
+
 }  // namespace thixo::scene

@@ -113,7 +113,7 @@ std::vector<Place> places(const PointSet& points, const std::vector<Vec3f>& posi
         if (!(positions[i].cwiseAbs().maxCoeff() / voxel_size < kFarthest))
             throw DivergedError(
                 "the point {} is {} m away from the origin, too far for its spacing; add a boundary that holds it",
-                point_name(points, i), positions[i].norm());
+                point_name(points, i), (points.origin + positions[i].cast<double>()).norm());
         const vdb::Coord ijk = voxel_of(positions[i], voxel_size);
         const auto axis = [](std::int32_t v) { return static_cast<std::uint64_t>((v >> Leaf::LOG2DIM) + (1 << 20)); };
         order[i] = {axis(ijk.x()) << 42 | axis(ijk.y()) << 21 | axis(ijk.z()), Leaf::coordToOffset(ijk),
@@ -235,6 +235,9 @@ std::string encode_points(const PointSet& points, const std::string& name, doubl
     const vp::PointDataGrid::Ptr grid = make_grid(points, voxel_size);
     grid->setName(name);
     grid->setTransform(vdb::math::Transform::createLinearTransform(voxel_size));
+    // Without one the map stays a mere scale, and the bytes those of all caches before there were origins.
+    const Vec3d& o = points.origin;
+    if (!o.isZero()) grid->transform().postTranslate({o.x(), o.y(), o.z()});
     grid->insertMeta(kTypesKey, vdb::StringMetadata(type_list(stored_attributes(points))));
     grid->insertMeta(kCountKey, vdb::Int64Metadata(static_cast<std::int64_t>(points.count)));
     std::ostringstream out(std::ios::binary);

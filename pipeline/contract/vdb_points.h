@@ -13,7 +13,7 @@ namespace thixo {
 double voxel_size_for(double spacing);
 
 /// The bytes of a .vdb file with one point grid called `name`. Voxel edge [m]: `voxel_size`, stored as the grid's
-/// transform. Values are float32 and integers, Blosc-compressed, lossless: where voxel_size is a power of two the
+/// transform, which carries the origin of the points too. Values are float32 and integers, Blosc-compressed, lossless: where voxel_size is a power of two the
 /// positions too, else to 1e-7 voxel and one rounding. Equal point sets give equal bytes: the header's UUID is the
 /// checksum of the file. Requires the attribute "P" (Vec3f) where count > 0, all arrays of `count`, different names.
 /// Throws DivergedError where a value is not finite or lies too far from the origin to be resolved (8e6 voxels), naming

@@ -184,7 +184,12 @@ class PointReader {
     }
 
     void read_voxel_edge() {
-        in_.require(in_.text() == "UniformScaleMap", "its voxels are no cubes");
+        const std::string_view map_type = in_.text();
+        const bool moved = map_type == "UniformScaleTranslateMap";
+        in_.require(moved || map_type == "UniformScaleMap", "its voxels are no cubes");
+        if (moved)
+            for (double& v : points_.origin) v = in_.value<double>();
+        in_.require(points_.origin.allFinite(), "its origin is not finite");
         std::array<double, 15> map{};  // scale, voxel edges, and what follows from these
         for (double& v : map) v = in_.value<double>();
         voxel_ = map[3];

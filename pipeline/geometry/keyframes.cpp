@@ -85,7 +85,26 @@ RigidMotion::RigidMotion(std::vector<RigidKey> keys, Interpolation interpolation
     }
 }
 
+RigidMotion RigidMotion::seen_from(const Vec3d& origin) const {
+    RigidMotion moved = *this;
+    moved.origin_ += origin;
+    return moved;
+}
+
+// With places y = x - o, the map y -> q y + t' has t' = q o - o + t.
 RigidPose RigidMotion::pose(double time) const {
+    RigidPose pose = own_pose(time);
+    if (!origin_.isZero()) pose.translation += pose.rotation * origin_ - origin_;
+    return pose;
+}
+
+RigidVelocity RigidMotion::velocity(double time) const {
+    RigidVelocity velocity = own_velocity(time);
+    if (!origin_.isZero()) velocity.linear += velocity.angular.cross(own_pose(time).rotation * origin_);
+    return velocity;
+}
+
+RigidPose RigidMotion::own_pose(double time) const {
     if (keys_.empty()) return {};
     if (time <= keys_.front().time) return {keys_.front().rotation, keys_.front().position};
     if (time >= keys_.back().time) return {keys_.back().rotation, keys_.back().position};
@@ -101,7 +120,7 @@ RigidPose RigidMotion::pose(double time) const {
     return {q.normalized(), x};
 }
 
-RigidVelocity RigidMotion::velocity(double time) const {
+RigidVelocity RigidMotion::own_velocity(double time) const {
     if (keys_.size() < 2 || time < keys_.front().time || time >= keys_.back().time) return {};
     const std::size_t k = segment_at(time);
     const Segment& seg = segments_[k];

@@ -47,6 +47,9 @@ class RigidMotion {
     /// Throws InputError where times do not ascend strictly or a value is not finite.
     explicit RigidMotion(std::vector<RigidKey> keys, Interpolation interpolation = Interpolation::smooth);
 
+    /// The same motion where places count from `origin` [m] of the frame that the keys are given in.
+    RigidMotion seen_from(const Vec3d& origin) const;
+
     RigidPose pose(double time) const;
     /// Exact time derivative of pose. At a jump of a linear motion it is that of the segment that begins there.
     RigidVelocity velocity(double time) const;
@@ -62,7 +65,10 @@ class RigidMotion {
         bool cubic = true;
     };
     std::size_t segment_at(double time) const;
+    RigidPose own_pose(double time) const;
+    RigidVelocity own_velocity(double time) const;
 
+    Vec3d origin_{0, 0, 0};
     std::vector<RigidKey> keys_;
     std::vector<Segment> segments_;
 };

@@ -69,8 +69,8 @@ namespace thixo {
 
 /// The stage: reads args.out/cache and writes args.out/preview/<what>.<attribute>.NNNN.png for the frames asked for.
 /// Without an attribute the file name says `material`. The colours of an attribute mean the same in all frames of one
-/// run. The look is the one the caller resolved (the scene's or the cache's, with look file and --set). Throws what
+/// run. The scene is the one the caller resolved (its own or the cache's, with look file and --set). Throws what
 /// Previewer and CacheReader throw, and InterruptedError.
-int run_preview(const RenderArgs& args, const scene::Look& look);
+int run_preview(const RenderArgs& args, const scene::Scene& scene);
 
 }  // namespace thixo

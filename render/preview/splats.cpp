@@ -122,6 +122,7 @@ bool colour_by_vectors(Splats& splats, const PointSet& points, const std::string
     const bool normals = attribute == "N";
     parallel_for(points.count, [&](std::size_t i) {
         const Vec3f& x = (*vectors)[i];
+        if (!normals && x.minCoeff() < 0) return;  // of no coloured mesh: as its material
         splats.colour[i] =
             pack_colour(normals ? Vec3f((0.5f * x.array() + 0.5f).matrix()) : encode_srgb(x.cast<double>()));
     });
@@ -189,11 +190,13 @@ std::vector<double> attribute_values(const PointSet& points, const std::string& 
                          names.empty() ? "none" : names);
     }
     std::vector<double> values(points.count);
+    const Vec3d origin = points.origin_of(a->name);
     std::visit(
         [&](const auto& data) {
             parallel_for(points.count, [&](std::size_t i) {
                 if constexpr (std::is_same_v<std::decay_t<decltype(data[i])>, Vec3f>)
-                    values[i] = component < 0 ? data[i].template cast<double>().norm() : data[i][component];
+                    values[i] = component < 0 ? (origin + data[i].template cast<double>()).norm()
+                                              : origin[component] + static_cast<double>(data[i][component]);
                 else
                     values[i] = static_cast<double>(data[i]);
             });
@@ -216,11 +219,10 @@ Splats make_splats(const Frame& frame, const scene::Look& look, const std::strin
     const PointSet& points = points_of(frame, kind);
     if (points.count == 0) return splats;
     place(splats, points, kind == "surfels");
-    if (colour_by_vectors(splats, points, attribute.empty() ? "Cd" : attribute)) return splats;
-    if (attribute.empty())
-        colour_by_material(splats, frame, points, look);
-    else
-        colour_by_value(splats, points, attribute, range);
+    const bool own = attribute.empty() || attribute == "Cd";
+    if (own) colour_by_material(splats, frame, points, look);
+    if (colour_by_vectors(splats, points, own ? "Cd" : attribute)) return splats;
+    if (!attribute.empty()) colour_by_value(splats, points, attribute, range);
     return splats;
 }
 

@@ -4,7 +4,9 @@
 #include "pipeline/base/log.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/cache.h"
+#include "pipeline/contract/frame_looks.h"
 #include "pipeline/contract/ownership.h"
+#include "pipeline/contract/scene_origin.h"
 #include "pipeline/contract/stage_args.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "render/preview/preview.h"
@@ -38,11 +40,22 @@ Job plan(const CacheReader& reader, const RenderArgs& args) {
     return job;
 }
 
-Frame load(const CacheReader& reader, int number, const std::string& what) {
-    Frame frame = reader.load_facts(number);
-    (what == "surfels" ? frame.surfels : frame.particles) =
-        what == "surfels" ? reader.load_surfels(number) : reader.load_particles(number);
+/// A frame as it is drawn. Obstacles are relative to the origin of the points, as these are. Bodies and obstacles name
+/// the looks that they wear.
+Frame dressed(Frame frame, const scene::Scene& scene, const Vec3d& origin) {
+    for (FrameObstacle& o : frame.obstacles) {
+        o.look = look_of_obstacle(scene, o);
+        for (const int k : {0, 1, 2}) o.transform[static_cast<std::size_t>(4 * k + 3)] -= origin[k];
+    }
+    for (FrameBody& b : frame.bodies) b.material = look_of_body(scene, b);
     return frame;
+}
+
+Frame load(const CacheReader& reader, int number, const scene::Scene& scene, const std::string& what) {
+    Frame frame = reader.load_facts(number);
+    PointSet& points = what == "surfels" ? frame.surfels : frame.particles;
+    points = what == "surfels" ? reader.load_surfels(number) : reader.load_particles(number);
+    return dressed(std::move(frame), scene, points.origin);
 }
 
 void load_meshes(const CacheReader& reader, const Frame& frame, Meshes& meshes) {
@@ -76,7 +89,7 @@ std::optional<View> choose_view(const Frame& frame, const scene::Look& look, con
 
 }  // namespace
 
-int run_preview(const RenderArgs& args, const scene::Look& look) {
+int run_preview(const RenderArgs& args, const scene::Scene& scene) {
     if (args.follow)
         throw InputError("preview: --follow does not apply to previews; draw again when more frames are cached");
     // llvmpipe reads its number of threads from the environment when the context is made; pictures do not depend on it.
@@ -86,8 +99,12 @@ int run_preview(const RenderArgs& args, const scene::Look& look) {
     Meshes meshes;
     PreviewOptions options;
     options.attribute = args.attribute;
+    scene::Look look = scene.look;
     {
-        const Frame frame = reader.load_frame(job.probe);
+        const Frame in_world = reader.load_frame(job.probe);
+        const Vec3d origin = in_world.particles.origin;  // of all frames: it follows from the scene
+        const Frame frame = dressed(in_world, scene, origin);
+        look = scene::relative_to(std::move(look), origin);
         job.what = options.what = resolve_what(frame, args.what, args.attribute);
         load_meshes(reader, frame, meshes);
         options.view = choose_view(frame, look, meshes);
@@ -102,7 +119,7 @@ int run_preview(const RenderArgs& args, const scene::Look& look) {
     int done = 0;
     for (const int number : job.frames) {
         if (const int signal = interrupted()) throw InterruptedError(signal);
-        const Frame frame = load(reader, number, job.what);
+        const Frame frame = load(reader, number, scene, job.what);
         load_meshes(reader, frame, meshes);
         previewer.draw(frame, look, meshes, options, picture);
         const std::string colours = args.attribute.empty() ? "material" : args.attribute;

@@ -6,6 +6,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "sim/space/scene_shapes.h"
 
 namespace thixo {
 namespace {
@@ -89,10 +90,10 @@ void check_health(const Simulation& sim, const StepLimits& limits) {
     const Vec3& x = sim.particles.position[first];
     const char* term = wrong_term(sim, first, fastest);
     throw DivergedError(
-        "the simulation diverged: {} of particle {} at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, step {} (dt "
+        "the simulation diverged: {} of particle {} at {} m on the way to frame {}, step {} (dt "
         "{:.3g} s, limit {:.3g} s, "
         "speed {:.3g} m/s)\nlikely: {}\nreplay: {}",
-        term, sim.particles.id[first], x.x(), x.y(), x.z(), sim.clock.frame + 1, sim.clock.step, sim.clock.last_dt,
+        term, sim.particles.id[first], place_text(sim.problem.scene, x), sim.clock.frame + 1, sim.clock.step, sim.clock.last_dt,
         limits.smallest(), speed(sim.sweep.motion[first]), likely_cause(sim, limits, term), replay_line(sim));
 }
 
@@ -120,10 +121,10 @@ void check_solids_health(const Simulation& sim, const SolidReport& report) {
     if (first == n) first = fastest_solid(p);
     const Vec3& x = p.position[first];
     throw DivergedError(
-        "the simulation diverged: {} of particle {} of body '{}' at ({:.4g}, {:.4g}, {:.4g}) m on the way to frame {}, "
+        "the simulation diverged: {} of particle {} of body '{}' at {} m on the way to frame {}, "
         "step {} (sub-step "
         "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: {}",
-        x.allFinite() ? "velocity" : "position", p.id[first], body_name(sim, p.body[first]), x.x(), x.y(), x.z(),
+        x.allFinite() ? "velocity" : "position", p.id[first], body_name(sim, p.body[first]), place_text(sim.problem.scene, x),
         sim.clock.frame + 1, sim.clock.step, report.smallest_dt, std::sqrt(sim.solids.stretch2),
         sim.solids.stretch2 > 9
             ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "

@@ -6,6 +6,8 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/tessellate.h"
+#include "sim/sources/spread.h"
 #include "sim/space/sampling.h"
 #include "sim/space/scene_shapes.h"
 
@@ -193,25 +195,35 @@ struct Emission {
     }
 };
 
-void add_emitted(const Emission::Placed& placed, const Emission& emission, std::int64_t id, Particles& particles) {
-    const EmitterLayout& layout = emission.layout;
+double area_of(const TriangleMesh& mesh) {
+    double twice = 0;
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const Vec3d from = mesh.vertices[a].cast<double>();
+        twice += (mesh.vertices[b].cast<double>() - from).cross(mesh.vertices[c].cast<double>() - from).norm();
+    }
+    return twice / 2;
+}
+
+}  // namespace
+
+void add_emitted(const Sources& sources, std::size_t emitter, const Vec3& place, const Vec3d& velocity, std::int64_t id,
+                 Particles& particles) {
+    const EmitterLayout& layout = sources.layouts[emitter];
     const Index i = append_row(particles);
     particles.id[i] = id;
-    particles.position[i] = placed.in;
-    if (particles.has.surface) particles.surface_position[i] = placed.in;
-    particles.velocity[i] = placed.velocity.cast<Real>();
-    particles.acceleration[i] = emission.gravity.cast<Real>();
+    particles.position[i] = place;
+    if (particles.has.surface) particles.surface_position[i] = place;
+    particles.velocity[i] = velocity.cast<Real>();
+    particles.acceleration[i] = sources.gravity;
     particles.mass[i] = static_cast<Real>(layout.mass);
-    particles.rest_volume[i] = cube(emission.smoothing.spacing);
-    particles.density[i] = static_cast<Real>(layout.mass / cube(static_cast<double>(emission.smoothing.spacing)));
-    particles.temperature[i] = emission.emitter.temperature;
+    particles.rest_volume[i] = cube(sources.smoothing.spacing);
+    particles.density[i] = static_cast<Real>(layout.mass / cube(static_cast<double>(sources.smoothing.spacing)));
+    particles.temperature[i] = sources.emitters[emitter].temperature;
     particles.material[i] = layout.material;
     particles.body[i] = layout.body;
     particles.melt[i] = 1;
     particles.phase[i] = Phase::liquid;
 }
-
-}  // namespace
 
 Opening opening_of(const scene::Scene& scene, const scene::Emitter& emitter) {
     Opening opening;
@@ -223,9 +235,13 @@ Opening opening_of(const scene::Scene& scene, const scene::Emitter& emitter) {
     if (!box)
         throw InputError("{}: the shape of emitter '{}' has no bounds; intersect it with a box", emitter.shape.where,
                          emitter.name);
+    if (emitter.source == scene::SourceForm::surface)
+        opening.area = area_of(tessellate(*opening.shape, scene.solver.spacing / 4));
+    if (emitter.source == scene::SourceForm::volume) opening.area = 0;
     const Vec3 centre = emitter.position.cast<Real>();
     const Vec3 farthest = (box->lower - centre).cwiseAbs().cwiseMax((box->upper - centre).cwiseAbs());
     opening.radius = static_cast<double>(farthest.norm());
+    if (emitter.source != scene::SourceForm::cut) return opening;
     const Mat3d turn = frame_along(emitter.direction);
     const double cell = std::max(scene.solver.spacing / 8, opening.radius / 256);
     const int reach = static_cast<int>(std::ceil(opening.radius / cell));
@@ -293,10 +309,14 @@ EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& e
     const double area = layout.opening.area;
     layout.speed = flow_speed(emitter, area);
     layout.mass = static_cast<double>(material.density) * cube(static_cast<double>(spacing));
-    layout.flow = static_cast<double>(material.density) * area * layout.speed;
+    layout.flow = static_cast<double>(material.density) * flow_rate(emitter, area);
     layout.centre = emitter.position;
-    layout.motion = motion_of(emitter.motion);
+    layout.motion = motion_of(scene, emitter.motion);
     layout.turn = frame_along(emitter.direction);
+    if (emitter.source != scene::SourceForm::cut) {
+        layout.spread = spread_sites(emitter, *layout.opening.shape, spacing);
+        return layout;
+    }
 
     const Edge edge{layout.opening, layout.turn, layout.centre};
     const double wanted = 2 * sites_of_opening(area, static_cast<double>(spacing));
@@ -336,6 +356,7 @@ OpeningRoom room_at_opening(const Sources& sources, std::size_t emitter, double 
     const Emission emission{
         sources.emitters[emitter], sources.layouts[emitter], sources.smoothing, sources.walls, Vec3d::Zero(),
         sources.periodic};
+    if (emission.emitter.source != scene::SourceForm::cut) return room_of_spread(sources, emitter, time);
     OpeningRoom room;
     for (const std::vector<Vec3>& layer : sources.layouts[emitter].layers) {
         room.sites += static_cast<std::int64_t>(layer.size());
@@ -349,7 +370,9 @@ std::vector<Index> drive_openings(const Sources& sources, double time, const std
     std::vector<Index> driven;
     for (std::size_t e = 0; e < sources.emitters.size(); ++e) {
         const scene::Emitter& emitter = sources.emitters[e];
-        if (!states[e].pushing || time >= emitter.stop || flow_time_after(emitter, time, 0) > time) continue;
+        if (emitter.source != scene::SourceForm::cut || !states[e].pushing || time >= emitter.stop ||
+            flow_time_after(emitter, time, 0) > time)
+            continue;
         const Emission emission{sources.emitters[e], sources.layouts[e], sources.smoothing,
                                 sources.walls,       Vec3d::Zero(),      sources.periodic};
         emission.drive(emission.disc(time), particles, driven);
@@ -363,6 +386,10 @@ void emit_particles(const Sources& sources, double time, double last_dt, std::ve
         const scene::Emitter& emitter = sources.emitters[e];
         const EmitterLayout& layout = sources.layouts[e];
         EmitterState& state = states[e];
+        if (emitter.source != scene::SourceForm::cut) {
+            emit_spread(sources, e, {time, last_dt}, state, particles, next_id);
+            continue;
+        }
         const Emission emission{
             emitter, layout, sources.smoothing, sources.walls, sources.gravity.cast<double>(), sources.periodic};
         while (state.next <= time && state.next < emitter.stop) {
@@ -379,7 +406,8 @@ void emit_particles(const Sources& sources, double time, double last_dt, std::ve
                 if (state.next + kPatience * interval > time) break;  // it waits; else it is given up
             }
             const std::size_t count = placed ? placed->size() : 0;
-            for (std::size_t k = 0; k < count; ++k) add_emitted((*placed)[k], emission, next_id++, particles);
+            for (std::size_t k = 0; k < count; ++k)
+                add_emitted(sources, e, (*placed)[k].in, (*placed)[k].velocity, next_id++, particles);
             state.due += static_cast<std::int64_t>(layer.size());
             state.blocked += static_cast<std::int64_t>(layer.size() - count);
             state.next = flow_time_after(emitter, state.next, interval);

@@ -24,12 +24,18 @@ struct Opening {
 };
 
 /// Throws InputError where the shape does not meet the plane, or has no bounds. The area of a shape's cut is summed over
-/// cells of an eighth of a spacing, or of 1/512 of its width where that is more.
+/// cells of an eighth of a spacing, or of 1/512 of its width where that is more. That of a surface is all of it, and a
+/// volume has none.
 Opening opening_of(const scene::Scene& scene, const scene::Emitter& emitter);
 
-/// Speed of what leaves an opening [m/s]: the emitter's, or rate/area.
+/// Speed of what leaves an opening [m/s]: the emitter's, or rate/area. What fills a volume may have none.
 inline double flow_speed(const scene::Emitter& emitter, double area) {
-    return emitter.speed > 0 ? emitter.speed : emitter.rate / area;
+    const bool given = emitter.speed > 0 || emitter.source == scene::SourceForm::volume;
+    return given ? emitter.speed : emitter.rate / area;
+}
+/// Volume that flows out [m^3/s].
+inline double flow_rate(const scene::Emitter& emitter, double area) {
+    return emitter.source == scene::SourceForm::volume ? emitter.rate : area * flow_speed(emitter, area);
 }
 
 /// The instant that follows `from` by `interval` of flowing time [s]; emitter.stop where switches leave too little.
@@ -37,11 +43,17 @@ double flow_time_after(const scene::Emitter& emitter, double from, double interv
 /// Seconds of flowing time from the start to `end` [s].
 double flow_seconds(const scene::Emitter& emitter, double end);
 
+/// Where a particle of a spread source begins, in the scene before the motion.
+struct SpreadSite {
+    Vec3 at, along;  // [m]; unit, the direction of flow
+};
+
 /// What an emitter releases, worked out once: the sites of two alternating layers of the packing that lie in the
 /// opening.
 /// They stand in the emitter's own frame: z is the direction of flow, the origin the centre.
 struct EmitterLayout {
     std::vector<Vec3> layers[2];     // [m], z = 0
+    std::vector<SpreadSite> spread;  // of a surface or a volume, in place of layers
     Mat3d turn = Mat3d::Identity();  // own frame -> scene, before the motion
     Vec3d centre{0, 0, 0};           // [m]
     RigidMotion motion;
@@ -78,7 +90,7 @@ double sites_of_opening(double area, double spacing);
 /// Lays out an emitter's layers. The packing is shifted over the opening until its two layers hold closest to the mean
 /// number of sites, area / (area of a site). Time balances the remainder: layer n follows the one before after
 ///     n_particles m / (rho0 area speed)      [s]
-/// So the mass rate is exact.
+/// So the mass rate is exact. A spread source releases single particles in the same way (spread.h).
 EmitterLayout lay_out_emitter(const scene::Scene& scene, const scene::Emitter& emitter,
                               const ResolvedMaterial& material, Real spacing);
 

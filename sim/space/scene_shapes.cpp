@@ -1,9 +1,11 @@
 #include "sim/space/scene_shapes.h"
 
+#include <map>
 #include <set>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/log.h"
+#include "pipeline/contract/scene_origin.h"
 #include "pipeline/contract/scene_walk.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "pipeline/geometry/mesh_orientation.h"
@@ -60,7 +62,7 @@ class ShapeBuilder {
             throw InputError("{}: mesh {} is flat along z; give scale instead of height", source.where, k.file);
         const double scale = k.scale > 0 ? k.scale : k.height / extent;
         const Vec3d to_origin = k.place == scene::Place::file ? Vec3d(-origin) : middle_or_base(report.bounds, k.place);
-        transform_mesh(mesh, scale, Quatd::Identity(), -scale * to_origin);
+        transform_mesh(mesh, scale, Quatd::Identity(), k.shift - scale * to_origin);
         try {
             return report.triangles == 0 ? point_shape(std::move(mesh)) : mesh_shape(std::move(mesh));
         } catch (const InputError& error) {
@@ -172,11 +174,12 @@ Shape wall_solid(const scene::Scene& scene, const scene::Boundary& boundary) {
 Shape wall_solid_at_rest(const scene::Scene& scene, const scene::Boundary& boundary) {
     Shape solid = wall_solid(scene, boundary);
     if (boundary.motion.empty()) return solid;
-    const RigidPose pose = motion_of(boundary.motion).pose(0);
+    const RigidPose pose = motion_of(scene, boundary.motion).pose(0);
     return transformed(solid, 1, pose.rotation, pose.translation);
 }
 
-RigidMotion motion_of(const std::vector<scene::Key>& keys) {
+RigidMotion motion_of(const scene::Scene& scene, const std::vector<scene::Key>& keys) {
+    if (keys.empty()) return {};
     std::vector<double> times;
     std::vector<Vec3d> positions, degrees;
     for (const scene::Key& k : keys) {
@@ -184,7 +187,28 @@ RigidMotion motion_of(const std::vector<scene::Key>& keys) {
         positions.push_back(k.position);
         degrees.push_back(k.rotate);
     }
-    return motion_from_degrees(times, positions, degrees);
+    return motion_from_degrees(times, positions, degrees).seen_from(scene.origin);
+}
+
+scene::Scene near_origin(const scene::Scene& scene) {
+    std::map<std::string, scene::Extent> read;
+    const auto extent = [&](const scene::MeshFile& k) {
+        const auto [known, fresh] = read.try_emplace(k.file);
+        if (fresh) {
+            Vec3d origin(0, 0, 0);
+            const Box3 box = inspect_mesh(read_mesh(k.file, &origin)).bounds;
+            known->second = {origin + box.lower.cast<double>(), origin + box.upper.cast<double>()};
+        }
+        return known->second;
+    };
+    return scene::relative_to(scene, scene::origin_for(scene, extent));
+}
+
+std::string place_text(const scene::Scene& scene, const Vec3& x) {
+    const Vec3d at = x.cast<double>() + scene.origin;
+    // Far from the world's origin four digits would name a whole region.
+    const int digits = scene.origin.isZero() ? 4 : 12;
+    return fmt::format("({:.{}g}, {:.{}g}, {:.{}g})", at.x(), digits, at.y(), digits, at.z(), digits);
 }
 
 }  // namespace thixo

@@ -1,6 +1,8 @@
 // Shapes of the scene as signed distance functions.
 #pragma once
 
+#include <string>
+
 #include "pipeline/contract/scene.h"
 #include "pipeline/geometry/keyframes.h"
 #include "pipeline/geometry/shape.h"
@@ -20,7 +22,14 @@ Shape wall_solid(const scene::Scene& scene, const scene::Boundary& boundary);
 /// The same where a boundary that does not move stands in the world.
 Shape wall_solid_at_rest(const scene::Scene& scene, const scene::Boundary& boundary);
 
-/// The scene's keyframes, smooth between keys.
-RigidMotion motion_of(const std::vector<scene::Key>& keys);
+/// Keyframes, smooth between keys. They turn about the world's origin, wherever the scene's places count from.
+RigidMotion motion_of(const scene::Scene& scene, const std::vector<scene::Key>& keys);
+
+/// The scene, its places relative to an origin that single precision holds them from (scene_origin.h). Meshes that stand
+/// where their files say are read. Of a scene near its origin, or of what this gave: the same. Throws InputError.
+scene::Scene near_origin(const scene::Scene& scene);
+
+/// "(x, y, z)" of a place of the scene [m], in the world, for messages.
+std::string place_text(const scene::Scene& scene, const Vec3& x);
 
 }  // namespace thixo

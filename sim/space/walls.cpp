@@ -46,7 +46,7 @@ Walls make_walls(const scene::Scene& scene, const Smoothing& smoothing, const St
         add(at_rest.size() == 1 ? at_rest[0] : union_of(at_rest), RigidMotion(), surface);
     }
     for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.motion.size() >= 2) add(wall_solid(scene, b), motion_of(b.motion), surface_of(b));
+        if (b.motion.size() >= 2) add(wall_solid(scene, b), motion_of(scene, b.motion), surface_of(b));
     move_walls(walls, 0);
     return walls;
 }

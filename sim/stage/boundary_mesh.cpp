@@ -4,6 +4,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/log.h"
+#include "pipeline/contract/scene_walk.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/tessellate.h"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double kPlaneExtent = 200;  // m, edge of the square in the middle of a plane
 constexpr int kPlaneRings = 10;       // a million times as wide
+constexpr double kAcross = 200;       // cells along an obstacle, at least: it may fill a picture
 
 /// The square is this wide or 4, 16, ... times as wide or narrow. Single precision places a ray's hit to a ten millionth
 /// of the triangle that it meets.
@@ -49,11 +51,26 @@ TriangleMesh endless_plane(const scene::Scene& scene, const Vec3d& on, const Vec
     return tessellate_plane(on + shift - normal.dot(shift) * normal, normal, extent, kPlaneRings);
 }
 
-std::optional<TriangleMesh> tessellated(const scene::Scene& scene, const scene::Boundary& b) {
+/// The colours of meshes that a shape is made of in part; white where it has none there.
+void add_colours(const Shape& shape, TriangleMesh& mesh) {
+    std::vector<Vec3f> colours;
+    bool any = false;
+    for (const Vec3f& x : mesh.vertices) {
+        const std::optional<Vec3f> colour = shape.node().colour(x.cast<Real>());
+        if (!colour && colours.empty() && shape.node().exact_mesh(3)) return;
+        any = any || colour;
+        colours.push_back(colour.value_or(Vec3f::Ones()));
+    }
+    if (any) mesh.colours = std::move(colours);
+}
+
+/// With cells of half a spacing, or smaller ones: `across` of them along the longest edge.
+std::optional<TriangleMesh> tessellated(const scene::Scene& scene, const scene::Boundary& b, double across) {
     if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind)) {
         const Vec3d n = p->normal.normalized();
         const Quatd turn = rotation_from_degrees(b.shape.rotate);
-        const Vec3d on = turn * Vec3d(b.shape.scale * p->offset * n) + b.shape.translate + b.shape.offset * (turn * n);
+        const Vec3d on = turn * Vec3d(b.shape.scale * p->offset / p->normal.norm() * n) + b.shape.translate +
+                         b.shape.offset * (turn * n);
         return endless_plane(scene, on, b.inside ? Vec3d(-(turn * n)) : Vec3d(turn * n));
     }
     const Shape shape = make_shape(scene, b.shape);
@@ -63,7 +80,9 @@ std::optional<TriangleMesh> tessellated(const scene::Scene& scene, const scene::
             b.name);
         return std::nullopt;
     }
-    TriangleMesh mesh = tessellate(shape, scene.solver.spacing / 2);
+    const double extent = static_cast<double>((shape.bounds()->upper - shape.bounds()->lower).maxCoeff());
+    TriangleMesh mesh = tessellate(shape, std::min(scene.solver.spacing / 2, extent / across));
+    if (mesh.colours.empty() && scene::holds_mesh(scene, b.shape)) add_colours(shape, mesh);
     if (b.inside) flip_mesh(mesh);
     return mesh;
 }
@@ -75,12 +94,10 @@ bool mapped_by_uv(const scene::Look& look, const scene::Boundary& b) {
     });
 }
 
-}  // namespace
-
-std::optional<TriangleMesh> boundary_mesh(const scene::Scene& scene, const scene::Boundary& boundary) {
+std::optional<TriangleMesh> drawable(const scene::Scene& scene, const scene::Boundary& boundary, double across) {
     std::optional<TriangleMesh> mesh;
     try {
-        mesh = tessellated(scene, boundary);
+        mesh = tessellated(scene, boundary, across);
     } catch (const InputError& error) {
         const std::string place = boundary.shape.where, said = error.what();
         if (said.starts_with(place)) throw;
@@ -92,6 +109,20 @@ std::optional<TriangleMesh> boundary_mesh(const scene::Scene& scene, const scene
             "mapping: planar, box or cylinder",
             boundary.shape.where, boundary.name);
     return mesh;
+}
+
+}  // namespace
+
+std::optional<TriangleMesh> boundary_mesh(const scene::Scene& scene, const scene::Boundary& boundary) {
+    return drawable(scene, boundary, kAcross);
+}
+
+void require_drawable(const scene::Scene& scene, const scene::Boundary& boundary) {
+    try {
+        drawable(scene, boundary, 1);
+    } catch (const InputError&) {
+        drawable(scene, boundary, kAcross);  // what is thinner than half a spacing
+    }
 }
 
 }  // namespace thixo

@@ -14,4 +14,7 @@ namespace thixo {
 /// that it lacks.
 std::optional<TriangleMesh> boundary_mesh(const scene::Scene& scene, const scene::Boundary& boundary);
 
+/// Throws what boundary_mesh would throw, and takes less time.
+void require_drawable(const scene::Scene& scene, const scene::Boundary& boundary);
+
 }  // namespace thixo

@@ -53,7 +53,7 @@ Size final_size(const scene::Scene& scene, const Simulation& at_start) {
     const double end = (scene.frames.last - scene.frames.first) / scene.frames.fps;
     for (const scene::Emitter& e : scene.emitters) {
         const double area = opening_of(scene, e).area;
-        count += flow_seconds(e, end) * flow_speed(e, area) * area / cube(scene.solver.spacing);
+        count += flow_seconds(e, end) * flow_rate(e, area) / cube(scene.solver.spacing);
     }
     return {count, static_cast<double>(at_start.embedded.size())};
 }
@@ -65,9 +65,10 @@ double memory_of(const Size& size) {
     return kProgram + kParticle * size.particles + kSurfel * size.surfels;
 }
 
-Estimate estimate_run(const scene::Scene& scene) {
+Estimate estimate_run(const scene::Scene& in_world) {
+    const scene::Scene scene = near_origin(in_world);
     for (const scene::Boundary& b : scene.world.boundaries)
-        if (b.visible) boundary_mesh(scene, b);  // refuses what could not be drawn
+        if (b.visible) require_drawable(scene, b);
     // What emitters release is counted. Only small ones are laid out: one with many sites cannot be too thin for any.
     constexpr double kManySites = 1e5;
     scene::Scene sampled = scene;

@@ -1,6 +1,10 @@
 #include "sim/stage/frame_output.h"
 
+#include <algorithm>
+
+#include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/contract/scene_walk.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "sim/fracture/fragments.h"
 #include "sim/loop/step.h"
@@ -31,6 +35,7 @@ PointSet particle_points(const Simulation& sim) {
     const std::size_t n = p.size();
     PointSet points;
     points.count = n;
+    points.origin = sim.problem.scene.origin;
     points.add("P", floats(p.position));
     points.add("v", collect<Vec3f>(n, [&](std::size_t i) {
                    const Quad& v = sim.sweep.motion[i];
@@ -56,6 +61,7 @@ PointSet surfel_points(const Simulation& sim) {
     const SurfaceState& surface = sim.surface;
     PointSet points;
     points.count = surface.size();
+    points.origin = sim.problem.scene.origin;
     points.add("P", floats(surface.surfels.position));
     points.add("N", floats(surface.surfels.normal));
     points.add("t1", floats(surface.surfels.axis1));
@@ -75,6 +81,27 @@ PointSet surfel_points(const Simulation& sim) {
                        return i < sim.embedded_source.size() ? embedded.sheet[sim.embedded_source[i]] : 0;
                    }));
     return points;
+}
+
+/// The scene's body that a body of the frame comes from; none of an emitter's.
+std::optional<std::size_t> source_of(const Simulation& sim, std::int32_t body) {
+    const std::size_t bodies = sim.problem.scene.bodies.size();
+    if (static_cast<std::size_t>(body) < bodies) return static_cast<std::size_t>(body);
+    const auto piece = std::ranges::find(sim.solids.bodies, body, &SolidBody::id);
+    if (piece == sim.solids.bodies.end() || piece->source < 0) return std::nullopt;
+    return static_cast<std::size_t>(piece->source);
+}
+
+void add_colours(const Simulation& sim, const ColouredShapes& coloured, PointSet& points) {
+    const Vec3f none(-1, -1, -1);
+    if (std::ranges::none_of(coloured, [](const auto& shape) { return shape.has_value(); })) return;
+    points.add("Cd", collect<Vec3f>(points.count, [&](std::size_t i) -> Vec3f {
+                   const auto body = source_of(sim, sim.surface.body[i]);
+                   if (!body || !coloured[*body]) return none;
+                   const std::optional<Vec3f> colour = coloured[*body]->node().colour(sim.surface.rest[i]);
+                   // Interpolation may leave a zero below zero, which would stand for none.
+                   return colour ? Vec3f(colour->cwiseMax(0.0f)) : none;
+               }));
 }
 
 /// Discs reach past the lips of a crack by about their radius: beyond three of these it trims nothing [m].
@@ -108,7 +135,7 @@ std::vector<FrameBody> frame_bodies(const Simulation& sim) {
     return bodies;
 }
 
-FrameObstacle frame_obstacle(const DrawnBoundary& b, double time) {
+FrameObstacle frame_obstacle(const DrawnBoundary& b, const Vec3d& origin, double time) {
     FrameObstacle o;
     o.name = b.name;
     o.look = b.look;
@@ -118,7 +145,7 @@ FrameObstacle frame_obstacle(const DrawnBoundary& b, double time) {
     const Mat3d turn = pose.rotation.toRotationMatrix();
     for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) o.transform[static_cast<std::size_t>(4 * r + c)] = turn(r, c);
-        o.transform[static_cast<std::size_t>(4 * r + 3)] = pose.translation[r];
+        o.transform[static_cast<std::size_t>(4 * r + 3)] = origin[r] + pose.translation[r];
         o.velocity[static_cast<std::size_t>(r)] = velocity.linear[r];
         o.angular_velocity[static_cast<std::size_t>(r)] = velocity.angular[r];
     }
@@ -141,7 +168,7 @@ FrameTotals totals(const Simulation& sim) {
         p.size(),
         [&](std::size_t i) {
             const double m = p.mass[i];
-            const Vec3d x = p.position[i].cast<double>();
+            const Vec3d x = sim.problem.scene.origin + p.position[i].cast<double>();
             const Quad& q = sim.sweep.motion[i];
             const Vec3d v(q.x, q.y, q.z);
             const double rest_density = p.mass[i] / p.rest_volume[i];
@@ -181,27 +208,57 @@ FrameTotals totals(const Simulation& sim) {
 
 }  // namespace
 
+void tell_of_hidden_colours(const scene::Scene& scene, const std::string& path, const std::string& look) {
+    for (const scene::Appearance& a : scene.look.appearances)
+        if (a.name == look && a.colour_by == scene::ColourBy::none && a.image.file.empty())
+            log_info("{}: its mesh has colours, which look.appearances.{} does not show; colour_by: vertices does",
+                     path, look);
+}
+
 std::vector<DrawnBoundary> store_boundaries(const scene::Scene& scene, CacheWriter& cache) {
     std::vector<DrawnBoundary> drawn;
     for (const scene::Boundary& b : scene.world.boundaries) {
         if (!b.visible) continue;
         const auto mesh = boundary_mesh(scene, b);
+        if (mesh && !mesh->colours.empty()) tell_of_hidden_colours(scene, "world.boundaries." + b.name, b.look);
         if (mesh)
-            drawn.push_back(
-                {b.name, b.look.empty() ? b.name : b.look, cache.add_asset(write_ply(*mesh)), motion_of(b.motion)});
+            drawn.push_back({b.name, b.look.empty() ? b.name : b.look, cache.add_asset(write_ply(*mesh)),
+                             motion_of(scene, b.motion)});
     }
     return drawn;
 }
 
-Frame make_frame(const Simulation& sim, const std::vector<DrawnBoundary>& boundaries) {
+ColouredShapes coloured_shapes(const scene::Scene& scene) {
+    constexpr int kAcross = 8;  // places that are looked at, along an axis
+    ColouredShapes shapes;
+    for (const scene::Body& b : scene.bodies) {
+        shapes.emplace_back();
+        if (!scene::holds_mesh(scene, b.shape)) continue;
+        Shape shape = make_shape(scene, b.shape);
+        const auto box = shape.bounds();
+        for (int k = 0; box && k < cube(kAcross) && !shapes.back(); ++k) {
+            const Vec3 at(Real(k % kAcross), Real(k / kAcross % kAcross), Real(k / square(kAcross)));
+            const Vec3 x = box->lower + (box->upper - box->lower).cwiseProduct(at) / Real(kAcross - 1);
+            if (shape.node().colour(x)) shapes.back() = shape;
+        }
+        const auto of = std::ranges::find(scene.materials, b.material, &scene::Material::name);
+        if (shapes.back() && of != scene.materials.end())
+            tell_of_hidden_colours(scene, "bodies." + b.name, b.look.empty() ? of->look : b.look);
+    }
+    return shapes;
+}
+
+Frame make_frame(const Simulation& sim, const std::vector<DrawnBoundary>& boundaries, const ColouredShapes& coloured) {
     Frame frame;
     frame.number = sim.clock.frame;
     frame.time = sim.clock.time;
     frame.spacing = sim.problem.scene.solver.spacing;
     frame.particles = particle_points(sim);
     frame.surfels = surfel_points(sim);
+    add_colours(sim, coloured, frame.surfels);
     frame.bodies = frame_bodies(sim);
-    for (const DrawnBoundary& b : boundaries) frame.obstacles.push_back(frame_obstacle(b, sim.clock.time));
+    for (const DrawnBoundary& b : boundaries)
+        frame.obstacles.push_back(frame_obstacle(b, sim.problem.scene.origin, sim.clock.time));
     frame.totals = totals(sim);
     frame.shortfalls = find_shortfalls(sim);
     return frame;

@@ -54,11 +54,11 @@ double quantity(const Simulation& sim, Quantity what, std::size_t i) {
         case Quantity::velocity_z:
             return velocity(sim, i).z();
         case Quantity::x:
-            return static_cast<double>(p.position[i].x());
+            return sim.problem.scene.origin.x() + static_cast<double>(p.position[i].x());
         case Quantity::y:
-            return static_cast<double>(p.position[i].y());
+            return sim.problem.scene.origin.y() + static_cast<double>(p.position[i].y());
         case Quantity::z:
-            return static_cast<double>(p.position[i].z());
+            return sim.problem.scene.origin.z() + static_cast<double>(p.position[i].z());
     }
     return 0;
 }
@@ -104,7 +104,8 @@ std::optional<double> extent(const Simulation& sim, const Probes::Entry& e) {
     double mass = 0;
     for (std::size_t i = 0; i < sim.particles.size(); ++i) {
         if (!counts(e, sim.particles, i)) continue;
-        reach.emplace_back(direction.dot(sim.particles.position[i].cast<double>()), sim.particles.mass[i]);
+        const Vec3d place = sim.problem.scene.origin + sim.particles.position[i].cast<double>();
+        reach.emplace_back(direction.dot(place), sim.particles.mass[i]);
         mass += reach.back().second;
     }
     if (reach.empty()) return std::nullopt;

@@ -80,9 +80,14 @@ std::string note(const Simulation& sim) {
     return fmt::format("{} particles, {} steps", sim.particles.size(), sim.stats.steps);
 }
 
-void write_frame(Simulation& sim, CacheWriter& cache, const std::vector<DrawnBoundary>& boundaries, const fs::path& out,
-                 double started) {
-    const Frame frame = make_frame(sim, boundaries);
+/// What frames show beside the state.
+struct Drawn {
+    std::vector<DrawnBoundary> boundaries;
+    ColouredShapes coloured;
+};
+
+void write_frame(Simulation& sim, CacheWriter& cache, const Drawn& drawn, const fs::path& out, double started) {
+    const Frame frame = make_frame(sim, drawn.boundaries, drawn.coloured);
     cache.write_frame(frame);
     append_probes(out, sim);
     append_stats(out, sim, frame.totals, wall_seconds() - started);
@@ -131,7 +136,7 @@ Start start(const scene::Scene& scene, const CacheIdentity& identity, const SimA
     const fs::path out = args.out;
     Simulation sim = make_simulation(scene);
     sim.problem.replay = replay_words(args);
-    if (const double memory = memory_of(final_size(scene, sim)); memory > machine_memory())
+    if (const double memory = memory_of(final_size(sim.problem.scene, sim)); memory > machine_memory())
         log_warning(
             "this simulation may need {} of memory at its last frame, and this machine has {}; raise "
             "solver.spacing, or let emitters stop earlier",
@@ -175,7 +180,7 @@ int run_simulation(const SimArgs& args) {
     Start begin = start(scene, identity, args);
     Simulation& sim = begin.simulation;
     CacheWriter& cache = begin.cache;
-    const std::vector<DrawnBoundary> boundaries = store_boundaries(scene, cache);
+    const Drawn drawn{store_boundaries(sim.problem.scene, cache), coloured_shapes(sim.problem.scene)};
     scene::store_images(scene.look, cache);
     cache.require_assets();
     progress.update(begin.from_checkpoint ? sim.clock.frame - first + 1 : 0,
@@ -185,7 +190,7 @@ int run_simulation(const SimArgs& args) {
     if (!begin.from_checkpoint) {
         refresh_surface(sim);
         evaluate(sim);
-        write_frame(sim, cache, boundaries, out, started);
+        write_frame(sim, cache, drawn, out, started);
         progress.update(1, note(sim));
     }
     catch_interrupts();
@@ -200,7 +205,7 @@ int run_simulation(const SimArgs& args) {
             progress.finish();
             throw InterruptedError(interrupted());
         }
-        write_frame(sim, cache, boundaries, out, started);
+        write_frame(sim, cache, drawn, out, started);
         state.set(sim.clock.frame, print_checkpoint(sim, identity.simulation_hash));
         if ((sim.clock.frame - first) % scene.solver.checkpoint_every == 0 || sim.clock.frame == last) state.write();
         progress.update(sim.clock.frame - first + 1, note(sim));

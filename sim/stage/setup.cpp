@@ -43,17 +43,19 @@ std::vector<Mould> make_moulds(const scene::Scene& scene) {
 
 /// A bound on the speed of a motion at `reach` [m] from the axes that it turns about [m/s]. It is twice the largest
 /// mean speed between two keys: smooth motions are at most that much faster in the middle.
-double fastest_of(const std::vector<scene::Key>& keys, double reach) {
+double fastest_of(const scene::Scene& scene, const std::vector<scene::Key>& keys, double reach) {
+    const RigidMotion motion = motion_of(scene, keys);
     double fastest = 0;
     for (std::size_t k = 1; k < keys.size(); ++k) {
         const Quatd from = rotation_from_degrees(keys[k - 1].rotate), to = rotation_from_degrees(keys[k].rotate);
-        const double distance = (keys[k].position - keys[k - 1].position).norm() + from.angularDistance(to) * reach;
+        const Vec3d way = motion.pose(keys[k].time).translation - motion.pose(keys[k - 1].time).translation;
+        const double distance = way.norm() + from.angularDistance(to) * reach;
         fastest = std::max(fastest, 2 * distance / (keys[k].time - keys[k - 1].time));
     }
     return fastest;
 }
 
-/// From the world's origin, about which keys turn, to the farthest corner of a shape's box [m]; 0 where it has none.
+/// From the scene's zero to the farthest corner of a shape's box [m]; 0 where it has none.
 double reach_of(const Shape& shape) {
     const auto box = shape.bounds();
     return box ? static_cast<double>(box->lower.cwiseAbs().cwiseMax(box->upper.cwiseAbs()).norm()) : 0;
@@ -70,14 +72,14 @@ double fastest_of(const scene::Scene& scene) {
     for (const scene::Emitter& e : scene.emitters) {
         const Opening opening = opening_of(scene, e);
         const double reach = e.position.norm() + opening.radius;
-        fastest = std::max(fastest, flow_speed(e, opening.area) + fastest_of(e.motion, reach));
+        fastest = std::max(fastest, flow_speed(e, opening.area) + fastest_of(scene, e.motion, reach));
     }
     for (const scene::Boundary& b : scene.world.boundaries)
         if (b.motion.size() > 1)
-            fastest = std::max(fastest, fastest_of(b.motion, reach_of(make_shape(scene, b.shape))));
+            fastest = std::max(fastest, fastest_of(scene, b.motion, reach_of(make_shape(scene, b.shape))));
     for (const scene::Handle& h : scene.handles)
         if (h.motion.size() > 1)
-            fastest = std::max(fastest, fastest_of(h.motion, reach_of(make_shape(scene, h.region))));
+            fastest = std::max(fastest, fastest_of(scene, h.motion, reach_of(make_shape(scene, h.region))));
     return fastest;
 }
 
@@ -114,7 +116,8 @@ double drop_height(const scene::Scene& scene) {
 }
 
 /// Throws InputError where a body reaches beyond a periodic face: it would lose that part.
-void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Periodic& periodic, Real spacing) {
+void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Vec3d& origin, const Periodic& periodic,
+                         Real spacing) {
     const auto box = shape.bounds();
     for (int a = 0; a < 3; ++a) {
         const Periodic::Axis& axis = periodic.axis[static_cast<std::size_t>(a)];
@@ -123,21 +126,22 @@ void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Peri
             throw InputError(
                 "{}: body '{}' reaches from {} to {} m, beyond the periodic faces {} and {} m of axis {}; "
                 "cut it there",
-                body.shape.where, body.name, box->lower[a], box->upper[a], axis.from, axis.to, "xyz"[a]);
+                body.shape.where, body.name, origin[a] + static_cast<double>(box->lower[a]),
+                origin[a] + static_cast<double>(box->upper[a]), origin[a] + static_cast<double>(axis.from),
+                origin[a] + static_cast<double>(axis.to), "xyz"[a]);
     }
 }
 
 void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, const Simulation& sim) {
     for (const Vec3& x : sites)
         if (wall_distance(sim.walls, x) < 0)
-            throw InputError(
-                "{}: body '{}' starts inside a wall at ({:.4g}, {:.4g}, {:.4g}) m; move it out of the wall",
-                body.shape.where, body.name, x.x(), x.y(), x.z());
+            throw InputError("{}: body '{}' starts inside a wall at {} m; move it out of the wall", body.shape.where,
+                             body.name, place_text(sim.problem.scene, x));
 }
 
-/// Particles of a hexagonal lattice. In a liquid each has the volume that a site of the packing stands for. In a solid
-/// they share the volume of the shape.
-SampledVolume pack_body(const Shape& shape, bool solid, const std::function<bool(const Vec3&)>& free,
+/// Particles of a hexagonal lattice. Each has the volume that a site of the packing stands for, as in a liquid, or they
+/// share the volume of the shape, as in a solid.
+SampledVolume pack_body(const Shape& shape, bool share, const std::function<bool(const Vec3&)>& free,
                         const Simulation& sim) {
     const Real d = sim.problem.smoothing.spacing;
     SampledVolume sites;
@@ -145,7 +149,7 @@ SampledVolume pack_body(const Shape& shape, bool solid, const std::function<bool
     const std::size_t count = sites.position.size();
     if (count == 0) return sites;
     const Real volume =
-        solid ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count))
+        share ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count))
               : cube(d) * static_cast<Real>(packing_stretch(d, sim.problem.periodic).prod());
     sites.volume.assign(count, volume);
     sites.spacing.assign(count, d);
@@ -209,7 +213,7 @@ class PlacedBodies {
     std::vector<Placed> list_;
 };
 
-void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulation& sim) {
+void add_body(const scene::Body& body, int number, SkinSetup skins, PlacedBodies& placed, Simulation& sim) {
     const scene::Scene& scene = sim.problem.scene;
     const Real d = sim.problem.smoothing.spacing;
     const int material = index_of(scene.materials, body.material, "material");
@@ -217,7 +221,7 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
     const double melt = matter.melt_fraction(body.temperature);
     const bool solid = melt < 1;
     const Shape shape = make_shape(scene, body.shape);
-    refuse_beyond_faces(body, shape, sim.problem.periodic, d);
+    refuse_beyond_faces(body, shape, scene.origin, sim.problem.periodic, d);
     PointGrid others;
     if (!solid) others.build(placed.near(shape, kBodyRoom * d, sim), d);
     const auto free = [&](const Vec3& x) {
@@ -227,8 +231,9 @@ void add_body(const scene::Body& body, int number, PlacedBodies& placed, Simulat
         others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
         return !taken;
     };
-    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_body(shape, solid, free, sim)
-                                                                                   : sample_solid(body, shape, d);
+    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal
+                                    ? pack_body(shape, solid && skins == SkinSetup::make, free, sim)
+                                    : sample_solid(body, shape, d);
     const std::size_t count = sites.position.size();
     if (count == 0)
         throw InputError(
@@ -279,8 +284,9 @@ double expected_speed(const scene::Scene& scene) {
     return std::max(kSlowest, std::sqrt(speed2));
 }
 
-Simulation make_simulation(const scene::Scene& scene, SkinSetup skins) {
-    warn_of_meshes(scene);
+Simulation make_simulation(const scene::Scene& in_world, SkinSetup skins) {
+    warn_of_meshes(in_world);
+    const scene::Scene scene = near_origin(in_world);
     const Smoothing smoothing(static_cast<Real>(scene.solver.spacing), static_cast<Real>(scene.solver.support));
     const double speed = expected_speed(scene);
     // Walls and the problem are made before what holds them: g++ 12 destroys the members of a nested initialiser twice
@@ -312,7 +318,8 @@ Simulation make_simulation(const scene::Scene& scene, SkinSetup skins) {
                              return b.sampling.lattice == scene::Lattice::octree;
                          })};
     PlacedBodies placed;
-    for (std::size_t b = 0; b < scene.bodies.size(); ++b) add_body(scene.bodies[b], static_cast<int>(b), placed, sim);
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b)
+        add_body(scene.bodies[b], static_cast<int>(b), skins, placed, sim);
     sim.solids = make_solids(scene, smoothing, sim.particles);
     make_phases(scene, sim.problem.materials, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);

@@ -67,7 +67,7 @@ void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& s
 
 Handle make_handle(const scene::Scene& scene, const scene::Handle& given, const Solids& s) {
     Handle handle;
-    handle.motion = motion_of(given.motion);
+    handle.motion = motion_of(scene, given.motion);
     handle.force = given.force;
     handle.start = given.start;
     handle.stop = given.stop;

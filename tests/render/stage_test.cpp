@@ -57,7 +57,8 @@ class RenderStage : public testing::Test {
         return CacheWriter::create(out, {scene.name, scene::print_scene(scene), scene::simulation_hash(scene)});
     }
 
-    static void add_frame(CacheWriter& writer, int number) {
+    static void add_frame(CacheWriter& writer, int number, const Vec3d& origin = {0, 0, 0},
+                          const std::optional<Vec3f>& vertices = std::nullopt) {
         Frame frame;
         frame.number = number;
         frame.time = number / 24.0;
@@ -66,13 +67,18 @@ class RenderStage : public testing::Test {
         SurfelCloud ball = shapes::sphere(200, 0.1f, {0, 0, 0.2f - 0.01f * float(number)});
         const std::size_t n = ball.size();
         frame.surfels.count = n;
+        frame.surfels.origin = origin;
         frame.surfels.add("P", ball.position);
         frame.surfels.add("t1", ball.axis1);
         frame.surfels.add("t2", ball.axis2);
         frame.surfels.add("body", std::vector<std::int32_t>(n, 0));
+        if (vertices) frame.surfels.add("Cd", std::vector<Vec3f>(n, *vertices));
         FrameObstacle table;
         table.name = table.look = "table";
-        table.asset = writer.add_asset(write_ply(tessellate_plane({0, 0, 0}, {0, 0, 1}, 4)));
+        TriangleMesh mesh = tessellate_plane({0, 0, 0}, {0, 0, 1}, 4);
+        if (vertices && vertices->minCoeff() >= 0) mesh.colours.assign(mesh.vertices.size(), *vertices);
+        table.asset = writer.add_asset(write_ply(mesh));
+        for (const int k : {0, 1, 2}) table.transform[static_cast<std::size_t>(4 * k + 3)] = origin[k];
         frame.obstacles.push_back(table);
         writer.write_frame(frame);
     }
@@ -207,6 +213,76 @@ TEST_F(RenderStage, ABodyWearsItsOwnLook) {
     const auto own = beauty("own", "material: water,", "material: water, look: table,");
     EXPECT_EQ(own, beauty("material", "water: {}", "water: {look: table}"));
     EXPECT_NE(own, beauty("none", "water: {}", "water: {}"));
+}
+
+TEST_F(RenderStage, ColoursOfVerticesAreThoseOfThePicture) {
+    // Surfels and an obstacle of one colour look as with that colour in the look. Where a mesh has none, `colour` is taken.
+    const auto beauty = [&](const std::string& name, const std::string& look, const std::optional<Vec3f>& vertices) {
+        std::string text = kScene;
+        const std::string water = "water: {type: dielectric, ior: 1.33}",
+                          table = "table: {type: diffuse, checker: 0.1}";
+        text.replace(text.find(water), water.size(), "water: {type: diffuse, " + look + "}");
+        text.replace(text.find(table), table.size(), "table: {type: diffuse, " + look + "}");
+        const scene::Scene scene = scene::parse_scene(text, "drop.yaml");
+        CacheWriter w =
+            CacheWriter::create(out(name), {scene.name, scene::print_scene(scene), scene::simulation_hash(scene)});
+        add_frame(w, 1, {0, 0, 0}, vertices);
+        w.finish();
+        run_stage(args(out(name)));
+        return read_exr(fs::path(out(name)) / "frames/beauty.0001.exr");
+    };
+    const Vec3f red(1, 0, 0);  // a colour that 8 bits hold
+    const Image own = beauty("own", "colour: [1, 0, 0]", std::nullopt);
+    const Image shown = beauty("shown", "colour: [0, 1, 0], colour_by: vertices", red);
+    const Image without = beauty("without", "colour: [1, 0, 0], colour_by: vertices", std::nullopt);
+    const Image none = beauty("none", "colour: [1, 0, 0], colour_by: vertices", Vec3f(-1, -1, -1));
+    const Image hidden = beauty("hidden", "colour: [0, 1, 0]", red);
+    for (const char* channel : {"R", "G", "B"})
+        for (std::size_t i = 0; i < own.pixels(); ++i) {
+            const float value = own.get(channel)[i];
+            // Weights of blended discs add up to one but for the last bits.
+            EXPECT_NEAR(shown.get(channel)[i], value, 1e-3 * (1 + std::abs(value))) << channel << i;
+            EXPECT_EQ(without.get(channel)[i], value) << channel << i;
+            EXPECT_EQ(none.get(channel)[i], value) << channel << i;
+        }
+    EXPECT_NE(hidden.get("R"), own.get("R"));
+}
+
+TEST_F(RenderStage, APictureFarFromTheOriginIsThatNearIt) {
+    const auto picture = [&](const std::string& name, const Vec3d& away) {
+        std::string text = kScene;
+        const auto replace = [&](const std::string& what, const std::string& by) {
+            text.replace(text.find(what), what.size(), by);
+        };
+        const auto place = [&](double x, double y, double z) {
+            return fmt::format("[{}, {}, {}]", away.x() + x, away.y() + y, away.z() + z);
+        };
+        replace("position: [0, -1, 0.4], look_at: [0, 0, 0.15]",
+                fmt::format("position: {}, look_at: {}", place(0, -1, 0.4), place(0, 0, 0.15)));
+        replace("lights: {",
+                fmt::format("lights: {{lamp: {{type: area, position: {}, size: [0.5, 0.5]}}, ", place(0, 0, 1)));
+        replace("samples: 2", "samples: 2, passes: {position: true}");
+        const scene::Scene scene = scene::parse_scene(text, "drop.yaml");
+        CacheWriter w =
+            CacheWriter::create(out(name), {scene.name, scene::print_scene(scene), scene::simulation_hash(scene)});
+        add_frame(w, 1, away);
+        w.finish();
+        run_stage(args(out(name)));
+        return read_exr(fs::path(out(name)) / "frames/beauty.0001.exr");
+    };
+    const Vec3d away(1e6, -3e4, 200);
+    const Image near = picture("near", {0, 0, 0}), far = picture("far", away);
+    // Camera and lamp are rounded to 1e-10 m. Where that turns a float's last bit, a ray moves by 1e-7 of a picture.
+    for (const char* channel : {"R", "G", "B", "Z"})
+        for (std::size_t i = 0; i < near.pixels(); ++i)
+            EXPECT_NEAR(near.get(channel)[i], far.get(channel)[i], 1e-3 * std::abs(near.get(channel)[i]))
+                << channel << i;
+    const std::size_t below = 17 * 32 + 16;  // the table, before the drop
+    for (const int k : {0, 1, 2}) {
+        const std::string channel = std::string("P.") + "XYZ"[k];
+        // Of a float of this size half the last bit is 0.03 m.
+        EXPECT_NEAR(double(far.get(channel)[below]), away[k] + double(near.get(channel)[below]), 0.04) << channel;
+    }
 }
 
 TEST_F(RenderStage, AMissingFrameIsNamedAfterTheOthersAreRendered) {

@@ -310,6 +310,20 @@ TEST(Cache, AFrameWithoutPointsIsAFrame) {
     EXPECT_NE(frame.surfels.find("temperature"), nullptr);
 }
 
+TEST(Cache, FarFromTheWorldsOriginIsFormat3) {
+    const TemporaryFolder out;
+    CacheWriter writer = CacheWriter::create(out.path(), sample_identity());
+    writer.write_frame(sample_frame(1));
+    EXPECT_EQ(CacheReader(out.path()).manifest().format, 1);
+    Frame far = sample_frame(2);
+    far.particles.origin = far.surfels.origin = {1e6, 0, 5};
+    writer.write_frame(far);
+    const CacheReader reader(out.path());
+    EXPECT_EQ(reader.manifest().format, 3);
+    EXPECT_EQ(reader.load_frame(2).surfels.origin, far.surfels.origin);
+    EXPECT_TRUE(reader.load_frame(1).surfels.origin.isZero());
+}
+
 // tests/golden/cache_format_1 was written by the first program of format 1, as write_sample_cache writes, with these
 // frames.
 Frame golden_frame(int number) {

@@ -37,6 +37,28 @@ TEST(Export, CsvHasAttributeNamesAndARowAPointInOrderOfIds) {
               "0.1,-0.2,1e-09,1099511627777,0.33333334,0,1,0,2\n");
 }
 
+TEST(Export, PlacesFarFromTheWorldsOriginAreDoubles) {
+    PointSet points;
+    points.count = 1;
+    points.origin = {1e6, 0, -2e5};
+    points.add("P", std::vector<Vec3f>{{0.125f, 2, 0.5f}});
+    points.add("v", std::vector<Vec3f>{{1, 2, 3}});
+    points.add("rest", std::vector<Vec3f>{{0, 0, 0.25f}});
+    EXPECT_EQ(export_points(points, ExportFormat::csv),
+              "P.x,P.y,P.z,v.x,v.y,v.z,rest.x,rest.y,rest.z\n"
+              "1000000.125,2,-199999.5,1,2,3,1000000,0,-199999.75\n");
+    const std::string ply = export_points(points, ExportFormat::ply);
+    for (const char* line : {"property double x\n", "property float v_x\n", "property double rest_z\n"})
+        EXPECT_NE(ply.find(line), std::string::npos) << line;
+    const std::size_t row = 3 * 8 + 3 * 4 + 3 * 8;
+    EXPECT_EQ(value_at<double>(ply, ply.size() - row), 1000000.125);
+    EXPECT_EQ(value_at<float>(ply, ply.size() - row + 24), 1.0f);
+    EXPECT_EQ(value_at<double>(ply, ply.size() - 8), -199999.75);
+    const std::string vtp = export_points(points, ExportFormat::vtp);
+    EXPECT_NE(vtp.find("type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\""), std::string::npos);
+    EXPECT_NE(vtp.find("type=\"Float32\" Name=\"v\""), std::string::npos);
+}
+
 TEST(Export, CsvNumbersReadBackToTheSameBits) {
     const PointSet points = sample_points(500, 5);
     std::istringstream csv(export_points(points, ExportFormat::csv));

@@ -52,7 +52,7 @@ TEST(Manifest, FindsFramesByNumber) {
 }
 
 TEST(Manifest, ANewerFormatIsRefusedByNumber) {
-    const std::string message = "has cache format 99, this program reads 1 to 2";
+    const std::string message = "has cache format 99, this program reads 1 to 3";
     EXPECT_NE(refusal(edited("\"format\": 1", "\"format\": 99")).find(message), std::string::npos);
     // Also where that format has no checksum that we know.
     EXPECT_NE(refusal("{\"format\": 99, \"other\": 1}").find(message), std::string::npos);

@@ -43,6 +43,36 @@ std::vector<std::string> lights_under(const std::string& scene, const std::strin
 
 using Names = std::vector<std::string>;
 
+TEST(ALook, ThatTheProgramMakesShowsTheColoursOfMeshes) {
+    const auto of = [](const std::string& shape) {
+        const Scene scene = parse_scene(
+            "shapes: {bust: {mesh: {file: a.ply, scale: 1}}}\nmaterials: {m: {}}\nbodies: {b: {material: m, shape: " +
+                shape + "}}\nworld: {boundaries: {w: {shape: " + shape + "}}}\n",
+            "colours.yaml", {}, Files::ignore);
+        EXPECT_EQ(entry(scene.look.appearances, "m").colour_by, entry(scene.look.appearances, "w").colour_by);
+        return entry(scene.look.appearances, "m").colour_by;
+    };
+    EXPECT_EQ(of("{mesh: {file: a.ply, scale: 1}}"), ColourBy::vertices);
+    EXPECT_EQ(of("{union: {shapes: [{sphere: {}}, {mesh: {file: a.ply, scale: 1}}]}}"), ColourBy::vertices);
+    EXPECT_EQ(of("{named: bust}"), ColourBy::vertices);
+    EXPECT_EQ(of("{sphere: {}}"), ColourBy::none);
+}
+
+TEST(Warnings, TellWhatSinglePrecisionDoesNotHold) {
+    const auto warned = [](const std::string& away) {
+        const Scene scene = parsed(
+            "materials: {m: {}}\nsolver: {spacing: 0.01}\nbodies: {a: {material: m, shape: {sphere: {}}}, "
+            "b: {material: m, shape: {sphere: {}, translate: [" +
+            away + ", 0, 0]}}}\n");
+        for (const std::string& w : scene_warnings(scene))
+            if (w.find("single precision") != std::string::npos) return w;
+        return std::string();
+    };
+    EXPECT_EQ(warned("2000"), "");
+    EXPECT_NE(warned("2700").find("1.35e+05 spacings"), std::string::npos) << warned("2700");
+    EXPECT_NE(warned("2700").find("to 0.0078 spacings"), std::string::npos) << warned("2700");
+}
+
 TEST(ALook, OfOneLampReplacesTheLightsThatNobodyAskedFor) {
     EXPECT_EQ(lights_under("{}", "lights: {lamp: {type: area}}\n"), (Names{"lamp"}));
     // As a cache carries the scene, all lights are named.

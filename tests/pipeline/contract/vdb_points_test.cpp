@@ -7,8 +7,8 @@
 #include <limits>
 #include <set>
 
-#include "tests/pipeline/contract/mutated.h"
 #include "tests/pipeline/contract/cache_fixture.h"
+#include "tests/pipeline/contract/mutated.h"
 
 namespace thixo::test {
 namespace {
@@ -20,6 +20,17 @@ TEST(VdbPoints, KeepsEveryBitOfEveryPoint) {
     const PointSet read = decode_points(encode_points(points, "particles", kVoxel), "file");
     expect_same_points(points, read);  // P too: a voxel edge that is a power of two costs no rounding
     EXPECT_EQ(read.attributes[0].name, "P");
+}
+
+TEST(VdbPoints, AnOriginFarAwayCostsNoBit) {
+    PointSet points = sample_points(2000, 7);
+    points.origin = {1e6, 0.1, -1e9};
+    const PointSet read = decode_points(encode_points(points, "particles", kVoxel), "file");
+    expect_same_points(points, read);
+    EXPECT_EQ(read.origin, points.origin);
+    points.count = 0;
+    for (Attribute& a : points.attributes) std::visit([](auto& v) { v.clear(); }, a.data);
+    EXPECT_EQ(decode_points(encode_points(points, "particles", kVoxel), "file").origin, points.origin);
 }
 
 TEST(VdbPoints, TheVoxelEdgeIsAPowerOfTwoUpToTwiceTheSpacing) {

@@ -1,6 +1,7 @@
 // Emitters where people put them: flush with walls, on floors, below the surface, in pipes and in obstacles.
 #include <gtest/gtest.h>
 
+#include "pipeline/base/error.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/geometry/packing.h"
 #include "sim/loop/step.h"
@@ -105,6 +106,98 @@ TEST(AnEmitter, HalfInAnObstacleEmitsTheOtherHalf) {
                              "world: {gravity: [0, 0, 0], boundaries: {block: {shape: {box: {size: [0.2, 1, 1]}}}}}\n");
     EXPECT_NEAR(static_cast<double>(s.emitters[0].blocked) / static_cast<double>(s.emitters[0].due), 0.5, 0.2);
     EXPECT_EQ(static_cast<std::int64_t>(emitted(s)), s.emitters[0].due - s.emitters[0].blocked);
+}
+
+/// Runs a source in empty space for 0.25 s.
+Simulation run_source(const std::string& source, const std::string& world = "{}") {
+    Simulation s = make_simulation(scene::parse_scene(
+        "frames: {first: 0, last: 8, fps: 32}\nmaterials: {water: {viscosity: 0.01}}\nsurface: {enabled: false}\n"
+        "solver: {spacing: 0.015}\nworld: " +
+            world + "\nemitters: {spring: {material: water, position: [0, 0, 1], " + source + "}}\n",
+        "source.yaml"));
+    for (int frame = 0; frame < 8; ++frame) advance_frame(s);
+    return s;
+}
+const std::string kBall = "shape: {sphere: {radius: 0.06}, translate: [0, 0, 1]}";
+
+TEST(ASource, ThatIsAVolumeFillsByItsRate) {
+    // Single particles at equal intervals: the count is exact to one. They fall out of the ball as they come.
+    const double rate = 0.0005;
+    const Simulation s = run_source("source: volume, rate: 0.0005, " + kBall);
+    EXPECT_NEAR(static_cast<double>(s.particles.size()), rate * kSeconds / cube(kSpacing), 1.5);
+    EXPECT_EQ(s.emitters[0].blocked, 0);
+}
+
+TEST(ASource, ThatIsAVolumeStartsWithItsSpeed) {
+    const Simulation s =
+        run_source("source: volume, rate: 0.0001, speed: 2, direction: [1, 0, 0], " + kBall, "{gravity: [0, 0, 0]}");
+    EXPECT_NEAR(static_cast<double>(s.particles.size()), 0.0001 * kSeconds / cube(kSpacing), 1.5);
+    double along = 0;
+    for (const Vec3& v : s.particles.velocity) along += static_cast<double>(v.x());
+    EXPECT_NEAR(along / static_cast<double>(s.particles.size()), 2, 0.02);  // pressure between them adds up to nothing
+}
+
+TEST(ASource, ThatIsFullWaitsAndSaysWhatIsBlocked) {
+    // Some 430 particles have room in the cavity, and 740 are due.
+    const Simulation s = run_source(
+        "source: volume, rate: 0.01, " + kBall,
+        "{gravity: [0, 0, 0], boundaries: {cavity: {inside: true, shape: {sphere: {radius: 0.07}, translate: "
+        "[0, 0, 1]}}}}");
+    EXPECT_LT(s.particles.size(), 550u);
+    EXPECT_GT(s.emitters[0].blocked, 0);
+    EXPECT_EQ(s.emitters[0].due - s.emitters[0].blocked, static_cast<std::int64_t>(s.particles.size()));
+}
+
+/// Matter that leaves a ball of 0.06 m flies along the radius; its rate is that of the area.
+void expect_radial(const Simulation& s, double speed) {
+    const double due = 4 * kPi * square(0.06) * speed * kSeconds / cube(kSpacing);
+    // The area of the samples is good to about a percent.
+    EXPECT_NEAR(static_cast<double>(s.particles.size()), due, 0.02 * due + 1);
+    EXPECT_EQ(s.emitters[0].blocked, 0);
+    Vec3d momentum(0, 0, 0);
+    double radial = 0, all = 0;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        const Vec3d v = s.particles.velocity[i].cast<double>(),
+                    out = s.particles.position[i].cast<double>() - Vec3d(0, 0, 1);
+        EXPECT_GT(out.norm(), 0.06);
+        radial += v.dot(out.normalized());
+        all += v.norm();
+        momentum += v;
+    }
+    EXPECT_GT(radial, 0.95 * all);
+    EXPECT_LT(momentum.norm(), 0.05 * all);  // to all sides alike
+}
+
+TEST(ASource, ThatIsACurvedFaceFlowsAlongItsNormals) {
+    expect_radial(run_source("source: surface, speed: 0.5, " + kBall, "{gravity: [0, 0, 0]}"), 0.5);
+}
+
+TEST(ASource, ThatIsTheFaceOfAnObstacleEmitsItsFullRate) {
+    expect_radial(run_source("source: surface, speed: 0.5, " + kBall,
+                             "{gravity: [0, 0, 0], boundaries: {ball: {" + kBall + "}}}"),
+                  0.5);
+}
+
+TEST(ASource, ThatIsASurfaceTakesARate) {
+    const double rate = 4 * kPi * square(0.06) * 0.5;
+    expect_radial(run_source("source: surface, rate: " + std::to_string(rate) + ", " + kBall, "{gravity: [0, 0, 0]}"),
+                  0.5);
+}
+
+TEST(ASource, InsideAnObstacleIsBlockedAndSaysSo) {
+    const Simulation s = run_source("source: volume, rate: 0.0005, " + kBall,
+                                    "{boundaries: {rock: {shape: {sphere: {radius: 0.2}, translate: [0, 0, 1]}}}}");
+    EXPECT_EQ(s.particles.size(), 0u);
+    EXPECT_GT(s.emitters[0].blocked, 0);
+    const OpeningRoom room = room_at_opening(sources_of(s), 0, 0);
+    EXPECT_GT(room.sites, 0);
+    EXPECT_EQ(room.sites, room.blocked);
+}
+
+TEST(ASource, ThatCannotBeIsRefused) {
+    EXPECT_THROW(run_source("source: volume, speed: 1, " + kBall), InputError);  // no rate
+    EXPECT_THROW(run_source("source: surface, speed: 1"), InputError);           // no shape
+    EXPECT_THROW(run_source("source: volume, rate: 1, shape: {sphere: {radius: 0.001}}"), InputError);
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 
 #include "sim/fracture/fragments.h"
 #include "sim/fracture/tension.h"
-#include "sim/heat/heat.h"
 #include "sim/state/materials.h"
+#include "sim/state/screened_pair.h"
 
 namespace thixo {
 

@@ -13,8 +13,8 @@ namespace thixo {
 /// middle that reaches its corners: sheets have no holes.
 void lay_sheets(const CrackSight& sight, const Matter& matter);
 
-/// The same. Besides, it finds the weights of all surfels anew that fronts have passed since the last call: before
-/// surfels are looked at, or a checkpoint is written.
+/// The same. Besides, it finds the weights of all surfels anew that fronts have passed since the last call. It comes
+/// before surfels are looked at, or a checkpoint is written.
 void refresh_sheets(const CrackSight& sight, const Matter& matter);
 
 /// What sight a binding of surfels needs: none where nothing is cracked.

@@ -12,6 +12,7 @@
 #include "sim/space/walls.h"
 #include "sim/state/materials.h"
 #include "sim/state/particles.h"
+#include "sim/state/screened_pair.h"
 
 namespace thixo {
 
@@ -38,12 +39,6 @@ struct HeatDrive {
     bool any() const { return !sources.empty() || fastest > 0; }
 };
 HeatDrive make_heat(const scene::Scene& scene, const Materials& materials);
-
-/// A part of the heat between two particles that does not flow: a crack is between them.
-struct ScreenedPair {
-    Index first, second;  // each pair once
-    Real part;            // [1]
-};
 
 /// What heat flows by.
 struct HeatPaths {

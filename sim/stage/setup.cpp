@@ -139,8 +139,8 @@ void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, con
                              body.name, place_text(sim.problem.scene, x));
 }
 
-/// Particles of a hexagonal lattice. Each has the volume that a site of the packing stands for, as in a liquid, or they
-/// share the volume of the shape, as in a solid.
+/// Particles of a hexagonal lattice. In a liquid each has the volume that a site of the packing stands for. In a solid
+/// they share the volume of the shape.
 SampledVolume pack_body(const Shape& shape, bool share, const std::function<bool(const Vec3&)>& free,
                         const Simulation& sim) {
     const Real d = sim.problem.smoothing.spacing;

@@ -106,9 +106,8 @@ bool screen_weights(const SurfelCloud& rest, Index i, Real reach, const ElementS
 }
 
 /// Appends the weights of surfel i, of all elements within its support of its middle or of an end of its axes. Returns
-/// whether a crack weakens any.
-/// Where matter breaks they stand in the order of the elements, and are summed up in it: they do not depend on when the
-/// grid was made.
+/// whether a crack weakens any. Where matter breaks they stand and are summed up in the order of the elements. So they do
+/// not depend on when the grid was made.
 bool append_weights(const PointGrid& grid, const Solids& solids, const EmbeddedSurface& embedded, Index i,
                     const ElementSight& sight, std::vector<SurfelWeight>& out) {
     const SolidBody& body = solids.bodies[static_cast<std::size_t>(embedded.owner[i])];

@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "pipeline/geometry/neighbour_lists.h"
 #include "sim/fracture/fragments.h"
 #include "sim/fracture/tension.h"
 #include "sim/state/materials.h"

@@ -14,13 +14,16 @@
 namespace thixo {
 namespace {
 
-/// Area of a shape's surface [m^2]: the volume of the layer within a cell of it, over the layer's thickness.
+/// Area of a shape's surface [m^2], by cells of the edge `cell` about it, each with the distance d of its middle:
+///     sum max(0, 1 - |d|/cell) cell^2
 double area_of(const Shape& shape, double spacing) {
     const auto box = shape.bounds();
     if (!box) return 0;
-    constexpr double kMostCells = 32;  // along an axis
+    constexpr double kAlongCube = 32, kAlongAxis = 1e4;  // cells, at most
     const Vec3d size = (box->upper - box->lower).cast<double>();
-    const double cell = std::max(spacing / 2, size.maxCoeff() / kMostCells);
+    // In proportion to the box: long, thin bodies would vanish in cells that only their length decides.
+    const double of_cube = std::cbrt(size.cwiseMax(spacing).prod());
+    const double cell = std::max({spacing / 2, of_cube / kAlongCube, size.maxCoeff() / kAlongAxis});
     const Vec3d from = box->lower.cast<double>() - Vec3d::Constant(1.5 * cell);
     std::array<std::size_t, 3> n{};
     for (std::size_t a = 0; a < 3; ++a)
@@ -28,9 +31,9 @@ double area_of(const Shape& shape, double spacing) {
     const double near = parallel_sum(n[0] * n[1] * n[2], [&](std::size_t k) {
         const Vec3d at(static_cast<double>(k % n[0]) + 0.5, static_cast<double>(k / n[0] % n[1]) + 0.5,
                        static_cast<double>(k / (n[0] * n[1])) + 0.5);
-        return std::abs(static_cast<double>(shape.distance((from + cell * at).cast<Real>()))) < cell ? 1.0 : 0.0;
+        return std::max(0.0, 1 - std::abs(static_cast<double>(shape.distance((from + cell * at).cast<Real>()))) / cell);
     });
-    return near * cube(cell) / (2 * cell);
+    return near * square(cell);
 }
 
 /// A surfel has a square of the spacing as its own; those beyond edges are not counted.

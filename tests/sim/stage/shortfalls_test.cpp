@@ -5,6 +5,7 @@
 
 #include "pipeline/contract/scene_io.h"
 #include "sim/loop/solid_steps.h"
+#include "sim/stage/estimate.h"
 #include "sim/stage/frame_output.h"
 #include "tests/sim/fixture.h"
 
@@ -45,6 +46,19 @@ TEST(Shortfalls, OfARunThatDoesAllIsNothing) {
     for (const std::string& blocks : {pool, rubber, kTap}) {
         EXPECT_TRUE(find_shortfalls(after(blocks, 2)).empty()) << blocks;
         EXPECT_TRUE(expect_shortfalls(simulation_of(blocks)).empty()) << blocks;
+    }
+}
+
+TEST(Estimate, CountsTheSurfelsOfLongThinBodiesToo) {
+    // Surfels lie surface.radius spacings apart. The area of the sides is known.
+    for (const double length : {0.1, 2.0, 10.0}) {
+        const scene::Scene s = scene::parse_scene(
+            fmt::format("materials: {{m: {{youngs_modulus: 1.0e5}}}}\nsolver: {{spacing: 0.02}}\nbodies: {{bar: {{"
+                        "material: m, shape: {{box: {{size: [{}, 0.1, 0.1]}}}}}}}}\n",
+                        length),
+            "bar.yaml");
+        const double expected = (4 * 0.1 * length + 2 * 0.01) / square(s.surface.radius * s.solver.spacing);
+        EXPECT_NEAR(estimate_run(s).size.surfels / expected, 1, 0.25) << length << " m";  // as estimate.h promises
     }
 }
 

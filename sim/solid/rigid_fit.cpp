@@ -14,6 +14,8 @@ struct Sums {
 
 Mat3d fitting_rotation(const Mat3d& spread) {
     constexpr double kNoPlane = 1e-4;
+    // Of what is no number the library leaves all results unset. Such a state has diverged, and is told of as that.
+    if (!spread.allFinite()) return Mat3d::Identity();
     const Eigen::JacobiSVD<Mat3d> svd(spread, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const Vec3d extent = svd.singularValues();
     if (!(extent[0] > 0)) return Mat3d::Identity();  // one element: nothing tells how it turns

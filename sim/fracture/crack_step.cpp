@@ -61,13 +61,12 @@ std::size_t make_fragments(const Matter& matter) {
 
 /// The step in which a load that grows as it did in the last one stays below a strength [s].
 double step_to_the_strength(double before, double now, double dt) {
-    constexpr double kWatched = 0.5, kReached = 0.75;
+    constexpr double kReached = 0.75;
     const double growth = (now - before) / dt;
-    return now < kWatched && growth > 0 ? (kReached - now) / growth : 1e30;
+    return now < static_cast<double>(kWatched) && growth > 0 ? (kReached - now) / growth : 1e30;
 }
 
 double longest_step(const Breaking& breaking, Real fastest, Real load) {
-    constexpr Real kWatched = Real(0.5);
     double longest = 1e30;
     if (fastest > 0) longest = static_cast<double>(breaking.row / (2 * fastest));
     if (load > kWatched) longest = std::min(longest, static_cast<double>(breaking.width / (4 * breaking.speed)));
@@ -115,15 +114,10 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
     const Elements& e = solids.elements;
     const auto part = [&](const CrackedMatter& matter, Index i, Index j) {
         const Vec3 from = xyz(e.rest[i]), to = xyz(e.rest[j]);
-        const Real h = (e.support[i] + e.support[j]) / 2, r = (to - from).norm();
-        if (r > kTogether * h) return Real(0);
+        const Real h = (e.support[i] + e.support[j]) / 2;
+        if ((to - from).norm() > kTogether * h) return Real(0);
         if (e.owner[i] != e.owner[j]) return Real(1);
-        Real left = 1;
-        matter.sheets().for_each_crossing(from, to, [&](Index k, const Vec3&) {
-            const Real behind = solids.cracks.triangles.behind[k];
-            left = std::min(left, transparency(std::min(r / h, Real(0.999)), behind, matter.breaking().opaque));
-        });
-        return 1 - left;
+        return 1 - share_left(matter.sheets(), solids.cracks, from, to, h, matter.breaking().opaque);
     };
     std::vector<ScreenedPair> pairs;
     for (const CrackedMatter& matter : scratch.matter) {

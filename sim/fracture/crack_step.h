@@ -35,7 +35,8 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
 
 /// The heat that cracks hold up: between particles of one scene body, in places of which a sheet hides one from the
 /// other. What is left of it is what is left of a bond between them (transparency, sight.h); none between pieces.
-/// Those that have come together at other places conduct as bodies do that touch. Requires the particles' present neighbours.
+/// Those that have come together at other places conduct as bodies do that touch. Requires the particles' present
+/// neighbours.
 std::vector<ScreenedPair> screened_heat(const Particles& particles, const NeighbourLists& neighbours,
                                         const Solids& solids, CrackScratch& scratch);
 

@@ -172,6 +172,16 @@ std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const El
     return weak;
 }
 
+Real share_left(const CrackTree& sheets, const Cracks& cracks, const Vec3& from, const Vec3& to, Real support,
+                Real opaque) {
+    const Real q = std::min((to - from).norm() / support, Real(0.999));
+    Real left = 1;
+    sheets.for_each_crossing(from, to, [&](Index k, const Vec3&) {
+        left = std::min(left, transparency(q, cracks.triangles.behind[k], opaque));
+    });
+    return left;
+}
+
 CrackSight::CrackSight(const Solids& solids) : solids_(&solids) {
     for (const Breaking& breaking : solids.breaking)
         if (std::ranges::any_of(solids.cracks.cracks, [&](const Crack& c) { return c.source == breaking.source; }))
@@ -196,13 +206,7 @@ Vec3 looking_place(const Breaking& breaking, const Vec3& m, const Vec3& normal) 
 
 Real CrackSight::share(const CrackedMatter& matter, const CrackTree& sheets, const Vec3& from, Index element) const {
     const Breaking& b = matter.breaking();
-    const Vec3 to = xyz(solids_->elements.rest[element]);
-    const Real q = std::min((to - from).norm() / b.support, Real(0.999));
-    Real left = 1;
-    sheets.for_each_crossing(from, to, [&](Index k, const Vec3&) {
-        left = std::min(left, transparency(q, solids_->cracks.triangles.behind[k], b.opaque));
-    });
-    return left;
+    return share_left(sheets, solids_->cracks, from, xyz(solids_->elements.rest[element]), b.support, b.opaque);
 }
 
 bool CrackSight::shares(const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,

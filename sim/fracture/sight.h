@@ -35,6 +35,11 @@ std::vector<WeakBond> pinhole_bonds(const Solids& solids);
 std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& elements,
                                  const std::vector<Tension>& tension, Cracks& cracks);
 
+/// What the triangles that the way from `from` to `to` crosses leave of it [1]: the least transparency at q = r/h, with
+/// the support h [m] that the way is measured by.
+Real share_left(const CrackTree& sheets, const Cracks& cracks, const Vec3& from, const Vec3& to, Real support,
+                Real opaque);
+
 /// The share of its weight with which an element moves a surfel, by the cracks between the two. A surfel looks from
 /// just below the surface, so that those of a sheet see their own side.
 class CrackSight {

@@ -28,9 +28,9 @@ void find_stress(const Solids& solids, std::vector<Symmetric>& stress) {
 
 namespace {
 
-/// Whether the tension may reach half of the strength: the norm bounds the largest eigenvalue.
+/// Whether the tension may reach the part of the strength that is watched: the norm bounds the largest eigenvalue.
 bool is_watched(const Elements& elements, const std::vector<Symmetric>& stress, std::size_t i) {
-    return norm(stress[i]) > elements.strength[i] / 2;
+    return norm(stress[i]) > kWatched * elements.strength[i];
 }
 
 }  // namespace

@@ -20,10 +20,13 @@ Tension largest_tension(const Symmetric& stress);
 /// Requires Solids::gradients and laws of the present time.
 void find_stress(const Solids& solids, std::vector<Symmetric>& stress);
 
-/// The largest tension of these elements where it may reach half of their strength; no tension elsewhere.
+/// The part of the strength from which on a tension is watched [1].
+inline constexpr Real kWatched = Real(0.5);
+
+/// The largest tension of these elements where it may reach that part of their strength; no tension elsewhere.
 void find_tension(const Elements& elements, const std::vector<Symmetric>& stress, std::vector<Tension>& tension);
 
-/// The largest tension over strength [1]. Below a half it is a bound, the norm of the stress.
+/// The largest tension over strength [1]. Below kWatched it is a bound, the norm of the stress.
 double largest_load(const Elements& elements, const std::vector<Symmetric>& stress,
                     const std::vector<Tension>& tension);
 

@@ -35,8 +35,8 @@ std::vector<WeakBond> pinhole_bonds(const Solids& solids);
 std::vector<WeakBond> weak_bonds(const std::vector<Breaking>& breaking, const Elements& elements,
                                  const std::vector<Tension>& tension, Cracks& cracks);
 
-/// What the triangles that the way from `from` to `to` crosses leave of it [1]: the least transparency at q = r/h, with
-/// the support h [m] that the way is measured by.
+/// What cracks leave of the way between two places [1]. It is the least transparency of the triangles that the way
+/// crosses, at q = r/h with the support h [m].
 Real share_left(const CrackTree& sheets, const Cracks& cracks, const Vec3& from, const Vec3& to, Real support,
                 Real opaque);
 

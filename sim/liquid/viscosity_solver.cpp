@@ -1,12 +1,12 @@
 #include "sim/liquid/viscosity_solver.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <span>
 #include <utility>
 
 #include "pipeline/base/parallel.h"
+#include "sim/liquid/viscous_pairs.h"
 
 namespace thixo {
 namespace {
@@ -28,18 +28,6 @@ Block block(const Mat3& m) { return {m(0, 0), m(1, 1), m(2, 2), m(0, 1), m(0, 2)
 /// Corrects a disordered neighbourhood, whose moment M is not 1. It does not make up for a missing half.
 Real evened(Real moment) { return 1 / std::max(moment, Real(0.9)); }
 
-/// The pair kernel, with sum_j V_j r^2 k = 6 over the packing:
-///     k(r) = 2 |dw_poly6/dr|/r = scale (1 - r^2/h^2)^2
-struct PairKernel {
-    explicit PairKernel(const Smoothing& smoothing) : h2_inv(1 / square(smoothing.support)) {
-        const Poly6 bare(smoothing.support);
-        scale = 12 * bare.scale * h2_inv / packed_gradient(bare, smoothing.spacing);
-    }
-    Real h2_inv, scale;
-};
-
-constexpr Real kCentral = 5;  // of the central form over the Laplacian: 1/(3 <n_x^2 n_y^2>)
-
 /// Calls f(run of pairs, run of indices) for all runs of a particle's neighbours.
 template <class F>
 void for_each_pair_run(const ViscosityScratch& s, std::size_t i, std::span<const Index> neighbours, Index nobody,
@@ -47,38 +35,6 @@ void for_each_pair_run(const ViscosityScratch& s, std::size_t i, std::span<const
     const Run* run = s.runs.data() + s.first[i];
     for_each_run(neighbours, nobody, [&](const Index* j) { f(*run++, j); });
 }
-
-/// Friction of a wall over the integral of lap w_visc, by distance over support: kCells + 1 values over [0, 1] [1].
-class FrictionTable {
-  public:
-    explicit FrictionTable(Real support) : h_inv_(1 / support) {
-        for (std::size_t k = 0; k <= kCells; ++k) {
-            // At the ends the ratios have limits, but no value: the table is constant near them.
-            const double q = std::clamp(static_cast<double>(k) / kCells, 0.05, 0.999);
-            const WallFriction f = wall_friction_of(q, 1);
-            along_[k] = static_cast<Real>(f.along);
-            across_[k] = static_cast<Real>(f.across);
-        }
-    }
-    /// W/(5 mu V) of a wall with these integrals, its normal in the wall's frame [1/m^2].
-    Mat3 friction(const WallIntegrals& in) const {
-        const Real place = std::clamp(in.distance * h_inv_, Real(0), Real(1)) * kCells;
-        const auto k = std::min(static_cast<std::size_t>(place), kCells - 1);
-        const Real part = place - static_cast<Real>(k);
-        const Real along = along_[k] + part * (along_[k + 1] - along_[k]);
-        const Real across = across_[k] + part * (across_[k + 1] - across_[k]);
-        const Real length = in.gradient.norm();
-        // In the middle of a gap the walls' normals cancel, and no direction is normal.
-        if (!(length > 0)) return in.laplacian * (2 * along + across) / 3 * Mat3::Identity();
-        const Vec3 n = in.gradient / length;
-        return in.laplacian * (along * Mat3::Identity() + (across - along) * n * n.transpose());
-    }
-
-  private:
-    static constexpr std::size_t kCells = 32;
-    std::array<Real, kCells + 1> along_, across_;
-    Real h_inv_;
-};
 
 class Solver {
   public:
@@ -113,7 +69,6 @@ class Solver {
 
     /// Sets v*, the first guess, and the walls' part of the diagonal and of the right-hand side (in residual).
     void set_target(const Walls& walls, const Smoothing& smoothing) {
-        const FrictionTable table(smoothing.support);
         parallel_chunks(n_, [&](std::size_t begin, std::size_t end, std::size_t) {
             WallCursor cursor(walls);
             for (std::size_t i = begin; i < end; ++i) {
@@ -122,7 +77,8 @@ class Solver {
                 if (!is_elastic(p_.phase[i])) target = target + dt_ * p_.acceleration[i];
                 Mat3 diagonal = p_.mass[i] * Mat3::Identity();
                 Vec3 right = p_.mass[i] * target;
-                if (sweep_.walls[i].drag > 0 && s_.matter[i].x > 0) add_walls(walls, i, table, cursor, diagonal, right);
+                if (sweep_.walls[i].drag > 0 && s_.matter[i].x > 0)
+                    add_walls(walls, i, smoothing.support, cursor, diagonal, right);
                 s_.target[i] = quad(target);
                 s_.velocity[i] = quad(target + dt_ * p_.viscous_acceleration[i]);
                 s_.diagonal[i] = block(diagonal);
@@ -180,19 +136,12 @@ class Solver {
         Sums operator+(const Sums& b) const { return {rr + b.rr, rz + b.rz, target + b.target}; }
     };
 
-    void add_walls(const Walls& walls, std::size_t i, const FrictionTable& table, WallCursor& cursor, Mat3& diagonal,
+    void add_walls(const Walls& walls, std::size_t i, Real support, WallCursor& cursor, Mat3& diagonal,
                    Vec3& right) const {
-        const Vec3& x = p_.position[i];
         const Real strength = kCentral * dt_ * s_.matter[i].w * s_.matter[i].x * s_.matter[i].y;
-        for (std::size_t k = 0; k < walls.list.size(); ++k) {
-            const Wall& w = walls.list[k];
-            if (!w.no_slip) continue;
-            const WallIntegrals in = w.map.at(w.to_wall(x), cursor.at[k]);
-            if (in.laplacian <= 0) continue;
-            const Mat3 friction = strength * (w.turn * table.friction(in) * w.turn.transpose());
-            diagonal += friction;
-            right += friction * w.velocity_at(x);
-        }
+        const WallDrag drag = wall_drag(walls, p_.position[i], support, cursor);
+        diagonal += strength * drag.friction;
+        right += strength * drag.moving;
     }
 
     /// M_i = sum_j V_j k r^2/6: 1 over the packing.
@@ -333,19 +282,6 @@ class Solver {
 };
 
 }  // namespace
-
-WallFriction wall_friction_of(double distance, double support) {
-    // Integrals over planes at depth z = q h, then over z beyond the wall, of k times (n.T)^2 z and (n.N)^2 z are
-    //     945/(16 h) T,  945/(16 h) S
-    // That of lap w_visc alone is
-    //     90/h^2 L
-    const double q = distance / support, q2 = q * q, q4 = q2 * q2, log_q = std::log(q);
-    const double along = 1.0 / 96 - (q2 / 12 - q4 * q2 / 12 + q4 * q4 / 96 + q4 / 4 * log_q);
-    const double across = 1.0 / 48 - (-q4 / 4 - q4 / 2 * log_q + q4 * q2 / 3 - q4 * q4 / 16);
-    const double all = 1.0 / 12 - q / 6 + q2 * q / 6 - q4 / 12;
-    constexpr double kScale = 945.0 / 16 / 90;
-    return {kScale * along / (q * all), kScale * across / (q * all)};
-}
 
 ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input, const Materials& materials,
                                 const ViscositySolve& params, ViscosityScratch& scratch) {

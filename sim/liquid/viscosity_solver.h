@@ -51,14 +51,10 @@ struct ViscosityScratch {
 ///     kappa_ij = 5 V_i V_j mu_ij k(r_ij) (1/M_i + 1/M_j)/2,   mu_ij = 2 mu_i mu_j/(mu_i + mu_j),   n_ij = r_ij/|r_ij|
 ///     k(r)     = 2 |dw_poly6/dr|/r,   M_i = sum_j V_j k r_ij^2/6
 ///     W_i      = 5 V_i mu_i sum over no-slip walls of (t (1 - N N^T) + s N N^T)
-/// The pair force is that of Weiler, Koschier, Brand & Bender 2018. It is central and therefore free of torque. In the
-/// continuum the sum is mu (lap v + 2 grad div v): the stress 2 mu D of an incompressible fluid. It vanishes at a free
-/// surface and in a rigid rotation. (The sum of forces.h is mu lap v, which brakes a spinning drop.)
-/// Two choices give the scene's viscosity. The kernel's fourth moments are isotropic to 2 % over the packing in any
-/// orientation, and also once it is sheared (12 % astray with the spiky kernel). The moment M is 1 in a full and even
-/// neighbourhood, and up to 1.1 in a disordered one. It is never taken below 0.9: a free surface rightly misses half of
-/// it. The harmonic mean makes the stress continuous where two viscosities meet. A no-slip wall counts as fluid whose
-/// velocity continues linearly through the wall's (mirrored: Morris, Fox & Zhu 1997), see wall_friction_of.
+/// The pair force is that of viscous_pairs.h. The moment M is 1 in a full and even neighbourhood, and up to 1.1 in a
+/// disordered one. It is never taken below 0.9: a free surface rightly misses half of it. The harmonic mean makes the
+/// stress continuous where two viscosities meet. A no-slip wall counts as fluid whose velocity continues linearly
+/// through the wall's (mirrored: Morris, Fox & Zhu 1997), see wall_friction_of.
 ///
 /// The matrix is symmetric and positive definite. Conjugate gradients solve it, preconditioned with the inverse 3x3
 /// blocks. They start from v* plus the last step's change, and end when
@@ -71,14 +67,5 @@ struct ViscosityScratch {
 ///     mu_ij = (b_i + b_j)/(b_i/mu_i + b_j/mu_j)
 ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input, const Materials& materials,
                                 const ViscositySolve& params, ViscosityScratch& scratch);
-
-/// Friction of a half-space wall at distance d < h, along it and across, over the integral of lap w_visc [1]:
-///     t d = integral over the wall of k (n.T)^2 z dV
-///     s d = integral over the wall of k (n.N)^2 z dV,   z: distance along N
-/// This is the pair sum for a velocity that continues linearly, (v_wall - v) (z/d), for a unit difference.
-struct WallFriction {
-    double along, across;
-};
-WallFriction wall_friction_of(double distance, double support);
 
 }  // namespace thixo

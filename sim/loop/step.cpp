@@ -101,7 +101,7 @@ void find_forces(const Plan& plan, Simulation& sim) {
         return;
     }
     const ForceParams params{sim.problem.outside, static_cast<Real>(sim.problem.scene.solver.artificial_viscosity)};
-    compute_accelerations(sim.particles, sim.neighbours, sim.problem.smoothing, params, sim.sweep);
+    compute_accelerations(sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep}, params);
     add_tension(sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep}, sim.problem.tension,
                 sim.problem.materials, sim.tension);
 }

@@ -1,6 +1,7 @@
 // The length of the next step.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "pipeline/contract/scene_simulation.h"
@@ -13,13 +14,13 @@ namespace thixo {
 
 /// Upper bounds of the step [s], and their causes.
 struct StepLimits {
-    double signal = 0;     // cfl h / (c + v)
-    double motion = 0;     // h / (10 v): a particle moves a fifth of a spacing, and never passes through a wall;
-                           // cfl h / (2 v) where there is no sound
-    double viscosity = 0;  // h^2 rho / (40 mu)
-    double force = 0;      // sqrt(h / a) / 4
-    double maximum = 0;    // the scene's
-    double fastest = 0;    // largest particle or wall speed v [m/s]
+    double signal = 0;  // cfl h / (c + v)
+    double motion = 0;  // h / (10 v): a particle moves a fifth of a spacing, and never passes through a wall;
+                        // cfl h / (2 v) where there is no sound
+    double viscosity = std::numeric_limits<double>::infinity();  // viscous_step of the thickest liquid
+    double force = 0;                                            // sqrt(h / a) / 4
+    double maximum = 0;                                          // the scene's
+    double fastest = 0;                                          // largest particle or wall speed v [m/s]
     double smallest() const;
     const char* cause() const;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "sim/liquid/viscous_pairs.h"
+
 namespace thixo {
 
 Strategy strategy_of(const scene::Solver& solver) {
@@ -18,7 +20,7 @@ void choose_viscosity_solver(const scene::Solver& solver, const Smoothing& smoot
     for (const ResolvedMaterial& m : materials) {
         if (solver.pressure == scene::Pressure::eos && solver.time_step.fixed <= 0)
             others = std::min(others, solver.time_step.cfl * h / (m.sound_speed + expected_speed));
-        if (m.viscosity > 0) viscous = std::min(viscous, h * h * m.density / (40 * m.viscosity));
+        if (m.viscosity > 0) viscous = std::min(viscous, viscous_step(h, m.density, m.viscosity));
     }
     const bool implicit = solver.viscosity == scene::Viscosity::implicit_solve ||
                           (solver.viscosity == scene::Viscosity::automatic && viscous < others);

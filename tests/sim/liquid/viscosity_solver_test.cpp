@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
+#include "sim/liquid/viscous_pairs.h"
 #include "sim/loop/time_step.h"
 #include "sim/stage/checkpoint.h"
 #include "tests/sim/fixture.h"

@@ -27,6 +27,10 @@ struct TensionScratch {
     std::vector<Real> own, filled;  // V0, V [m^3]
     std::vector<Quad> direct;       // S_xx, S_yy, S_zz [Pa], V [m^3]
     std::vector<Quad> shear;        // S_yz, S_xz, S_xy [Pa], -
+    std::vector<Real> taking;       // k V [m^3]
+    std::vector<Quad> torque;       // b [Pa m^3], -
+    std::vector<Quad> couple;       // o [Pa], -
+    std::vector<Mat3> yielding;     // (tr m 1 - m)^-1 [1], of particles alone
 };
 
 /// Adds the accelerations f_i/m_i of surface tension, and of adhesion to walls. The surface of a continuum has the
@@ -37,14 +41,20 @@ struct TensionScratch {
 /// fill it, so that a surface whose particles have drawn together pulls no more than another:
 ///     c_i = sum_j V0_j w_ij,   V_i = V0_i/max(c_i, 1/2),   g_i = sum_j V_j grad w_ij
 ///     S_i = a gamma_i (|g_i| 1 - g_i g_i/|g_i|) + b gamma_i (1 - c_i)+ 1
-///     f_i = V_i sum_j V_j (S_i + S_j) grad w_ij      [N]
+///     f_i = V_i sum_j V_j (S_i + S_j - [o_i + o_j]x) grad w_ij      [N]
 /// The second term, a smaller part of the energy, pulls on particles that lack neighbours: single drops hold on to the
 /// others. TensionScale chooses a and b for settled drops of 7 to 11 spacings. These have the tension gamma of the
 /// scene, within a tenth with `dfsph`, a quarter with `eos` (gate drop). Smaller drops have more, and so have thick
 /// liquids at rest; agitated drops have less. Pair forces inside a liquid vanish but for its disorder. The cohesion of
 /// dissertation 4.15, as any pairwise attraction of its range, needs an inner pressure of dozens of times that of a
-/// drop. Particles under it are as stiff as a soft solid, and drops do not swing. Linear momentum is conserved. Pair
-/// forces need not be central: angular momentum drifts (the gate reports it). Two liquids that touch have no tension
+/// drop. Particles under it are as stiff as a soft solid, and drops do not swing. Pair forces are opposite: linear
+/// momentum is conserved. The stencil of i has a torque V_i a_i where S_i does not share its axes with the
+/// neighbourhood. The couples o take it away, so that angular momentum is conserved, too:
+///     m_i = - sum_j V_j grad w_ij r_ij^T,   a_i = axial vector of S_i m_i
+///     (tr m_i 1 - m_i) o_i = w(0) b_i + k_i sum_j w_ij b_j,   b_j = V_j a_j/(V_j w(0) + sum_k k_k V_k w_jk)
+/// A torque is shared among the neighbours. A couple against each stencil's own would keep the packing's order at the
+/// surface: a drop of 7 spacings had a fifth more pressure. In a thread of single particles nothing can take a
+/// torque along it. There k is 0, where c is 1/2 or less; it is 1 from c = 0.6 on. Two liquids that touch have no tension
 /// between them. Walls have no colour: without adhesion a liquid wets none. A wall attracts the liquid with the energy
 /// per area 2 gamma beta. By Young and Dupre the contact angle is then theta:
 ///     beta = (1 + cos theta)/2

@@ -220,7 +220,8 @@ SolveReport restore_density(Particles& particles, const NeighbourLists& neighbou
         scratch.push[i].setZero();
         return system.inverse_diagonal[i] > 0 ? std::max<double>(r, 0) : 0.0;
     });
-    if (off <= limits.tolerance * static_cast<double>(pressure.size())) {
+    const bool good = off <= limits.tolerance * static_cast<double>(pressure.size());
+    if (good) {
         std::ranges::fill(pressure, Real(0));
     } else {
         start_from(pressure, neighbours, smoothing, system);
@@ -232,6 +233,7 @@ SolveReport restore_density(Particles& particles, const NeighbourLists& neighbou
     }
     const SolveReport report =
         BoundedConjugateGradients(neighbours, walls, smoothing, 1, system, scratch, pressure).solve(limits);
+    scratch.shifted = !good || report.iterations > 0;
     scratch.shift.swap(scratch.push);
     const Real most = kLongestShift * smoothing.spacing;
     parallel_for(
@@ -242,6 +244,26 @@ SolveReport restore_density(Particles& particles, const NeighbourLists& neighbou
         },
         4096);
     return report;
+}
+
+void keep_spin(Particles& particles, const NeighbourLists& neighbours, double dt, const Smoothing& smoothing,
+               PressureSystem& system, const SolveScratch& scratch) {
+    if (!scratch.shifted) return;
+    const auto& pressure = particles.restoring;
+    parallel_for(
+        pressure.size(),
+        [&](std::size_t i) {
+            const Vec3& v = particles.velocity[i];
+            Quad& m = system.motion[i];
+            m = {v.x(), v.y(), v.z(), m.w};
+            system.place[i].w = m.w * pressure[i];
+        },
+        4096);
+    refresh_places(*system.ghosts, system.place);
+    refresh_motion(system);
+    parallel_for(pressure.size(), [&](std::size_t i) {
+        particles.velocity[i] += change_across(i, pressure[i], static_cast<Real>(dt), neighbours, smoothing, system);
+    });
 }
 
 }  // namespace thixo

@@ -264,7 +264,10 @@ void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
     move_solids(plan, dt, sim);
     ScopedTimer timer(sim.stats.integration_seconds);
     if (!alone) leapfrog(sim.particles, c.last_dt, dt);
-    if (incompressible(sim) && !alone) shift(sim.particles, sim.solve_scratch.shift);
+    if (incompressible(sim) && !alone) {
+        keep_spin(sim.particles, sim.neighbours, dt, sim.problem.smoothing, sim.pressure_system, sim.solve_scratch);
+        shift(sim.particles, sim.solve_scratch.shift);
+    }
     const double rest = c.next_frame - c.time;
     c.time = dt >= rest * (1 - 1e-9) ? c.next_frame : c.time + dt;
     c.last_dt = dt;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+
+#include "pipeline/base/parallel.h"
 
 namespace thixo {
 namespace {
@@ -38,6 +41,34 @@ class FrictionTable {
     std::array<Real, kCells + 1> along_, across_;
 };
 
+Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
+
+/// Viscous force per volume on particle i from its neighbours [N/m^3].
+Vec3 friction_of_neighbours(std::size_t i, std::span<const Index> neighbours, const Sweep& sweep,
+                            const PairKernel& kernel) {
+    const Quad p = sweep.place[i], v = sweep.motion[i];
+    const Real own = sweep.matter[i].x;
+    Lanes fx{}, fy{}, fz{};
+    for_each_run(neighbours, sweep.nobody(), [&](const Index* j) {
+        Lanes x, y, z, vx, vy, vz, volume, mu, unused, unused2, unused3;
+        gather(sweep.place.data(), j, x, y, z, unused);
+        gather(sweep.motion.data(), j, vx, vy, vz, volume);
+        gather(sweep.matter.data(), j, mu, unused, unused2, unused3);
+        x = p.x - x;
+        y = p.y - y;
+        z = p.z - z;
+        const Lanes r2 = x * x + y * y + z * z, near = positive(1 - r2 * kernel.h2_inv), sum = own + mu;
+        const Lanes parting = (v.x - vx) * x + (v.y - vy) * y + (v.z - vz) * z;
+        // Two particles in the same place have no direction to act along.
+        const Lanes along =
+            r2 > 0 && sum > 0 ? volume * 2 * own * mu / sum * near * near * parting / r2 : Lanes{};
+        fx -= along * x;
+        fy -= along * y;
+        fz -= along * z;
+    });
+    return kCentral * kernel.scale * Vec3(sum_of(fx), sum_of(fy), sum_of(fz));
+}
+
 }  // namespace
 
 PairKernel::PairKernel(const Smoothing& smoothing) : h2_inv(1 / square(smoothing.support)) {
@@ -71,6 +102,29 @@ WallFriction wall_friction_of(double distance, double support) {
     const double all = 1.0 / 12 - q / 6 + q2 * q / 6 - q4 / 12;
     constexpr double kScale = 945.0 / 16 / 90;
     return {kScale * along / (q * all), kScale * across / (q * all)};
+}
+
+void compute_viscous_accelerations(Particles& particles, const SweepInput& input, const Outside& outside) {
+    const auto& [neighbours, walls, smoothing, sweep] = input;
+    const PairKernel kernel(smoothing);
+    parallel_chunks(
+        particles.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallCursor cursor(walls);
+            for (std::size_t i = begin; i < end; ++i) {
+                const Vec3 x = particles.position[i], v = xyz(sweep.motion[i]);
+                const Real mu = sweep.matter[i].x;
+                Vec3 f(0, 0, 0);
+                if (mu > 0) f = friction_of_neighbours(i, neighbours[i], sweep, kernel);
+                if (mu > 0 && sweep.walls[i].drag > 0) {
+                    const WallDrag drag = wall_drag(walls, x, smoothing.support, cursor);
+                    f += kCentral * mu * (drag.moving - drag.friction * v);
+                }
+                const Vec3 own = is_elastic(particles.phase[i]) ? Vec3(0, 0, 0) : acceleration_from_outside(outside, x, v);
+                particles.acceleration[i] = own + sweep.motion[i].w / particles.mass[i] * f;
+            }
+        },
+        256);
 }
 
 }  // namespace thixo

@@ -1,8 +1,11 @@
 // The pair force of viscosity, and its counterpart at walls: the explicit force and the implicit solve are the same sum.
 #pragma once
 
+#include "sim/external/outside.h"
 #include "sim/space/smoothing.h"
+#include "sim/space/sweep.h"
 #include "sim/space/walls.h"
+#include "sim/state/particles.h"
 
 namespace thixo {
 
@@ -21,13 +24,6 @@ struct PairKernel {
 
 inline constexpr Real kCentral = 5;  // of the central form over the Laplacian: 1/(3 <n_x^2 n_y^2>)
 
-/// The longest step of the explicit force [s]. Its fastest rate is 55 mu/(rho h^2), that of neighbours which meet head
-/// on in the packing. The leapfrog's continued velocities are stable up to 1 over that; the rest is for disorder:
-///     dt = rho h^2/(80 mu)
-inline double viscous_step(double support, double density, double viscosity) {
-    return support * support * density / (80 * viscosity);
-}
-
 /// W/(5 mu V) of all no-slip walls at a place [1/m^2], and the same times the walls' velocities [1/(m s)]:
 ///     W/(5 mu V) = sum over no-slip walls of (t (1 - N N^T) + s N N^T)
 /// with t and s of wall_friction_of.
@@ -45,5 +41,12 @@ struct WallFriction {
     double along, across;
 };
 WallFriction wall_friction_of(double distance, double support);
+
+/// Accelerations a_i = a_outside + f_i/m_i of liquids whose pressure the implicit solver finds. f_i [N] is the explicit
+/// viscous force: the pair forces with the harmonic mean of the viscosities,
+///     mu_ij = 2 mu_i mu_j/(mu_i + mu_j)
+/// and W_i (v_wall - v_i) of no-slip walls. Both momenta are conserved to rounding. (With an equation of state the force
+/// is that of forces.h: its brake calms what that pressure stirs.) In: sweep. Out: particles.acceleration [m/s^2].
+void compute_viscous_accelerations(Particles& particles, const SweepInput& input, const Outside& outside);
 
 }  // namespace thixo

@@ -11,6 +11,7 @@
 #include "sim/liquid/density.h"
 #include "sim/liquid/forces.h"
 #include "sim/liquid/leapfrog.h"
+#include "sim/liquid/viscous_pairs.h"
 #include "sim/loop/coupling.h"
 #include "sim/loop/health.h"
 #include "sim/loop/plan.h"
@@ -100,10 +101,15 @@ void find_forces(const Plan& plan, Simulation& sim) {
         std::ranges::fill(sim.particles.acceleration, Vec3::Zero());
         return;
     }
-    const ForceParams params{sim.problem.outside, static_cast<Real>(sim.problem.scene.solver.artificial_viscosity)};
-    compute_accelerations(sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep}, params);
-    add_tension(sim.particles, {sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep}, sim.problem.tension,
-                sim.problem.materials, sim.tension);
+    const SweepInput input{sim.neighbours, sim.walls, sim.problem.smoothing, sim.sweep};
+    if (incompressible(sim)) {
+        compute_viscous_accelerations(sim.particles, input, sim.problem.outside);
+    } else {
+        const auto artificial = static_cast<Real>(sim.problem.scene.solver.artificial_viscosity);
+        compute_accelerations(sim.particles, sim.neighbours, sim.problem.smoothing, {sim.problem.outside, artificial},
+                              sim.sweep);
+    }
+    add_tension(sim.particles, input, sim.problem.tension, sim.problem.materials, sim.tension);
 }
 
 /// The viscous force acts for as long as the leapfrog's next kick.

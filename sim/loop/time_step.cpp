@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "pipeline/base/parallel.h"
-#include "sim/liquid/viscous_pairs.h"
 
 namespace thixo {
 namespace {
@@ -58,7 +57,7 @@ StepLimits step_limits(const Particles& particles, const Sweep& sweep, const Mat
     limits.fastest = std::max(std::sqrt(e.speed2), wall_speed);
     limits.signal = over(params.cfl * h, sound + limits.fastest);
     limits.motion = over((sound > 0 ? 0.1 : params.cfl / 2) * h, limits.fastest);
-    if (thickness > 0) limits.viscosity = viscous_step(h, 1, thickness);
+    limits.viscosity = viscous_limit(h, thickness, sound > 0);
     limits.force = 0.25 * std::sqrt(over(h, std::sqrt(e.acceleration2)));
     limits.maximum = params.maximum;
     return limits;

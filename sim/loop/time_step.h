@@ -14,13 +14,13 @@ namespace thixo {
 
 /// Upper bounds of the step [s], and their causes.
 struct StepLimits {
-    double signal = 0;  // cfl h / (c + v)
-    double motion = 0;  // h / (10 v): a particle moves a fifth of a spacing, and never passes through a wall;
-                        // cfl h / (2 v) where there is no sound
-    double viscosity = std::numeric_limits<double>::infinity();  // viscous_step of the thickest liquid
-    double force = 0;                                            // sqrt(h / a) / 4
-    double maximum = 0;                                          // the scene's
-    double fastest = 0;                                          // largest particle or wall speed v [m/s]
+    double signal = 0;     // cfl h / (c + v)
+    double motion = 0;     // h / (10 v): a particle moves a fifth of a spacing, and never passes through a wall;
+                           // cfl h / (2 v) where there is no sound
+    double viscosity = 0;  // viscous_limit
+    double force = 0;      // sqrt(h / a) / 4
+    double maximum = 0;    // the scene's
+    double fastest = 0;    // largest particle or wall speed v [m/s]
     double smallest() const;
     const char* cause() const;
 };
@@ -28,11 +28,19 @@ struct StepLimits {
 /// Of matter whose own sub-steps set the pace.
 inline constexpr StepLimits kNoLimits{1e30, 1e30, 1e30, 1e30, 1e30, 0};
 
-/// Limits for the state at time t (signal and force: Monaghan 1992). (4.7) levels a particle's velocity at the rate
-///     mu/rho sum_j V_j lap w_visc = 15 mu/(rho h^2)      [1/s]
+/// The longest step of the explicit viscous force [s] at nu = mu/rho [m^2/s]. With an equation of state (4.7) levels a
+/// particle's velocity at the rate
+///     nu sum_j V_j lap w_visc = 15 nu/h^2      [1/s]
 /// The worst mode of the neighbourhood decays at most twice as fast. An explicit step is stable up to 2 over that rate,
-///     h^2 rho/(15 mu)      [s]
-/// 3/8 of it is used, because v(t) is predicted and not exact.
+///     h^2/(15 nu)
+/// and 3/8 of it is used, because v(t) is predicted and not exact. The pair force of viscous_pairs.h has the fastest rate
+/// 55 nu/h^2, that of neighbours which meet head on in the packing. With continued velocities it is stable up to 1 over
+/// that; h^2/(80 nu) leaves room for disorder.
+inline double viscous_limit(double support, double nu, bool compressible) {
+    return nu > 0 ? support * support / ((compressible ? 40 : 80) * nu) : std::numeric_limits<double>::infinity();
+}
+
+/// Limits for the state at time t (signal and force: Monaghan 1992).
 StepLimits step_limits(const Particles& particles, const Sweep& sweep, const Materials& materials,
                        const Smoothing& smoothing, const scene::TimeStep& params, double wall_speed);
 

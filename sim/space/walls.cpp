@@ -92,7 +92,9 @@ WallEffect wall_effect(const Walls& walls, const Vec3& x, WallCursor& cursor) {
         const Vec3 gradient = w.turn * in.gradient;
         effect.gradient += gradient;
         effect.inflow += gradient.dot(w.velocity_at(x));
-        if (w.no_slip) effect.drag += in.laplacian;
+        if (!w.no_slip) continue;
+        effect.drag += in.laplacian;
+        effect.drag_velocity += in.laplacian * w.velocity_at(x);
     }
     return effect;
 }

@@ -57,7 +57,8 @@ struct WallEffect {
     Vec3 gradient{0, 0, 0};                            // integral of grad w_spiky over the walls' volume [1/m]; with
                                                        // the implicit solver the gradient of the share
     Real inflow = 0;                                   // the gradients times the walls' velocities, summed [1/s]
-    Real drag = 0;  // integral of lap w_visc over the volume of no-slip walls [1/m^2]
+    Real drag = 0;                // integral of lap w_visc over the volume of no-slip walls [1/m^2]
+    Vec3 drag_velocity{0, 0, 0};  // the same times the wall's velocity [1/(m s)]
 };
 
 /// The walls of a scene, with the kernels of its pressure solver; shapes are resolved against its named ones. Throws

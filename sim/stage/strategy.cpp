@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "sim/liquid/viscous_pairs.h"
+#include "sim/loop/time_step.h"
 
 namespace thixo {
 
@@ -17,10 +17,11 @@ void choose_viscosity_solver(const scene::Solver& solver, const Smoothing& smoot
     const double h = smoothing.support;
     double others = std::min(solver.time_step.maximum, 0.1 * h / expected_speed), viscous = others;
     if (solver.time_step.fixed > 0) others = viscous = solver.time_step.fixed;
+    const bool compressible = !strategy_of(solver).incompressible;
     for (const ResolvedMaterial& m : materials) {
-        if (solver.pressure == scene::Pressure::eos && solver.time_step.fixed <= 0)
+        if (compressible && solver.time_step.fixed <= 0)
             others = std::min(others, solver.time_step.cfl * h / (m.sound_speed + expected_speed));
-        if (m.viscosity > 0) viscous = std::min(viscous, viscous_step(h, m.density, m.viscosity));
+        if (m.viscosity > 0) viscous = std::min(viscous, viscous_limit(h, static_cast<double>(m.viscosity / m.density), compressible));
     }
     const bool implicit = solver.viscosity == scene::Viscosity::implicit_solve ||
                           (solver.viscosity == scene::Viscosity::automatic && viscous < others);

@@ -40,7 +40,7 @@ void count_holes(const Simulation& s, std::size_t rays, PourFrame& frame) {
     std::vector<Vec3> from;
     for (const Vec3& x : s.particles.position) {
         bool near = false;
-        grid.for_each_neighbour(x, h, [&](Index, Real) { near = true; });
+        grid.for_each_neighbour(x, h / 2, [&](Index, Real) { near = true; });
         if (!near) from.push_back(x);
     }
     if (from.empty()) return;

@@ -75,7 +75,7 @@ TEST(Periodic, APairAcrossAFaceFeelsEqualAndOppositeForcesThoseOfAnyPair) {
         }
         refresh_places(s.sweep.ghosts, s.sweep.place);
         refresh_ghosts(s.sweep.ghosts, s.sweep.motion);
-        compute_accelerations(p, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, {Vec3::Zero(), Real(0.1)});
+        compute_accelerations(p, s.neighbours, s.problem.smoothing, {Vec3::Zero(), Real(0.1)}, s.sweep);
         const std::vector<Index> order = by_id(p);
         const Vec3 a = p.acceleration[order[0]], b = p.acceleration[order[1]];
         EXPECT_GT(a.norm(), 1);

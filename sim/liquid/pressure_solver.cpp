@@ -236,11 +236,13 @@ SolveReport restore_density(Particles& particles, const NeighbourLists& neighbou
     scratch.shifted = !good || report.iterations > 0;
     scratch.shift.swap(scratch.push);
     const Real most = kLongestShift * smoothing.spacing;
+    scratch.kept.resize(scratch.shift.size());
     parallel_for(
         scratch.shift.size(),
         [&](std::size_t i) {
             const Real length = scratch.shift[i].norm();
-            if (length > most) scratch.shift[i] *= most / length;
+            scratch.kept[i] = length > most ? most / length : Real(1);
+            scratch.shift[i] *= scratch.kept[i];
         },
         4096);
     return report;
@@ -256,13 +258,14 @@ void keep_spin(Particles& particles, const NeighbourLists& neighbours, double dt
             const Vec3& v = particles.velocity[i];
             Quad& m = system.motion[i];
             m = {v.x(), v.y(), v.z(), m.w};
-            system.place[i].w = m.w * pressure[i];
+            system.place[i].w = m.w * scratch.kept[i] * pressure[i];
         },
         4096);
     refresh_places(*system.ghosts, system.place);
     refresh_motion(system);
     parallel_for(pressure.size(), [&](std::size_t i) {
-        particles.velocity[i] += change_across(i, pressure[i], static_cast<Real>(dt), neighbours, smoothing, system);
+        particles.velocity[i] +=
+            change_across(i, scratch.kept[i] * pressure[i], static_cast<Real>(dt), neighbours, smoothing, system);
     });
 }
 

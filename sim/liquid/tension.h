@@ -65,4 +65,9 @@ struct TensionScratch {
 void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale, const Materials& materials,
                  TensionScratch& scratch);
 
+/// The energy of the surface that `add_tension` has packed, without adhesion [J]:
+///     sum_i V_i tr S_i/2
+/// The trace of the stress of a continuous surface is twice its tension.
+double tension_energy(const TensionScratch& scratch, std::size_t particles);
+
 }  // namespace thixo

@@ -60,8 +60,7 @@ Vec3 friction_of_neighbours(std::size_t i, std::span<const Index> neighbours, co
         const Lanes r2 = x * x + y * y + z * z, near = positive(1 - r2 * kernel.h2_inv), sum = own + mu;
         const Lanes parting = (v.x - vx) * x + (v.y - vy) * y + (v.z - vz) * z;
         // Two particles in the same place have no direction to act along.
-        const Lanes along =
-            r2 > 0 && sum > 0 ? volume * 2 * own * mu / sum * near * near * parting / r2 : Lanes{};
+        const Lanes along = r2 > 0 && sum > 0 ? volume * 2 * own * mu / sum * near * near * parting / r2 : Lanes{};
         fx -= along * x;
         fy -= along * y;
         fz -= along * z;
@@ -120,7 +119,8 @@ void compute_viscous_accelerations(Particles& particles, const SweepInput& input
                     const WallDrag drag = wall_drag(walls, x, smoothing.support, cursor);
                     f += kCentral * mu * (drag.moving - drag.friction * v);
                 }
-                const Vec3 own = is_elastic(particles.phase[i]) ? Vec3(0, 0, 0) : acceleration_from_outside(outside, x, v);
+                const Vec3 own =
+                    is_elastic(particles.phase[i]) ? Vec3(0, 0, 0) : acceleration_from_outside(outside, x, v);
                 particles.acceleration[i] = own + sweep.motion[i].w / particles.mass[i] * f;
             }
         },

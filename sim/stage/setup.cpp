@@ -307,6 +307,7 @@ Simulation make_simulation(const scene::Scene& in_world, SkinSetup skins) {
                     .emitters = {}};
     Simulation sim{.problem = std::move(problem), .walls = std::move(walls)};
     sim.problem.heat = make_heat(scene, sim.problem.materials);
+    calm_surfaces(strategy_of(scene.solver), smoothing, sim.problem.materials);
     choose_viscosity_solver(scene.solver, smoothing, speed, sim.problem.materials);
     sim.clock.frame = scene.frames.first;
     sim.probes = make_probes(scene);

@@ -1,6 +1,7 @@
 #include "sim/stage/strategy.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "sim/loop/time_step.h"
@@ -12,6 +13,13 @@ Strategy strategy_of(const scene::Solver& solver) {
             .implicit_solids = solver.solids == scene::SolidSteps::implicit_euler};
 }
 
+void calm_surfaces(const Strategy& strategy, const Smoothing& smoothing, Materials& materials) {
+    constexpr Real kCalm = Real(0.03);
+    if (!strategy.incompressible) return;
+    for (ResolvedMaterial& m : materials)
+        m.viscosity = std::max(m.viscosity, kCalm * std::sqrt(m.tension * m.density * smoothing.spacing));
+}
+
 void choose_viscosity_solver(const scene::Solver& solver, const Smoothing& smoothing, double expected_speed,
                              Materials& materials) {
     const double h = smoothing.support;
@@ -21,7 +29,8 @@ void choose_viscosity_solver(const scene::Solver& solver, const Smoothing& smoot
     for (const ResolvedMaterial& m : materials) {
         if (compressible && solver.time_step.fixed <= 0)
             others = std::min(others, solver.time_step.cfl * h / (m.sound_speed + expected_speed));
-        if (m.viscosity > 0) viscous = std::min(viscous, viscous_limit(h, static_cast<double>(m.viscosity / m.density), compressible));
+        if (m.viscosity > 0)
+            viscous = std::min(viscous, viscous_limit(h, static_cast<double>(m.viscosity / m.density), compressible));
     }
     const bool implicit = solver.viscosity == scene::Viscosity::implicit_solve ||
                           (solver.viscosity == scene::Viscosity::automatic && viscous < others);

@@ -145,15 +145,15 @@ TEST(PressureSolver, LastStepsImpulseSavesIterationsOfTheDensitySolve) {
 }
 
 TEST(PressureSolver, DensitySolveWidensADropThatSpinsAndKeepsItsMomenta) {
-    // A ball that is a fiftieth too small. The solve widens it back: its moment of inertia grows by 4 %. The velocities
-    // follow to first order in the shift of a step. That is a fiftieth of a spacing at most: 1e-3 of what is turned.
+    // A ball that is 3 in a thousand too small, so that no shift is cut off. The solve widens it back: its moment of
+    // inertia grows by 6 in a thousand. The velocities follow to first order: the square of the widening is 1e-5.
     scene::Scene scene = fixture::empty_space();
     scene.solver.pressure = scene::Pressure::dfsph;
     scene.materials[0].viscosity = 0;
     scene.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0}, scene::Sphere{0.05}))};
     scene.bodies[0].angular_velocity = {0, 0, 1};
     Simulation s = make_simulation(scene);
-    for (Vec3& x : s.particles.position) x *= Real(0.98);
+    for (Vec3& x : s.particles.position) x *= Real(0.997);
     const auto inertia = [&] {
         double sum = 0;
         for (std::size_t i = 0; i < s.particles.size(); ++i)
@@ -164,9 +164,9 @@ TEST(PressureSolver, DensitySolveWidensADropThatSpinsAndKeepsItsMomenta) {
     const double narrow = inertia();
     const Vec3d momentum = fixture::momentum(s.particles), angular = fixture::angular_momentum(s.particles);
     fixture::steps(s, 60, 5e-4);
-    EXPECT_GT(inertia(), 1.02 * narrow);
+    EXPECT_GT(inertia(), 1.003 * narrow);
     EXPECT_LT((fixture::momentum(s.particles) - momentum).norm(), 1e-5 * fixture::motion(s.particles));
-    EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-3 * angular.norm());
+    EXPECT_LT((fixture::angular_momentum(s.particles) - angular).norm(), 1e-4 * angular.norm());
 }
 
 }  // namespace

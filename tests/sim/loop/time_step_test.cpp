@@ -42,6 +42,9 @@ TEST(TimeStep, StiffnessAndViscosityLimitIt) {
     scene.solver.viscosity = scene::Viscosity::explicit_force;
     EXPECT_STREQ(limits().cause(), "viscosity");
     EXPECT_NEAR(limits().smallest(), 0.02 * 0.02 / 40, 1e-8);  // nu = 1 m^2/s
+    scene.solver.pressure = scene::Pressure::dfsph;
+    EXPECT_STREQ(limits().cause(), "viscosity");
+    EXPECT_NEAR(limits().smallest(), 0.02 * 0.02 / 80, 1e-8);
 }
 
 TEST(ExpectedSpeed, IsThatOfTheFastestWallHandleOrEmitter) {

@@ -256,6 +256,18 @@ void check_fracture(const Scene& scene, const Checker& check) {
                       "give the material a \"youngs_modulus\" above 0");
         check.require(!m.melting.any(), path, "a material that melts and breaks is not supported yet");
     }
+    for (const Body& b : scene.bodies)
+        for (std::size_t k = 0; k < b.cracks.size(); ++k) {
+            const std::string path = fmt::format("bodies.{}.cracks.{}", b.name, k);
+            const auto& points = b.cracks[k].points;
+            const auto of = std::ranges::find(scene.materials, b.material, &Material::name);
+            check.require(of == scene.materials.end() || of->fracture.any(), path, "the body's material never breaks",
+                          "give it a block \"fracture\" with a \"strength\"");
+            check.require(points.size() >= 2, path + ".points", "a line has at least two points", "");
+            for (std::size_t i = 1; i < points.size(); ++i)
+                check.require(points[i].at != points[i - 1].at, fmt::format("{}.points.{}", path, i),
+                              "the point is the same as the one before it", "leave it out");
+        }
 }
 
 void check_handles(const Scene& scene, const Checker& check) {

@@ -106,7 +106,11 @@ Scene relative_to(Scene scene, const Vec3d& by) {
     }
     for (Material& m : scene.materials)
         for (Score& s : m.fracture.scores) move(s.region);
-    for (Body& b : scene.bodies) move(b.shape);
+    for (Body& b : scene.bodies) {
+        move(b.shape);
+        for (PaintedCrack& c : b.cracks)
+            for (CrackPoint& p : c.points) p.at -= by;
+    }
     for (Emitter& e : scene.emitters) {
         e.position -= by;
         move(e.shape);

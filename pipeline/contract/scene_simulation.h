@@ -104,7 +104,9 @@ void visit(V& v, Material& m) {
     v.key("density", m.density, "kg/m^3", above_to(0, 1e6), "density at rest");
     v.key("viscosity", m.viscosity, "Pa s", between(0, 1e9),
           "dynamic viscosity; water 0.001, honey about 5; in a solid it damps changes of shape");
-    v.key("surface_tension", m.surface_tension, "N/m", between(0, 1e3), "surface tension; water against air 0.072");
+    v.key("surface_tension", m.surface_tension, "N/m", between(0, 1e3),
+          "surface tension; water against air 0.072. With `dfsph` the viscosity is then at least "
+          "0.03 sqrt(tension density spacing), which brings drops to rest");
     v.key("stiffness", m.stiffness, "Pa", between(0, 1e12),
           "resistance to compression of the `eos` solver; 0: from the expected speed, for 1 % compression");
     v.key("gamma", m.gamma, "1", between(1, 10), "exponent of the equation of state");
@@ -162,6 +164,7 @@ struct Body {
     double temperature = 20;             // degC
     int surfels = 0;                     // about so many on a solid; 0: by surface.radius
     Sampling sampling;
+    std::vector<PaintedCrack> cracks;
 };
 template <class V>
 void visit(V& v, Body& b) {
@@ -178,6 +181,7 @@ void visit(V& v, Body& b) {
     v.key("surfels", b.surfels, "", between(0, 10'000'000),
           "number of surfels on the surface of a solid, about; 0: discs of the size surface.radius asks for");
     v.block("sampling", b.sampling, "where its particles stand");
+    v.list("cracks", b.cracks, "cracks that it has from the start: lines on its surface, cut inwards");
 }
 
 /// An instant at which an emitter is turned on or off.
@@ -301,7 +305,8 @@ void visit(V& v, Solver& s) {
           "largest speed to expect, for the automatic stiffness; 0: from the scene's height, speeds and gravity");
     v.key("artificial_viscosity", s.artificial_viscosity, "1", between(0, 10), "Monaghan's alpha; damps shocks");
     v.key("viscosity", s.viscosity, "", any(),
-          "solver of the viscosity; implicit: a linear system, no limit to the step; automatic: implicit where the "
+          "solver of the viscosity; implicit: a linear system, no limit to the step; explicit: with `eos` it brakes "
+          "what spins freely; automatic: implicit where the "
           "explicit force would set the step");
     v.key("viscosity_tolerance", s.viscosity_tolerance, "1", inside(0, 1),
           "part of the momentum that the implicit viscosity's solve may leave as residual");

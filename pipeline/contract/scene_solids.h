@@ -148,6 +148,28 @@ void visit(V& v, Fracture& f) {
     v.list("scores", f.scores, "parts that are weaker or stronger, such as a scored line");
 }
 
+struct CrackPoint {
+    Vec3d at{0, 0, 0};  // m
+};
+template <class V>
+void visit(V& v, CrackPoint& p) {
+    v.key("at", p.at, "m", required(), "a point on the surface of the body, where it stands at the start");
+}
+
+/// A crack that a body has from the start: a cut along a line on its surface (dissertation 5.6.6).
+struct PaintedCrack {
+    std::vector<CrackPoint> points;
+    double depth = 0;     // m
+    double strength = 1;  // of what its front runs through, over that of the material [1]
+};
+template <class V>
+void visit(V& v, PaintedCrack& c) {
+    v.list("points", c.points, "the line on the surface, at least two points; it ends where it began: a ring");
+    v.key("depth", c.depth, "m", required(above(0)), "how deep it is cut, straight inwards");
+    v.key("strength", c.strength, "1", above_to(0, 1e6),
+          "strength of what its front runs through, over that of the material");
+}
+
 /// What a material is when it has melted; its other values stay.
 struct LiquidEnd {
     double viscosity = 0.001;    // Pa s

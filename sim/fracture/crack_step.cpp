@@ -8,6 +8,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "sim/fracture/fronts.h"
+#include "sim/fracture/painted.h"
 #include "sim/fracture/sheets.h"
 #include "sim/fracture/sight.h"
 #include "sim/solid/laws.h"
@@ -190,6 +191,31 @@ void make_breaking(const scene::Scene& scene, const Materials& materials, const 
             e.strength[i] = static_cast<Real>(strength);
         }
     }
+}
+
+void cut_painted_cracks(const scene::Scene& scene, const Matter& matter) {
+    Solids& solids = matter.solids;
+    for (const Breaking& breaking : solids.breaking) {
+        const scene::Body& body = scene.bodies[static_cast<std::size_t>(breaking.source)];
+        for (std::size_t k = 0; k < body.cracks.size(); ++k) {
+            const scene::PaintedCrack& painted = body.cracks[k];
+            std::vector<Vec3> line;
+            for (const scene::CrackPoint& point : painted.points)
+                line.push_back(point.at.cast<Real>() - breaking.origin);
+            try {
+                paint_crack(line, {static_cast<Real>(painted.depth), static_cast<Real>(painted.strength)}, breaking,
+                            solids);
+            } catch (const InputError& e) {
+                throw InputError("bodies.{}.cracks.{}: {}", body.name, k, e.what());
+            }
+        }
+    }
+    if (!solids.cracks.any()) return;
+    follow_fronts(solids.breaking, solids.cracks);
+    for (const Breaking& breaking : solids.breaking)
+        find_crossings(CrackedMatter(solids, breaking), solids.elements, 0, solids.cracks);
+    weaken_bonds(weak_bonds(solids.breaking, solids.elements, {}, solids.cracks), solids.elements);
+    lay_sheets(CrackSight(solids), matter);
 }
 
 }  // namespace thixo

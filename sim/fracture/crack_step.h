@@ -45,4 +45,8 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
 void make_breaking(const scene::Scene& scene, const Materials& materials, const EmbeddedSurface& surface,
                    Solids& solids);
 
+/// Cuts the cracks that the scene's bodies have from the start (painted.h): sheets, faces and bonds. Pieces become bodies
+/// in the first steps. Requires make_breaking. Throws InputError.
+void cut_painted_cracks(const scene::Scene& scene, const Matter& matter);
+
 }  // namespace thixo

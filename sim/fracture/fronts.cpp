@@ -18,8 +18,8 @@ struct Motion {
     Real speed = 0;  // [m/s]
 };
 
-/// The motion that the stress ahead of a node asks for.
-Motion motion_of(const FrontStep& step, const CrackFront& front, std::size_t i) {
+/// The motion that the stress ahead of a node asks for, where the strength is a share of the material's.
+Motion motion_of(const FrontStep& step, const CrackFront& front, std::size_t i, Real share) {
     const CrackNode& node = front.nodes[i];
     const Breaking& breaking = step.matter.breaking();
     Motion motion{node.heading, 0};
@@ -30,7 +30,8 @@ Motion motion_of(const FrontStep& step, const CrackFront& front, std::size_t i) 
         probe += (breaking.distance(probe) + breaking.row / 2) * along;
     }
     probe += breaking.row / 2 * node.heading;
-    const CrackedMatter::Local local = step.matter.at(probe, step.stress);
+    CrackedMatter::Local local = step.matter.at(probe, step.stress);
+    local.strength *= share;
     const Tension tension = largest_tension(local.stress);
     if (!(local.strength > 0) || !(tension.value > 0) || tension.value < breaking.arrest * local.strength) {
         bool gapes = false;
@@ -190,8 +191,9 @@ Real move_fronts(const FrontStep& step, Cracks& cracks) {
     for (CrackFront& front : cracks.fronts) {
         if (!belongs(front, breaking, cracks)) continue;
         std::vector<Motion> raw(front.nodes.size());
+        const Real share = cracks.cracks[static_cast<std::size_t>(front.crack)].strength;
         parallel_for(
-            raw.size(), [&](std::size_t i) { raw[i] = motion_of(step, front, i); }, 8);
+            raw.size(), [&](std::size_t i) { raw[i] = motion_of(step, front, i, share); }, 8);
         const std::vector<Motion> motions = smoothed(front, raw);
         for (std::size_t i = 0; i < raw.size(); ++i) {
             move_node(step, motions[i], front.nodes[i]);

@@ -26,7 +26,7 @@ Real begin_cracks(const FrontStep& step, std::uint64_t seed, std::uint64_t numbe
                   Cracks& cracks);
 
 /// Moves the nodes of the matter's fronts. The largest principal stress just ahead of node i is lambda, with the axis e.
-/// There k is the strength, t the tangent of the front, and v the speed of the material:
+/// There k is the strength times that of the crack (Crack::strength), t the tangent of the front, and v the speed of the material:
 ///     d = v min(lambda/k, 2) (e x t),   0 where lambda < arrest k      [m/s]
 ///     c <- c + dt d
 /// The sign is that of the last motion. The direction is blended with the last one by `history`, over the distance

@@ -158,7 +158,7 @@ void visit_fields(Stream& stream, const char* name, Records& records, Field... f
 
 template <class Stream, class S>
 void visit_cracks(Stream& stream, S& cracks) {
-    visit_fields(stream, "cracks", cracks.cracks, &Crack::source, &Crack::sheet);
+    visit_fields(stream, "cracks", cracks.cracks, &Crack::source, &Crack::sheet, &Crack::strength);
     stream.records("fronts", cracks.fronts, sizeof(std::int32_t));
     for (auto& front : cracks.fronts) {
         stream.value("front.crack", front.crack);

@@ -326,6 +326,7 @@ Simulation make_simulation(const scene::Scene& in_world, SkinSetup skins) {
     locate_particles(sim.particles, sim.solids);
     if (scene.surface.enabled && skins == SkinSetup::make) sim.embedded = make_embedded_surface(scene, sim.solids);
     make_breaking(scene, sim.problem.materials, sim.embedded, sim.solids);
+    cut_painted_cracks(scene, matter_of(sim));
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");
         EmitterLayout layout = lay_out_emitter(

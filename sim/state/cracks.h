@@ -57,6 +57,7 @@ struct CrackFront {
 struct Crack {
     std::int32_t source = 0;  // scene body in whose frame it is
     std::int32_t sheet = 0;
+    Real strength = 1;  // of what its front runs through, over that of the material [1]
 };
 
 /// The sheets as triangles, by which sight through cracks is decided. Vertices are shared: sheets have no holes.

@@ -12,8 +12,8 @@ struct PaintedCut {
     Real strength = 1;  // Crack::strength [1]
 };
 
-/// Cuts along a polyline on the surface of the matter, in its material frame [m]: a new crack with its sheet, and a front
-/// at the depth. Where the last point is the first, the line is a ring, and the front is closed. Otherwise its ends stand
+/// Cuts along a polyline on the surface of the matter, in its material frame [m]. The new crack has a sheet down to the
+/// depth, and a front there. Where the last point is the first, the line is a ring, and the front is closed. Otherwise its ends stand
 /// on the surface. The line is laid in steps of a row, each projected on the surface. A front that comes out of the body,
 /// or on another sheet, ends there. Throws InputError, before anything has changed, where the line leaves the surface.
 void paint_crack(const std::vector<Vec3>& line, const PaintedCut& cut, const Breaking& breaking, Solids& solids);

@@ -42,8 +42,9 @@ struct WallFriction {
 };
 WallFriction wall_friction_of(double distance, double support);
 
-/// Accelerations a_i = a_outside + f_i/m_i of liquids whose pressure the implicit solver finds. f_i [N] is the explicit
-/// viscous force: the pair forces with the harmonic mean of the viscosities,
+/// Accelerations of liquids whose pressure the implicit solver finds,
+///     a_i = a_outside + f_i/m_i
+/// f_i [N] is the explicit viscous force. Its pair forces have the harmonic mean of the viscosities,
 ///     mu_ij = 2 mu_i mu_j/(mu_i + mu_j)
 /// and W_i (v_wall - v_i) of no-slip walls. Both momenta are conserved to rounding. (With an equation of state the force
 /// is that of forces.h: its brake calms what that pressure stirs.) In: sweep. Out: particles.acceleration [m/s^2].

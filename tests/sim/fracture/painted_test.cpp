@@ -96,8 +96,8 @@ TEST(PaintedCracks, HideOneSideFromTheOtherDownToTheirDepth) {
         }
     EXPECT_GT(cut, 50u);
     EXPECT_GT(whole, 50u);
-    // The sheet is as large as the cut. It stands out of the body by a third of a row on three sides, and its ends taper
-    // over a row each: a tenth of the cut.
+    // The sheet is as large as the cut. It stands out of the body by a third of a row on three sides. Its ends taper over
+    // a row each: a tenth of the cut.
     const double out = 0.3 * static_cast<double>(breaking.row);
     EXPECT_GT(area_of(s.solids.cracks), 0.9 * 0.03 * 0.01);
     EXPECT_LT(area_of(s.solids.cracks), (0.03 + 2 * out) * (0.01 + out));

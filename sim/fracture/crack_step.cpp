@@ -7,6 +7,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
+#include "sim/bonds/gradients.h"
 #include "sim/fracture/fronts.h"
 #include "sim/fracture/painted.h"
 #include "sim/fracture/sheets.h"
@@ -37,6 +38,13 @@ void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     const std::vector<WeakBond> pinholes = pinhole_bonds(solids);
     weak.insert(weak.end(), pinholes.begin(), pinholes.end());
     weaken_bonds(weak, solids.elements);
+}
+
+/// Stresses and tensions of the gradients, and the largest tension over strength [1].
+double load_of(const Solids& solids, CrackScratch& scratch) {
+    find_stress(solids, scratch.stress);
+    find_tension(solids.elements, scratch.stress, scratch.tension);
+    return largest_load(solids.elements, scratch.stress, scratch.tension);
 }
 
 std::size_t make_fragments(const Matter& matter) {
@@ -76,14 +84,17 @@ double longest_step(const Breaking& breaking, Real fastest, Real load) {
 
 }  // namespace
 
+double load_now(Solids& solids, CrackScratch& scratch) {
+    find_gradients(solids.elements, solids.gradients);
+    return load_of(solids, scratch);
+}
+
 CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch) {
     Solids& solids = matter.solids;
     Cracks& cracks = solids.cracks;
     CrackReport report;
     if (solids.breaking.empty()) return report;
-    find_stress(solids, scratch.stress);
-    find_tension(solids.elements, scratch.stress, scratch.tension);
-    const double loaded = std::exchange(cracks.load, largest_load(solids.elements, scratch.stress, scratch.tension));
+    const double loaded = std::exchange(cracks.load, load_of(solids, scratch));
     cracks.step = step_to_the_strength(loaded, cracks.load, dt);
     see_matter(solids, scratch);
     const auto first = static_cast<Index>(cracks.triangles.size());

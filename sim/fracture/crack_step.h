@@ -33,6 +33,9 @@ struct CrackScratch {
 /// crack at its speed would pass a quarter of a particle.
 CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch);
 
+/// The largest tension over strength of any element at present [1] (largest_load, tension.h).
+double load_now(Solids& solids, CrackScratch& scratch);
+
 /// The heat that cracks hold up: between particles of one scene body, in places of which a sheet hides one from the
 /// other. What is left of it is what is left of a bond between them (transparency, sight.h); none between pieces.
 /// Those that have come together at other places conduct as bodies do that touch. Requires the particles' present

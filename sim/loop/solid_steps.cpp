@@ -123,8 +123,11 @@ bool is_stuck(double stable, double whole, int taken) {
     return !(stable * kMost >= whole) || taken > kMost;
 }
 
-/// Sub-steps of leapfrog to `end`.
-void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScratch& scratch, SolidReport& report) {
+/// Sub-steps of leapfrog to the end of the step.
+void leapfrog_through(const SolidStep& whole, Walls& walls, Solids& solids, SolidScratch& scratch,
+                      SolidReport& report) {
+    constexpr int kAsked = 8;  // sub-steps: a wave goes some four widths of a particle in them
+    const double time = whole.time, end = time + whole.dt;
     double now = time;
     while (now < end) {
         if (now == time || now >= solids.contacts.next) {
@@ -153,7 +156,9 @@ void leapfrog_to(double end, double time, Walls& walls, Solids& solids, SolidScr
         solids.last_dt = step;
         ++report.sub_steps;
         report.smallest_dt = std::min(report.smallest_dt, step);
+        if (now < end && whole.ends && report.sub_steps % kAsked == 0 && whole.ends()) break;
     }
+    if (now < end) report.dt = now - time;
     flow_for(solids.last_dt / 2, solids);
 }
 
@@ -228,19 +233,18 @@ void fit_solids(Solids& solids) {
 
 SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& particles, Solids& solids,
                            SolidScratch& scratch) {
-    SolidReport report;
+    SolidReport report{.dt = step.dt};
     update_laws(step.problem, step.time, solids);
     take_hold(step.time, step.problem.outside, solids);
-    const double end = step.time + step.dt;
     if (step.problem.strategy.implicit_solids)
-        step_implicitly_to(end, step.time, step.problem.scene.solver.solids_tolerance, walls, solids, scratch.implicit,
-                           report);
+        step_implicitly_to(step.time + step.dt, step.time, step.problem.scene.solver.solids_tolerance, walls, solids,
+                           scratch.implicit, report);
     else
-        leapfrog_to(end, step.time, walls, solids, scratch, report);
-    move_walls(walls, end);
+        leapfrog_through(step, walls, solids, scratch, report);
+    move_walls(walls, step.time + report.dt);
     if (report.stuck) return report;
     follow_contacts(solids);
-    if (solids.softening.any) absorb_flow(step.dt, particles, solids);
+    if (solids.softening.any) absorb_flow(report.dt, particles, solids);
     fit_solids(solids);
     return report;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "pipeline/base/parallel.h"
@@ -226,14 +227,23 @@ void shift(Particles& particles, const std::vector<Vec3>& by) {
         particles.size(), [&](std::size_t i) { particles.position[i] += by[i]; }, 4096);
 }
 
-/// Elasticity, in sub-steps from the present time on.
-void move_solids(const Plan& plan, double dt, Simulation& sim) {
-    if (!plan.solids) return;
+/// Asks whether a load comes near the strength of what can break. An impact comes and goes within a step: it has to end
+/// there, so that cracks see the load. Nobody asks where something else moves by the same step, such as a liquid or heat,
+/// nor once the load is that high: steps are short then.
+std::function<bool()> load_watch(const Plan& plan, Simulation& sim) {
+    const Solids& solids = sim.solids;
+    if (solids.breaking.empty() || plan.liquid || sim.problem.heat.any() || solids.cracks.load >= kWatched) return {};
+    return [&sim] { return load_now(sim.solids, sim.crack_scratch) >= kWatched; };
+}
+
+/// Elasticity, in sub-steps from the present time on. Returns how far the solids went [s].
+double move_solids(const Plan& plan, double dt, Simulation& sim) {
+    if (!plan.solids) return dt;
     const bool alone = !plan.liquid;
     ScopedTimer timer(sim.stats.solids_seconds);
     if (!alone) push_by_liquid(sim.particles, 0.5 * (sim.clock.last_dt + dt), sim.solids);
     prepare_stencils(sim.problem.materials, sim.clock.time, sim.particles, sim.neighbours, sim.solids);
-    const SolidStep step{sim.problem, sim.clock.time, dt};
+    const SolidStep step{sim.problem, sim.clock.time, dt, load_watch(plan, sim)};
     const SolidReport report = advance_solids(step, sim.walls, sim.particles, sim.solids, sim.solid_scratch);
     sim.stats.solid_sub_steps += report.sub_steps;
     sim.stats.solid_newton += report.newton;
@@ -242,7 +252,7 @@ void move_solids(const Plan& plan, double dt, Simulation& sim) {
     sim.stats.contact_seconds += report.contact_seconds;
     write_particles(sim.solids, sim.particles);
     check_solids_health(sim, report);
-    if (!alone) return;
+    if (!alone) return report.dt;
     const double speed2 = parallel_reduce(
         sim.particles.size(), 0.0,
         [&](std::size_t i) { return static_cast<double>(sim.particles.velocity[i].squaredNorm()); },
@@ -250,15 +260,16 @@ void move_solids(const Plan& plan, double dt, Simulation& sim) {
     sim.stats.fastest = std::max(sim.stats.fastest, std::sqrt(speed2));
     sim.stats.limit = "elastic";
     sim.stats.smallest_dt = std::min(sim.stats.smallest_dt, report.smallest_dt);
-    sim.stats.largest_dt = std::max(sim.stats.largest_dt, dt);
+    sim.stats.largest_dt = std::max(sim.stats.largest_dt, report.dt);
+    return report.dt;
 }
 
 /// Cracks go as far as the stress of the step's end drives them.
-void break_solids(const Plan& plan, double dt, Simulation& sim) {
+void break_solids(const Plan& plan, Simulation& sim) {
     if (!plan.solids || sim.solids.breaking.empty()) return;
     ScopedTimer timer(sim.stats.cracks_seconds);
-    const CrackReport report =
-        advance_cracks(dt, static_cast<std::uint64_t>(sim.clock.step), matter_of(sim), sim.crack_scratch);
+    const CrackReport report = advance_cracks(sim.clock.last_dt, static_cast<std::uint64_t>(sim.clock.step),
+                                              matter_of(sim), sim.crack_scratch);
     sim.stats.cracks_begun += static_cast<int>(report.begun);
     sim.stats.fragments += static_cast<int>(report.fragments);
 }
@@ -267,7 +278,7 @@ void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
     Clock& c = sim.clock;
     const bool alone = !plan.liquid;
     note_positions(sim.probes, sim.particles);
-    move_solids(plan, dt, sim);
+    dt = move_solids(plan, dt, sim);
     ScopedTimer timer(sim.stats.integration_seconds);
     if (!alone) leapfrog(sim.particles, c.last_dt, dt);
     if (incompressible(sim) && !alone) {
@@ -363,7 +374,7 @@ void step(Simulation& sim) {
     if (plan.pressure_solve) solve_pressure(sim, dt);
     conduct(sim, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, sim);  // leapfrog   7.2, solids  5.3, 6.3, walls
-    break_solids(plan, dt, sim);         // fracture   5.6
+    break_solids(plan, sim);             // fracture   5.6
     update_surface_when_due(plan, sim);  // surface    6.6
     count_step(sim);
 }

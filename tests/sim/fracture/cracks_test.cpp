@@ -91,6 +91,28 @@ TEST_P(Bars, AreAsStrongAsTheirMaterial) {
     EXPECT_LT(strain[1], strain[2]);
 }
 
+TEST(Cracks, SeeALoadThatComesAndGoesWithinAStep) {
+    // A ball of 3 cm strikes the floor at 4 m/s and bounces within 10 ms, in the middle of a step of 42 ms. It breaks as
+    // with steps of a fifth of a millisecond: at the same time, but for the sub-steps between two looks at the load.
+    double begun[2];
+    for (const double longest : {0.04, 2e-4}) {
+        scene::Scene scene = fixture::rubber_scene(1);
+        scene.solver.spacing = 0.006;
+        scene.solver.time_step.maximum = longest;
+        scene.materials[0].fracture.strength = kStrength;
+        scene.world.boundaries = {fixture::floor_at(0)};
+        scene.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0.06}, scene::Sphere{0.03}), {0, 0, -4})};
+        Simulation s = make_simulation(scene);
+        s.clock.next_frame = 1;
+        while (s.clock.time < 0.05 && !s.solids.cracks.any()) step(s);
+        ASSERT_TRUE(s.solids.cracks.any()) << longest;
+        begun[longest < 1e-3 ? 1 : 0] = s.clock.time;
+    }
+    EXPECT_GT(begun[1], 0.03 / 4);
+    // Eight sub-steps of some a sixth of the time in which a wave crosses a spacing, and a step of cracks.
+    EXPECT_NEAR(begun[0], begun[1], 1e-3);
+}
+
 TEST(Cracks, TellThatAFixedStepIsTooLongForThem) {
     // At its strength a crack may go a quarter of a width in a step; 20 m/s need some 70 us then.
     scene::Scene scene = bar_scene();

@@ -38,6 +38,10 @@ void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     const std::vector<WeakBond> pinholes = pinhole_bonds(solids);
     weak.insert(weak.end(), pinholes.begin(), pinholes.end());
     weaken_bonds(weak, solids.elements);
+    const std::vector<WeakBond> loose = loose_bonds(solids.elements);
+    if (loose.empty()) return;
+    weaken_bonds(loose, solids.elements);
+    solids.elements.bonds.changed();  // what was beside such an element may have become stiffer than sub-steps allow for
 }
 
 /// Stresses and tensions of the gradients, and the largest tension over strength [1].

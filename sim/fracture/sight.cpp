@@ -137,6 +137,26 @@ std::vector<WeakBond> pinhole_bonds(const Solids& solids) {
     return all;
 }
 
+std::vector<WeakBond> loose_bonds(const Elements& e) {
+    constexpr Real kHeld = Real(0.15);
+    const Bonds& bonds = e.bonds;
+    if (bonds.visibility.empty()) return {};
+    std::vector<std::uint8_t> loose(e.size(), 0);
+    parallel_for(e.size(), [&](std::size_t i) {
+        Real whole = 0, left = 0;
+        for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k) {
+            whole += bonds.base[k];
+            left += bonds.base[k] * bonds.visibility[k];
+        }
+        loose[i] = left > 0 && left < kHeld * whole;
+    });
+    std::vector<WeakBond> all;
+    for (Index i = 0; i < e.size(); ++i)
+        for (std::size_t k = bonds.begin[i]; loose[i] && k < bonds.begin[i + 1]; ++k)
+            if (bonds.neighbour[k] != i) all.push_back({i, bonds.neighbour[k], 0});
+    return all;
+}
+
 std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source) {
     const Elements& e = solids.elements;
     const BondCrossings& crossings = solids.cracks.crossings;

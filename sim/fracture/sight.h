@@ -29,6 +29,10 @@ std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source);
 /// lambda + 2 mu, or half of their length. They are to part. Requires gradients and laws of the present time.
 std::vector<WeakBond> pinhole_bonds(const Solids& solids);
 
+/// All bonds of elements that cracks have left less than 3/20 of their weights: they are to part. Moving least squares of
+/// a few weak bonds gives strains without bound. Where such an element is pressed, as under an impact, it would burst.
+std::vector<WeakBond> loose_bonds(const Elements& elements);
+
 /// The visibility of all bonds that cross sheets. Bonds that have parted are forgotten. Near a front an element may hang
 /// on weakened bonds alone, and moving least squares would have them bear what whole ones do. So a bond that crosses a
 /// sheet parts where the tension at an end is three times the strength. Without `tension`, of elements, none does.

@@ -43,23 +43,25 @@ std::vector<TreeTriangle> checked_triangles(const TriangleMesh& mesh) {
 }  // namespace
 
 Vec3 closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-    const Vec3 ab = b - a, ac = c - a, ap = p - a;
-    const Real d1 = ab.dot(ap), d2 = ac.dot(ap);
+    // In double precision: the products cancel where a triangle is a sliver, as of a finely parted cylinder.
+    const Vec3d ab = (b - a).cast<double>(), ac = (c - a).cast<double>(), ap = (p - a).cast<double>();
+    const double d1 = ab.dot(ap), d2 = ac.dot(ap);
     if (d1 <= 0 && d2 <= 0) return a;
-    const Vec3 bp = p - b;
-    const Real d3 = ab.dot(bp), d4 = ac.dot(bp);
+    const Vec3d bp = (p - b).cast<double>();
+    const double d3 = ab.dot(bp), d4 = ac.dot(bp);
     if (d3 >= 0 && d4 <= d3) return b;
-    const Real vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
-    const Vec3 cp = p - c;
-    const Real d5 = ab.dot(cp), d6 = ac.dot(cp);
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + (d1 / (d1 - d3) * ab).cast<Real>();
+    const Vec3d cp = (p - c).cast<double>();
+    const double d5 = ab.dot(cp), d6 = ac.dot(cp);
     if (d6 >= 0 && d5 <= d6) return c;
-    const Real vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
-    const Real va = d3 * d6 - d5 * d4;
-    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-    const Real sum = va + vb + vc;
-    return a + ab * (vb / sum) + ac * (vc / sum);
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + (d2 / (d2 - d6) * ac).cast<Real>();
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+        return b + ((d4 - d3) / ((d4 - d3) + (d5 - d6)) * (ac - ab)).cast<Real>();
+    const double sum = va + vb + vc;
+    return a + (ab * (vb / sum) + ac * (vc / sum)).cast<Real>();
 }
 
 MeshQuery::MeshQuery(TriangleMesh mesh)

@@ -161,16 +161,18 @@ TEST(ClosestPoint, OnATriangleMinimisesOverItsBarycentricGrid) {
 }
 
 TEST(ClosestPoint, OnASliverIsExactToRounding) {
-    // Triangles of 6 mm by 2 m, as of a cylinder in many steps, turned at random. A place just above one is as far from it
-    // as it is high, to the rounding of coordinates of a metre.
-    for (int k = 0; k < 500; ++k) {
+    // Triangles of 6 mm by 2 m, as of a cylinder in many steps, turned at random, from any corner. A place just above one
+    // is as far from it as it is high, to the rounding of coordinates of a metre.
+    for (int k = 0; k < 1500; ++k) {
         const auto u = [&](int n) { return random_unit(k, 11, 0, n); };
         const Eigen::Matrix3d turn =
             Eigen::Quaterniond(u(0) - 0.5, u(1) - 0.5, u(2) - 0.5, u(3) - 0.5).normalized().toRotationMatrix();
         const auto at = [&](double x, double y, double z) { return Vec3f((turn * Vec3d(x, y, z)).cast<float>()); };
-        const MeshQuery one({{at(0, 0, 0), at(0.006, 0, 0), at(0, 0, 2)}, {}, {}, {{0, 1, 2}}});
-        const double part = u(4), high = 1e-3 * u(5), long_way = 1.9 * (1 - part) * u(6);
-        EXPECT_NEAR(one.closest(at(0.006 * part, high, long_way).cast<Real>()).distance, high, 2e-6);
+        const Index first = static_cast<Index>(k % 3);
+        const MeshQuery one(
+            {{at(0, 0, 0), at(0.006, 0, 0), at(0, 0, 2)}, {}, {}, {{first, (first + 1) % 3, (first + 2) % 3}}});
+        const double part = u(4), high = 1e-3 * u(5), up = 1.9 * (1 - part) * u(6);
+        EXPECT_NEAR(one.closest(at(0.006 * part, high, up).cast<Real>()).distance, high, 2e-6);
     }
 }
 

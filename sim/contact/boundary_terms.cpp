@@ -16,8 +16,8 @@ Vec3 wall_force(const Walls& walls, const ElementBesideWalls& element, Real dt, 
     const auto& [law, pose, e, i] = element;
     const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place,
                v = pose.turn * xyz(e.velocity[i]);
-    const Real spring = contact_stiffness(law, e.volume[i], e.mass[i]) * e.mass[i];
-    const Real damping = 2 * law.contact_damping * std::sqrt(spring * e.mass[i]), hold = kHold * e.mass[i] / dt;
+    const Real per_mass = contact_stiffness(law, e.volume[i], e.mass[i]), spring = per_mass * e.mass[i];
+    const Real damping = 2 * law.contact_damping * std::sqrt(per_mass) * e.mass[i], hold = kHold * e.mass[i] / dt;
     Vec3 force(0, 0, 0);
     Mat3 k = Mat3::Zero();
     for (std::size_t w = 0; w < walls.list.size(); ++w) {

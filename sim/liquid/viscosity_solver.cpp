@@ -83,14 +83,15 @@ class FrictionTable {
 class Solver {
   public:
     Solver(Particles& particles, const NeighbourLists& neighbours, const Sweep& sweep, const ViscositySolve& params,
-           ViscosityScratch& scratch)
+           Real support, ViscosityScratch& scratch)
         : p_(particles),
           neighbours_(neighbours),
           sweep_(sweep),
           params_(params),
           s_(scratch),
           n_(particles.size()),
-          dt_(static_cast<Real>(params.kick)) {
+          dt_(static_cast<Real>(params.kick)),
+          per_volume_(1 / cube(std::ldexp(Real(1), std::ilogb(support)))) {
         resize_packed(sweep.ghosts, s_.matter, Quad{0, 0, 0, 0});
         resize_packed(sweep.ghosts, s_.direction, Quad{0, 0, 0, 0});
         s_.diagonal.resize(n_);
@@ -106,7 +107,7 @@ class Solver {
         parallel_for(n_, [&](std::size_t i) {
             Real mu = materials[static_cast<std::size_t>(p_.material[i])].implicit_viscosity;
             if (sweep_.mixed && sweep_.melt[i] == 0) mu = 1;  // of a solid: drops out of the pairs' means
-            s_.matter[i] = {mu, sweep_.motion[i].w, evened(moment(i, kernel)), sweep_.matter[i].z};
+            s_.matter[i] = {mu, sweep_.motion[i].w * per_volume_, evened(moment(i, kernel)), sweep_.matter[i].z};
         });
         refresh_ghosts(sweep_.ghosts, s_.matter);
     }
@@ -138,7 +139,7 @@ class Solver {
         for (std::size_t i = 0; i < n_; ++i)
             s_.first[i + 1] = s_.first[i] + (neighbours_[i].size() + kLanes - 1) / kLanes;
         if (s_.runs.size() < s_.first[n_]) s_.runs.resize(s_.first[n_] + s_.first[n_] / 8);
-        const Real strength = kCentral * dt_ * kernel.scale;
+        const Real strength = kCentral * dt_ * kernel.scale / square(per_volume_);
         parallel_chunks(n_, [&](std::size_t begin, std::size_t end, std::size_t) {
             for (std::size_t i = begin; i < end; ++i) set_pairs_of(i, strength, kernel.h2_inv);
         });
@@ -183,7 +184,7 @@ class Solver {
     void add_walls(const Walls& walls, std::size_t i, const FrictionTable& table, WallCursor& cursor, Mat3& diagonal,
                    Vec3& right) const {
         const Vec3& x = p_.position[i];
-        const Real strength = kCentral * dt_ * s_.matter[i].w * s_.matter[i].x * s_.matter[i].y;
+        const Real strength = kCentral * dt_ * s_.matter[i].w * s_.matter[i].x * (s_.matter[i].y / per_volume_);
         for (std::size_t k = 0; k < walls.list.size(); ++k) {
             const Wall& w = walls.list[k];
             if (!w.no_slip) continue;
@@ -330,6 +331,9 @@ class Solver {
     ViscosityScratch& s_;
     std::size_t n_;
     Real dt_;
+    // Volumes are in units of a power of two near h^3. Otherwise the product of two would leave the range of a float
+    // where the spacing is a micrometre or a thousand kilometres. A power of two changes no other bit.
+    Real per_volume_;
 };
 
 }  // namespace
@@ -349,7 +353,7 @@ WallFriction wall_friction_of(double distance, double support) {
 
 ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input, const Materials& materials,
                                 const ViscositySolve& params, ViscosityScratch& scratch) {
-    Solver solver(particles, input.neighbours, input.sweep, params, scratch);
+    Solver solver(particles, input.neighbours, input.sweep, params, input.smoothing.support, scratch);
     const PairKernel kernel(input.smoothing);
     solver.set_matter(materials, kernel);
     solver.set_target(input.walls, input.smoothing);

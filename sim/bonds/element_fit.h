@@ -1,10 +1,9 @@
 // The material place that belongs to a place of a deformed body: a linear least-squares fit of the elements about it.
 #pragma once
 
-#include <cmath>
-
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/point_grid.h"
+#include "pipeline/geometry/power_of_two.h"
 #include "sim/state/bodies.h"
 
 namespace thixo {
@@ -93,7 +92,7 @@ void fit_elements(const PlacedElements<Places>& placed, Real support, const Vec3
     const Real prior =
         std::max(kPrior * spread.trace(), kLeast * sum * square(reach)) + std::numeric_limits<Real>::min();
     // In units of a power of two near the reach: the determinant has six lengths, too many for a float's range.
-    const Real per_unit2 = square(std::ldexp(Real(1), -std::ilogb(reach)));
+    const Real per_unit2 = square(1 / power_of_two_below(reach));
     const Mat3 inverse = per_unit2 * (per_unit2 * (spread + prior * Mat3::Identity())).inverse();
     fit.slope = (both + prior * turn.transpose()) * inverse;
     fit.material = middle + mean - fit.slope * to_mean;

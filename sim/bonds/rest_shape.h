@@ -1,9 +1,9 @@
 // Rest neighbourhoods and their moment matrices. Dissertation 5.3, 5.9.1.
 #pragma once
 
-#include <cmath>
 #include <functional>
 
+#include "pipeline/geometry/power_of_two.h"
 #include "sim/state/solids.h"
 
 namespace thixo {
@@ -27,7 +27,7 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
 
 /// A power of two near h^3 [m^3], by which all weights of a stencil are multiplied. Forces do not depend on it. Without
 /// it a modulus times five lengths would leave the range of a float where the spacing is a micrometre or a kilometre.
-inline Real weight_unit(Real h) { return cube(std::ldexp(Real(1), std::ilogb(h))); }
+inline Real weight_unit(Real h) { return cube(power_of_two_below(h)); }
 
 /// The weight of an element of support hj in the stencil of one of support hi, r apart at rest [1].
 Real rest_weight(Real hi, Real hj, Real r);

@@ -5,6 +5,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/power_of_two.h"
 #include "sim/space/scene_shapes.h"
 
 namespace thixo {
@@ -70,7 +71,7 @@ class Conduction {
           smoothing_(input.smoothing),
           paths_(paths),
           sweep_(input.sweep),
-          per_volume_(1 / cube(std::ldexp(Real(1), std::ilogb(input.smoothing.support)))),
+          per_volume_(1 / cube(power_of_two_below(input.smoothing.support))),
           laplacian_(2 * input.smoothing.viscosity.laplacian_scale / square(per_volume_)),
           s_(scratch) {
         const Sweep& sweep = input.sweep;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/power_of_two.h"
 
 namespace thixo {
 namespace {
@@ -91,7 +92,7 @@ class Solver {
           s_(scratch),
           n_(particles.size()),
           dt_(static_cast<Real>(params.kick)),
-          per_volume_(1 / cube(std::ldexp(Real(1), std::ilogb(support)))) {
+          per_volume_(1 / cube(power_of_two_below(support))) {
         resize_packed(sweep.ghosts, s_.matter, Quad{0, 0, 0, 0});
         resize_packed(sweep.ghosts, s_.direction, Quad{0, 0, 0, 0});
         s_.diagonal.resize(n_);

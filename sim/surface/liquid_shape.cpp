@@ -1,9 +1,8 @@
 #include "sim/surface/liquid_shape.h"
 
-#include <cmath>
-
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/near_runs.h"
+#include "pipeline/geometry/power_of_two.h"
 
 namespace thixo {
 
@@ -214,7 +213,7 @@ Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component
     if (!of) return 0;
     // Lengths are in units of a power of two near the support. Otherwise h^7 leaves the range of a float where the
     // spacing is a micrometre or a thousand kilometres. Powers of two change no other bit.
-    const Real per_unit = std::ldexp(Real(1), -std::ilogb(support)), per_volume = cube(per_unit);
+    const Real per_unit = 1 / power_of_two_below(support), per_volume = cube(per_unit);
     const Poly6 w(support * per_unit);
     Vec3 a, b;
     orthonormal_basis(n, a, b);

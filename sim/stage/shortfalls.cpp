@@ -76,8 +76,9 @@ std::vector<std::uint8_t> liquid_bodies(const Particles& p) {
 }
 
 /// Films run away on walls: the liquid lies there in single particles, each with surfels all about it. So it does in a
-/// thin jet or a spray, which are as the scene says.
+/// thin jet or a spray, which are as the scene says. A few particles are a splash, and cost little.
 void add_runaway(const Simulation& sim, List& list) {
+    constexpr double kFewest = 500;  // particles
     const SurfaceState& surface = sim.solids.empty() ? sim.surface : sim.mixed_surface.animated;
     if (surface.size() == 0 || sim.walls.list.empty()) return;
     const Particles& p = sim.particles;
@@ -94,7 +95,7 @@ void add_runaway(const Simulation& sim, List& list) {
     const std::vector<Vec3>& surfels = surface.surfels.position;
     const double films = count(surfels, surface.body, near), particles = count(p.position, p.body, near);
     const double all = count(surfels, surface.body, std::numeric_limits<Real>::max());
-    if (films > kMostSurfels * particles && particles > 0 && films > all / 2)
+    if (films > kMostSurfels * particles && particles >= kFewest && films > all / 2)
         add(Lack::runaway, "", static_cast<std::int64_t>(films), static_cast<std::int64_t>(particles), 0, list);
 }
 

@@ -16,8 +16,8 @@ namespace thixo {
 /// or a name leads back to itself.
 Shape make_shape(const scene::Scene& scene, const scene::Shape& shape);
 
-/// Calls make(). Where that throws InputError, the message is led by the place of the shape in the scene, and says what
-/// it is of: "file:line:column: body 'NAME': ...".
+/// Calls make(). Where that throws InputError, the message then begins with the shape's place in the scene and what it is
+/// of: "file:line:column: body 'NAME': ...".
 template <class F>
 auto named_in_scene(const scene::Shape& shape, std::string_view what, std::string_view name, F&& make) {
     try {

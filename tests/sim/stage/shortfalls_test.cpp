@@ -269,7 +269,8 @@ Simulation with_surface(const std::string& blocks, int frames) {
 TEST(Shortfalls, TellOfAFilmOnAWallThatIsInSingleParticles) {
     const std::string strewn =
         "materials: {water: {}}\nsolver: {spacing: 0.01}\n"
-        "bodies: {drops: {material: water, shape: {repeat: {count: 24, step: [0.03, 0, 0], shapes: [{repeat: {count: 24, "
+        "bodies: {drops: {material: water, shape: {repeat: {count: 24, step: [0.03, 0, 0], shapes: [{repeat: {count: "
+        "24, "
         "step: [0, 0.03, 0], shapes: [{sphere: {radius: 0.006}, translate: [0, 0, 0.006]}]}}]}}}}\n";
     const Simulation film = with_surface(strewn + "world: {boundaries: {floor: {shape: {plane: {}}}}}\n", 0);
     const std::vector<Shortfall> list = find_shortfalls(film);

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kIntegration = 0.1;  // of the largest kinetic energy
 constexpr double kSettling = 0.02;    // of the matter's size
+constexpr double kRounding = 1e-6;    // of the matter's size, in a frame
 
 bool is_driven(const scene::Scene& scene) {
     const auto along_gravity = [&](const scene::PeriodicAxis& p) {
@@ -33,16 +34,20 @@ double strongest_tension(const scene::Scene& scene) {
 class EnergyWatch {
   public:
     explicit EnergyWatch(const scene::Scene& scene)
-        : gravity_(scene.world.gravity.norm()), tension_(strongest_tension(scene)), watches_(!is_driven(scene)) {}
+        : gravity_(scene.world.gravity.norm()),
+          tension_(strongest_tension(scene)),
+          fps_(scene.frames.fps),
+          watches_(!is_driven(scene)) {}
 
     void see(const Frame& frame) {
         const FrameTotals& t = frame.totals;
         const double energy = t.kinetic_energy + t.potential_energy;
         if (frames_++ == 0) at_start_ = energy;
         most_kinetic_ = std::max(most_kinetic_, t.kinetic_energy);
-        const double settling = std::max(frame.spacing, kSettling * std::cbrt(t.particle_volume));
+        const double size = std::cbrt(t.particle_volume), settling = std::max(frame.spacing, kSettling * size);
+        const double creeping = kRounding * size * fps_;
         const double allowed = kIntegration * most_kinetic_ + 6 * tension_ * t.particle_volume / frame.spacing +
-                               t.mass * gravity_ * settling;
+                               t.mass * (gravity_ * settling + creeping * creeping / 2);
         const double gain = energy - at_start_;
         if (!watches_ || !(gain > allowed)) return;
         ++seen_;
@@ -54,7 +59,7 @@ class EnergyWatch {
     }
 
   private:
-    double gravity_, tension_;
+    double gravity_, tension_, fps_;
     bool watches_;
     double at_start_ = 0, most_kinetic_ = 0, largest_ = 0;
     std::int64_t frames_ = 0, seen_ = 0;

@@ -43,16 +43,16 @@ class Mover {
         for (SweepPoint& p : k.points) p.at += by;
         return true;
     }
-    /// On a plane normal.x = offset, whatever the normal's length; so with mirrors.
+    /// On a plane n.x = offset with the unit normal n, whatever the length of the scene's; so with mirrors.
     bool take(Plane& k, const Vec3d& by, int) {
-        k.offset += k.normal.dot(by);
+        k.offset += k.normal.normalized().dot(by);
         return true;
     }
     bool take(Union& k, const Vec3d& by, int depth) { return move_all(k, by, depth); }
     bool take(Intersection& k, const Vec3d& by, int depth) { return move_all(k, by, depth); }
     bool take(Difference& k, const Vec3d& by, int depth) { return move_all(k, by, depth); }
     bool take(Mirror& k, const Vec3d& by, int depth) {
-        k.offset += k.normal.dot(by);
+        k.offset += k.normal.normalized().dot(by);
         return move_all(k, by, depth);
     }
     bool take(Repeat& k, const Vec3d& by, int depth) { return k.turn == 0 && move_all(k, by, depth); }

@@ -93,6 +93,8 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& wo
 
 int Problems::add_source(Source source) {
     if (source.text.starts_with("\xef\xbb\xbf")) source.text.erase(0, 3);  // byte order mark
+    // YAML permits lines that end with CR alone; its library does not.
+    if (source.text.find('\n') == std::string::npos) std::ranges::replace(source.text, '\r', '\n');
     sources_.push_back(std::move(source));
     return static_cast<int>(sources_.size()) - 1;
 }

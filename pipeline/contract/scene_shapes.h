@@ -81,7 +81,7 @@ void visit(V& v, Torus& s) {
     v.key("tube", s.tube, "m", above(0), "radius of the tube, at most the ring's");
 }
 
-struct Plane {  // solid where normal.x < offset
+struct Plane {  // solid where n.x < offset, n = normal/|normal|
     Vec3d normal{0, 0, 1};
     double offset = 0;  // m
 };

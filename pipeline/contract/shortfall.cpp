@@ -98,7 +98,8 @@ std::string shortfall_text(const Shortfall& s) {
                 s.name, s.count, s.of);
         case Lack::runaway:
             return fmt::format(
-                "thin films run away: {} surfels for {} particles; let thick liquids stick to walls (no_slip: true), "
+                "thin films run away on walls: {} surfels for {} particles; let thick liquids stick to walls (no_slip: "
+                "true), "
                 "lower solver.spacing, or try pressure: dfsph",
                 s.count, s.of);
         case Lack::long_step:

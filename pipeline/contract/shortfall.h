@@ -16,7 +16,7 @@ enum class Lack {
     passed,     ///< particles that a step carried through a wall
     inside,     ///< particles deeper than half a spacing inside a wall; of: all particles
     crushed,    ///< of a solid: particles below half their volume, or turned inside out; of: all of the body
-    runaway,    ///< surfels of liquids where they are more than kMostSurfels a particle; of: the particles
+    runaway,    ///< surfels of liquids on walls, more than kMostSurfels a particle; of: the particles there
     long_step,  ///< fixed steps above the limit that is named; of: all steps; worst: step over limit
     energy,     ///< worst: energy that motion gained from nowhere [J]; count: frames that show it
 };

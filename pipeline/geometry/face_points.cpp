@@ -8,6 +8,7 @@
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/local_shape.h"
 #include "pipeline/geometry/point_grid.h"
+#include "pipeline/geometry/surface_sampling.h"
 
 namespace thixo {
 namespace {
@@ -112,7 +113,7 @@ Vec3d point_in_cell(std::uint64_t seed, std::uint64_t face, const Cell& c, int j
 
 struct Candidate {
     Vec3 position, normal;
-    bool on_surface;
+    OnSurface on_surface;
 };
 
 using Found = std::vector<std::vector<Candidate>>;  // by chunk
@@ -182,7 +183,10 @@ FacePoints face_points(const FacedSolid& solid, int k, double spacing, double re
     std::vector<Vec3> seen;  // on the surface
     for (const auto& chunk : found)
         for (const Candidate& c : chunk)
-            if (c.on_surface) seen.push_back(c.position);
+            if (c.on_surface == OnSurface::yes)
+                seen.push_back(c.position);
+            else if (c.on_surface == OnSurface::thin)
+                ++points.thin;
     PointGrid grid;
     grid.build(seen, static_cast<Real>(reach));
     std::vector<Candidate> all;
@@ -190,7 +194,7 @@ FacePoints face_points(const FacedSolid& solid, int k, double spacing, double re
     std::vector<Real> beyond(all.size());
     parallel_for(all.size(), [&](std::size_t i) {
         Real nearest2 = static_cast<Real>(reach * reach);
-        if (all[i].on_surface)
+        if (all[i].on_surface == OnSurface::yes)
             nearest2 = 0;
         else
             grid.for_each_neighbour(all[i].position, static_cast<Real>(reach),
@@ -217,16 +221,20 @@ FacedSolid::FacedSolid(const Shape& solid, const Box3& box, double spacing)
     if (!single()) shape = by_blocks(shape, kPerBlock * spacing);
 }
 
-bool FacedSolid::on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const {
-    if (single()) return true;
-    if (!(std::abs(shape.distance(x)) <= Real(0.5) * spacing)) return false;
+OnSurface FacedSolid::on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const {
+    if (single()) return OnSurface::yes;
+    if (!(std::abs(shape.distance(x)) <= Real(0.5) * spacing)) return OnSurface::no;
     const Real rounding = Real(4e-6) * std::max(bounds.lower.cwiseAbs().maxCoeff(), bounds.upper.cwiseAbs().maxCoeff());
     if (!bounds_solid(tree, k, std::max(Real(1e-3) * spacing, rounding),
                       [&](int f) { return faces[static_cast<std::size_t>(f)].distance(x); }))
-        return false;
+        return OnSurface::no;
     // Where a face of the other side coincides with this one, this one does not bound the solid.
-    const Real step = std::max(Real(0.02) * spacing, 4 * rounding);
-    return shape.distance(x + step * normal) > 0 && shape.distance(x - step * normal) < 0;
+    const Real step = std::max(static_cast<Real>(kThinnest) * spacing, 4 * rounding);
+    if (!(shape.distance(x + step * normal) > 0)) return OnSurface::no;
+    if (shape.distance(x - step * normal) < 0) return OnSurface::yes;
+    for (Real less = step / 2; less > rounding; less /= 2)
+        if (shape.distance(x - less * normal) < 0) return OnSurface::thin;
+    return OnSurface::no;
 }
 
 SolidPoints points_on_faces(const FacedSolid& solid, double spacing, double reach, std::uint64_t seed) {

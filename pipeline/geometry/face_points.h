@@ -20,6 +20,8 @@ struct Face {
 
 /// A solid and its parts: the shape, its faces, and the tree over their numbers, without differences. Faces of many
 /// parts are prepared for many evaluations (by_blocks), for surfels `spacing` [m] apart.
+enum class OnSurface { no, thin, yes };
+
 struct FacedSolid {
     FacedSolid(const Shape& shape, const Box3& bounds, double spacing);
     Shape shape;
@@ -28,14 +30,15 @@ struct FacedSolid {
     std::vector<Face> faces;
     bool single() const { return faces.size() == 1; }
     /// Whether x, a point of face k with the normal there, lies on the solid's surface. `spacing` [m] sets the
-    /// tolerance.
-    bool on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const;
+    /// tolerance: matter thinner than kThinnest of it is too thin to tell.
+    OnSurface on_surface(const Vec3& x, const Vec3& normal, int k, Real spacing) const;
 };
 
 /// Points of one face: on the solid's surface (beyond = 0), or on the face beyond its edges.
 struct FacePoints {
     std::vector<Vec3> position, normal;
     std::vector<Real> beyond;  // distance to the nearest point on the solid's surface [m]
+    std::size_t thin = 0;      // points on matter that is too thin, which are left out
 };
 
 /// Points of all faces, each of which stands for the same area.

@@ -118,7 +118,7 @@ Shape mirrored(Shape shape, const Vec3d& normal, double offset, double smooth) {
     finite_number(offset, "mirror offset");
     const double length = normal.norm();
     if (!(length > 0)) throw InputError("mirror normal is zero; give a direction across the mirror");
-    Shape image(std::make_shared<Reflected>(shape, (normal / length).cast<Real>(), Real(offset / length)));
+    Shape image(std::make_shared<Reflected>(shape, (normal / length).cast<Real>(), Real(offset)));
     return union_of({std::move(shape), std::move(image)}, smooth);
 }
 

@@ -186,7 +186,7 @@ Shape plane(const Vec3d& normal, double offset) {
     finite_number(offset, "plane offset");
     const double length = normal.norm();
     if (!(length > 0)) throw InputError("plane normal is zero; give the direction out of the solid");
-    return Shape(std::make_shared<Plane>((normal / length).cast<Real>(), Real(offset / length)));
+    return Shape(std::make_shared<Plane>((normal / length).cast<Real>(), Real(offset)));
 }
 
 }  // namespace thixo

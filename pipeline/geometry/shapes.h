@@ -21,7 +21,7 @@ Shape rounded_cone(double radius1, double radius2,
                    double height);  // two spheres and their hull, axis z from the origin
 Shape capsule(const Vec3d& from, const Vec3d& to, double radius);
 Shape torus(double radius, double tube);          // axis z
-Shape plane(const Vec3d& normal, double offset);  // solid where normal.x < offset; unbounded
+Shape plane(const Vec3d& normal, double offset);  // solid where n.x < offset, n = normal/|normal|; unbounded
 
 /// A closed polygon (r >= 0, z) of either orientation, rotated about z. An edge from the last point to the first closes
 /// it. Edges on the axis are no surface. Throws InputError where a point has r < 0, fewer than three points differ, or
@@ -58,7 +58,7 @@ Shape union_of(std::vector<Shape> shapes, double smooth = 0);
 Shape intersection_of(std::vector<Shape> shapes, double smooth = 0);
 Shape difference_of(std::vector<Shape> shapes, double smooth = 0);  // the first without the others
 
-/// The shape and its image in the plane normal.x = offset [m].
+/// The shape and its image in the plane n.x = offset [m], n = normal/|normal|.
 Shape mirrored(Shape shape, const Vec3d& normal, double offset, double smooth = 0);
 /// `count` copies. Copy k is rotated by k turn [degrees] about z and shifted by k step [m].
 Shape repeated(Shape shape, int count, const Vec3d& step, double turn, double smooth = 0);

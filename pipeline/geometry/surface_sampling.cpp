@@ -31,6 +31,13 @@ double area_within(const SolidPoints& points, double reach) {
 }
 double area_on_surface(const SolidPoints& points) { return area_within(points, 1e-30); }
 
+/// Area of the surface where the solid is too thin for it [m^2].
+double thin_area(const SolidPoints& points) {
+    double thin = 0;
+    for (const FacePoints& f : points.faces) thin += static_cast<double>(f.thin);
+    return points.area * thin;
+}
+
 /// The spacing at which the area, with that beyond the edges, has one square for each of `count` surfels.
 double spacing_for(const SolidPoints& points, std::size_t count, double widest) {
     double low = 0, high = widest;
@@ -49,24 +56,28 @@ double spacing_by_box(const Box3& bounds, std::size_t count) {
     return std::sqrt(area / static_cast<double>(count));
 }
 
-/// Random points. `spacing` becomes the spacing that gives the wanted count.
-SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling, double& spacing) {
-    if (sampling.spacing > 0) {
-        spacing = sampling.spacing;
-        return points_on_faces(solid, spacing, kSheetReach * spacing, sampling.seed);
-    }
-    const Vec3d size = (solid.bounds.upper - solid.bounds.lower).cast<double>();
-    double guess = spacing_by_box(solid.bounds, sampling.count);
-    // A few points are enough to estimate the area.
-    if (sampling.count >= 4 * kFew) {
-        double few = 0;
-        find_points(solid, {.count = kFew, .spacing = 0, .seed = sampling.seed}, few);
-        guess = few * std::sqrt(static_cast<double>(kFew) / static_cast<double>(sampling.count));
-    }
+bool mostly_thin(const SolidPoints& points) { return thin_area(points) > area_on_surface(points); }
+
+[[noreturn]] void refuse_thin(double spacing) {
+    throw InputError(
+        "most of the shape is thinner than {:.3g} m, too thin for surfels {:.3g} m apart; make it thicker, or take "
+        "more "
+        "and smaller surfels",
+        kThinnest * spacing, spacing);
+}
+
+/// Random points, and the spacing that gives the wanted count, near a first guess. Where most of the solid is too thin
+/// for that spacing, the points are of no use.
+SolidPoints points_for_count(const FacedSolid& solid, const SurfaceSampling& sampling, double guess, double& spacing) {
     for (int i = 0; i < 12; ++i) {
         const double reach = kWidest * kSheetReach * guess;
         SolidPoints points = points_on_faces(solid, guess, reach, sampling.seed);
-        if (area_on_surface(points) > 0) {
+        if (mostly_thin(points)) {
+            const double area = thin_area(points) + area_on_surface(points);
+            spacing = std::sqrt(area / static_cast<double>(sampling.count));
+            if (guess <= kWidest * spacing) return points;
+            guess = spacing;
+        } else if (area_on_surface(points) > 0) {
             spacing = spacing_for(points, sampling.count, 16 * guess);
             if (spacing > 0.75 * guess && spacing <= kWidest * guess) return points;
             guess = spacing;
@@ -74,8 +85,26 @@ SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling
             guess /= 3;
         }
     }
+    const Vec3d size = (solid.bounds.upper - solid.bounds.lower).cast<double>();
     throw InputError("a shape of the size {} x {} x {} m has no surface that {} surfels could cover", size.x(),
                      size.y(), size.z(), sampling.count);
+}
+
+/// Random points. `spacing` becomes the spacing that gives the wanted count.
+SolidPoints find_points(const FacedSolid& solid, const SurfaceSampling& sampling, double& spacing) {
+    if (sampling.spacing > 0) {
+        spacing = sampling.spacing;
+        return points_on_faces(solid, spacing, kSheetReach * spacing, sampling.seed);
+    }
+    double guess = spacing_by_box(solid.bounds, sampling.count);
+    // A few points are enough to estimate the area.
+    if (sampling.count >= 4 * kFew) {
+        double few = 0;
+        points_for_count(solid, {.count = kFew, .spacing = 0, .seed = sampling.seed},
+                         spacing_by_box(solid.bounds, kFew), few);
+        guess = few * std::sqrt(static_cast<double>(kFew) / static_cast<double>(sampling.count));
+    }
+    return points_for_count(solid, sampling, guess, spacing);
 }
 
 /// The number of surfels of each face, in proportion to area. The largest remainders are rounded up.
@@ -168,6 +197,7 @@ SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& samplin
     SampledSurface result;
     const SolidPoints points = find_points(solid, sampling, result.spacing);
     result.area = area_on_surface(points);
+    if (mostly_thin(points)) refuse_thin(result.spacing);
     if (!(result.area > 0))
         throw InputError("a shape has no surface that surfels {} m apart could cover", result.spacing);
     const Real spacing = static_cast<Real>(result.spacing);

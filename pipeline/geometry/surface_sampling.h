@@ -29,6 +29,9 @@ struct SampledSurface {
     double spacing = 0;               // [m]
 };
 
+/// Thickness in spacings below which a solid of several faces is too thin for surfels.
+inline constexpr double kThinnest = 0.02;
+
 /// How far a sheet extends beyond its edges, in spacings, so that its blend has full support there.
 inline constexpr double kSheetReach = 1.75;
 
@@ -37,9 +40,8 @@ inline constexpr double kSheetReach = 1.75;
 /// are distributed by area. Random points on the faces are thinned to them (sample elimination, Yuksel 2015) and then
 /// pushed apart along the surface. Normals are gradients of the distance. Radii are the spacing, or more where that
 /// would leave a gap: every point of the surface lies under a disc of its sheet. The same arguments give the same bits
-///
-/// at any thread count. Throws InputError where the shape is unbounded or no surface is found. It also throws
-/// where both count and spacing are given, or neither and the shape has no points of its own.
+/// at any thread count. Throws InputError where the shape is unbounded, has no surface, or is mostly too thin for its
+/// surfels. It also throws where both count and spacing are given, or neither and the shape has no points of its own.
 SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& sampling);
 
 }  // namespace thixo

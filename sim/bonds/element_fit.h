@@ -3,6 +3,7 @@
 
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/point_grid.h"
+#include "pipeline/geometry/power_of_two.h"
 #include "sim/state/bodies.h"
 
 namespace thixo {
@@ -90,7 +91,9 @@ void fit_elements(const PlacedElements<Places>& placed, Real support, const Vec3
     // A piece of one or a few elements spans no space: it moves as its body turns.
     const Real prior =
         std::max(kPrior * spread.trace(), kLeast * sum * square(reach)) + std::numeric_limits<Real>::min();
-    const Mat3 inverse = (spread + prior * Mat3::Identity()).inverse();
+    // In units of a power of two near the reach: the determinant has six lengths, too many for a float's range.
+    const Real per_unit2 = square(1 / power_of_two_below(reach));
+    const Mat3 inverse = per_unit2 * (per_unit2 * (spread + prior * Mat3::Identity())).inverse();
     fit.slope = (both + prior * turn.transpose()) * inverse;
     fit.material = middle + mean - fit.slope * to_mean;
     const Vec3 towards = -(inverse * to_mean);

@@ -2,6 +2,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 
 #include "pipeline/base/parallel.h"
 #include "sim/bonds/stencil.h"
@@ -28,6 +29,13 @@ void find_gradients(const Elements& elements, std::vector<Mat3>& gradients) {
     gradients.resize(elements.size());
     parallel_for(
         elements.size(), [&](std::size_t i) { gradients[i] = gradient_of(elements, i); }, kElements);
+}
+
+Real volume_ratio(const Elements& elements, std::size_t i, const Mat3& gradient) {
+    const Mat3 one = Mat3::Identity();
+    if (elements.bonds.moment[i].full) return (one + gradient).determinant();
+    const Mat3 p = projection_of(elements, i), j = p + gradient;
+    return std::sqrt(std::max(Mat3(j.transpose() * j + one - p).determinant(), Real(0)));
 }
 
 void complete_gradients(const Elements& e, std::vector<Mat3>& gradients) {

@@ -12,6 +12,13 @@ namespace thixo {
 void find_gradients(const Elements& elements, std::vector<Mat3>& gradients);
 Mat3 gradient_of(const Elements& elements, std::size_t i);
 
+/// The volume of an element's matter over that at rest [1]:
+///     |1 + H|
+/// Where the element has no neighbours in some direction, it is that of the directions it has, P = A A+:
+///     sqrt |(P + H)^T (P + H) + 1 - P|
+/// There |1 + H| would shrink where a thin limb only turns.
+Real volume_ratio(const Elements& elements, std::size_t i, const Mat3& gradient);
+
 /// Completes the gradients of the elements in Bonds::flat, after find_gradients. H says nothing of the directions in
 /// which such an element has no neighbours (the last ones of a thin limb):
 ///     Q = 1 - A A+

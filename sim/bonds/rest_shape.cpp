@@ -43,7 +43,7 @@ Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
 
 }  // namespace
 
-Real rest_weight(Real hi, Real hj, Real r) { return cube(hj / hi) * Spiky((hi + hj) / 2).value(r); }
+Real rest_weight(Real hi, Real hj, Real r) { return weight_unit(hi) * (cube(hj / hi) * Spiky((hi + hj) / 2).value(r)); }
 
 void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements, const HangTogether& hang_together) {
     const std::size_t n = elements.size();

@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "pipeline/geometry/power_of_two.h"
 #include "sim/state/solids.h"
 
 namespace thixo {
@@ -16,7 +17,7 @@ using HangTogether = std::function<bool(std::size_t, Index, Index)>;
 HangTogether hang_together_in_shapes(const Solids& solids);
 
 /// Lists every element's neighbours in its own body, from rest and support, with weights in the stencils of both:
-///     w_ij = (h_j/h_i)^3 w_spiky(|r_ij|, (h_i + h_j)/2)      [1/m^3]
+///     w_ij = u_i (h_j/h_i)^3 w_spiky(|r_ij|, (h_i + h_j)/2)      [1],  u_i = weight_unit(h_i)
 /// Where sizes change, matter counts by its volume, and both ends see each other alike. The forces of a uniform stress
 /// then nearly balance there, as they do where sizes are equal. The dissertation takes h_i alone. With that, a ball
 /// sampled by an octree was squashed a sixth deeper on a floor than one of a packing, and rose less high.
@@ -24,7 +25,11 @@ HangTogether hang_together_in_shapes(const Solids& solids);
 void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements,
                           const HangTogether& hang_together = nullptr);
 
-/// The weight of an element of support hj in the stencil of one of support hi, r apart at rest [1/m^3].
+/// A power of two near h^3 [m^3], by which all weights of a stencil are multiplied. Forces do not depend on it. Without
+/// it a modulus times five lengths would leave the range of a float where the spacing is a micrometre or a kilometre.
+inline Real weight_unit(Real h) { return cube(power_of_two_below(h)); }
+
+/// The weight of an element of support hj in the stencil of one of support hi, r apart at rest [1].
 Real rest_weight(Real hi, Real hj, Real r);
 
 inline constexpr double kFlat = 1e-3;  // eigenvalue of A in parts of the largest: squared extents

@@ -10,8 +10,8 @@ namespace thixo {
 
 /// What the force sweep reads of a neighbour. It fills one cache line in single precision.
 struct alignas(16 * sizeof(Real)) StencilForce {
-    Quad row[3];  // rows of T = F + c H [N m^2], and u_x, u_y, u_z [m]
-    Quad place;   // m [m], c [N m^2]
+    Quad row[3];  // rows of T = F + c H [N/m], and u_x, u_y, u_z [m]
+    Quad place;   // m [m], c [N/m]
 };
 
 /// Scratch of a force computation. Nothing of it lives longer than a sub-step.

@@ -1,6 +1,7 @@
 // The force of one contact node between two bodies.
 #pragma once
 
+#include "pipeline/geometry/power_of_two.h"
 #include "sim/contact/contact.h"
 #include "sim/contact/walls.h"
 #include "sim/state/solids.h"
@@ -99,8 +100,9 @@ inline NodeAnswer answer_of(const ContactNodes& n, std::size_t k, const NodeMoti
     const Vec3 sliding = m.velocity - speed * normal;
     Vec3 friction = -n.stiffness[k] * slip - n.drag[k] * sliding;
     a.across = n.stiffness[k] + n.drag[k] * per_last;
-    const Real size = friction.norm();
-    a.part = part >= 0 ? part : size > most ? most / size : Real(1);
+    // In units of a power of two near the limit: squares of forces between asteroids leave the range of a float.
+    const Real unit = 1 / power_of_two_below(most), size = (unit * friction).norm(), limit = unit * most;
+    a.part = part >= 0 ? part : size > limit ? limit / size : Real(1);
     friction *= a.part;
     a.across *= a.part;
     if (a.part < 1) {

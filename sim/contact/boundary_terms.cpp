@@ -1,10 +1,18 @@
 #include "sim/contact/boundary_terms.h"
 
+#include <cmath>
+
 #include "pipeline/base/parallel.h"
 #include "sim/contact/answer.h"
 
 namespace thixo {
 namespace {
+
+/// sqrt(k m). The product alone leaves the range of a float where matter is as large as an asteroid.
+Real root_of_product(Real k, Real m) {
+    const int half = std::ilogb(m) / 2;
+    return std::ldexp(std::sqrt(k * std::ldexp(m, -2 * half)), half);
+}
 
 Mat3 node_stiffness(const BoundaryTerms::Node& n) {
     return n.across * Mat3::Identity() + (n.along - n.across) * n.normal * n.normal.transpose();
@@ -17,7 +25,7 @@ Vec3 wall_force(const Walls& walls, const ElementBesideWalls& element, Real dt, 
     const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place,
                v = pose.turn * xyz(e.velocity[i]);
     const Real spring = contact_stiffness(law, e.volume[i], e.mass[i]) * e.mass[i];
-    const Real damping = 2 * law.contact_damping * std::sqrt(spring * e.mass[i]), hold = kHold * e.mass[i] / dt;
+    const Real damping = 2 * law.contact_damping * root_of_product(spring, e.mass[i]), hold = kHold * e.mass[i] / dt;
     Vec3 force(0, 0, 0);
     Mat3 k = Mat3::Zero();
     for (std::size_t w = 0; w < walls.list.size(); ++w) {

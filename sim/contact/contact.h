@@ -18,6 +18,7 @@
 #pragma once
 
 #include "pipeline/contract/scene.h"
+#include "pipeline/geometry/surface_sampling.h"
 #include "sim/space/walls.h"
 #include "sim/state/solids.h"
 
@@ -25,6 +26,9 @@ namespace thixo {
 
 /// Samples the surfaces of all bodies, three samples to a particle's width. Warns of bodies that overlap at the start.
 void make_contacts(const scene::Scene& scene, Solids& solids);
+
+/// How densely those of a body stand. `seed` of their random numbers.
+SurfaceSampling contact_sampling(const SolidBody& body, const Elements& elements, std::uint64_t seed);
 
 /// Samples the bodies marked by 1 anew. Samples of other bodies stay. A body without a shape has none. The caller
 /// removes nodes that remember a sample of a marked body (forget_nodes). Returns the samples of before.

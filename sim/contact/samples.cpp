@@ -3,7 +3,6 @@
 #include "pipeline/base/log.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/point_surfels.h"
-#include "pipeline/geometry/surface_sampling.h"
 #include "sim/bonds/element_fit.h"
 #include "sim/contact/contact.h"
 #include "sim/contact/narrow.h"
@@ -14,6 +13,10 @@ namespace {
 constexpr double kPerWidth = 3;          // samples along a particle's width
 constexpr Real kOnSurface = Real(0.05);  // a sample of a sheet farther off the body lies past its edge, in spacings
 
+double width_of(const SolidBody& body, const Elements& e) {
+    return std::cbrt(static_cast<double>(e.volume[body.typical]));
+}
+
 /// Places of contact on one body, in the world at time 0.
 struct Places {
     std::vector<Vec3> place, normal;
@@ -21,8 +24,8 @@ struct Places {
 };
 
 /// Samples of a shape of the scene, even over its surface.
-Places places_on_shape(const Shape& shape, double width, std::uint64_t seed) {
-    const SampledSurface sampled = sample_surface(shape, {.count = 0, .spacing = width / kPerWidth, .seed = seed});
+Places places_on_shape(const Shape& shape, double width, const SurfaceSampling& sampling) {
+    const SampledSurface sampled = sample_surface(shape, sampling);
     Places out;
     out.area = sampled.area;
     for (const Vec3& surfel : sampled.surfels.position) {
@@ -62,9 +65,10 @@ Places places_on_surfels(const PointSurfels& points, double width) {
 void sample_body(std::int32_t number, const Solids& solids, std::uint64_t seed, ContactSamples& samples) {
     const SolidBody& body = solids.bodies[at(number)];
     const Elements& e = solids.elements;
-    const double width = std::cbrt(static_cast<double>(e.volume[body.typical]));
+    const double width = width_of(body, e);
     const auto surfels = body.scene_shape ? nullptr : body.shape->node().own_surfels();
-    const Places places = surfels ? places_on_surfels(*surfels, width) : places_on_shape(*body.shape, width, seed);
+    const Places places = surfels ? places_on_surfels(*surfels, width)
+                                  : places_on_shape(*body.shape, width, contact_sampling(body, e, seed));
     const std::size_t first = samples.size(), count = places.place.size();
     for (const Vec3& x : places.place) samples.rest.push_back(x - body.origin);
     samples.normal.insert(samples.normal.end(), places.normal.begin(), places.normal.end());
@@ -134,6 +138,10 @@ void warn_of_overlaps(const scene::Scene& scene, const Solids& solids, const Con
 }
 
 }  // namespace
+
+SurfaceSampling contact_sampling(const SolidBody& body, const Elements& elements, std::uint64_t seed) {
+    return {.count = 0, .spacing = width_of(body, elements) / kPerWidth, .seed = seed};
+}
 
 ContactSamples sample_bodies(const std::vector<std::uint8_t>& which, std::uint64_t seed, Solids& solids) {
     ContactSamples old = std::move(solids.contacts.samples), &samples = solids.contacts.samples;

@@ -5,6 +5,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/power_of_two.h"
 #include "sim/space/scene_shapes.h"
 
 namespace thixo {
@@ -70,6 +71,8 @@ class Conduction {
           smoothing_(input.smoothing),
           paths_(paths),
           sweep_(input.sweep),
+          per_volume_(1 / cube(power_of_two_below(input.smoothing.support))),
+          laplacian_(2 * input.smoothing.viscosity.laplacian_scale / square(per_volume_)),
           s_(scratch) {
         const Sweep& sweep = input.sweep;
         resize_packed(sweep.ghosts, s_.place, Quad{Real(1e9), Real(1e9), Real(1e9), 0});
@@ -78,7 +81,7 @@ class Conduction {
         parallel_for(p_.size(), [&](std::size_t i) {
             const Vec3& x = p_.position[i];
             s_.place[i] = {x.x(), x.y(), x.z(), 0};
-            s_.matter[i] = {static_cast<Real>(material(i).conductivity), sweep.motion[i].w, 0, 0};
+            s_.matter[i] = {static_cast<Real>(material(i).conductivity), sweep.motion[i].w * per_volume_, 0, 0};
         });
         refresh_places(sweep.ghosts, s_.place);
         refresh_ghosts(sweep.ghosts, s_.matter);
@@ -129,7 +132,7 @@ class Conduction {
             const Lanes q = positive(1 - root(x * x + y * y + z * z) * smoothing_.pressure.h_inv);
             sum += own.x * k / (own.x + k) * (own.y * volume) * q * (t - at.w);
         });
-        return static_cast<double>(2 * smoothing_.viscosity.laplacian_scale * sum_of(sum));
+        return static_cast<double>(laplacian_ * sum_of(sum));
     }
 
     /// What flows from particle j to particle i [W].
@@ -139,8 +142,7 @@ class Conduction {
         const Real r = (p_.position[i] - p_.position[j]).norm();
         const Real q = std::max(1 - r * smoothing_.pressure.h_inv, Real(0));
         const Real k = a.x * b.x / (a.x + b.x) * a.y * b.y;
-        return static_cast<double>(2 * smoothing_.viscosity.laplacian_scale * k * q) *
-               (p_.temperature[j] - p_.temperature[i]);
+        return static_cast<double>(laplacian_ * k * q) * (p_.temperature[j] - p_.temperature[i]);
     }
 
     double from_walls(std::size_t i, WallCursor& cursor) const {
@@ -155,7 +157,7 @@ class Conduction {
             const Real a = wall_conduction(d, smoothing_.support, smoothing_.spacing / 4);
             sum += static_cast<double>(a) * (*wall.temperature - p_.temperature[i]);
         }
-        return static_cast<double>(s_.matter[i].x * s_.matter[i].y) * sum;
+        return static_cast<double>(s_.matter[i].x * (s_.matter[i].y / per_volume_)) * sum;
     }
 
     double from_sources(std::size_t i, double t) const {
@@ -172,6 +174,9 @@ class Conduction {
     const Smoothing& smoothing_;
     const HeatPaths& paths_;
     const Sweep& sweep_;
+    // Volumes are in units of a power of two near h^3, as in the solve of viscosity: products of two stay in range.
+    Real per_volume_;
+    Real laplacian_;  // twice the scale of the Laplacian, for these volumes
     HeatScratch& s_;
 };
 

@@ -50,7 +50,7 @@ struct HeatPaths {
 /// Scratch of one step.
 struct HeatScratch {
     std::vector<Quad> place;   // x [m], T [degC]
-    std::vector<Quad> matter;  // conductivity [W/(m K)], volume [m^3]
+    std::vector<Quad> matter;  // conductivity [W/(m K)], volume [near h^3]
     std::vector<double> gain;  // of an explicit step [J/s]
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/power_of_two.h"
 #include "sim/liquid/viscous_pairs.h"
 
 namespace thixo {
@@ -39,14 +40,15 @@ void for_each_pair_run(const ViscosityScratch& s, std::size_t i, std::span<const
 class Solver {
   public:
     Solver(Particles& particles, const NeighbourLists& neighbours, const Sweep& sweep, const ViscositySolve& params,
-           ViscosityScratch& scratch)
+           Real support, ViscosityScratch& scratch)
         : p_(particles),
           neighbours_(neighbours),
           sweep_(sweep),
           params_(params),
           s_(scratch),
           n_(particles.size()),
-          dt_(static_cast<Real>(params.kick)) {
+          dt_(static_cast<Real>(params.kick)),
+          per_volume_(1 / cube(power_of_two_below(support))) {
         resize_packed(sweep.ghosts, s_.matter, Quad{0, 0, 0, 0});
         resize_packed(sweep.ghosts, s_.direction, Quad{0, 0, 0, 0});
         s_.diagonal.resize(n_);
@@ -62,7 +64,7 @@ class Solver {
         parallel_for(n_, [&](std::size_t i) {
             Real mu = materials[static_cast<std::size_t>(p_.material[i])].implicit_viscosity;
             if (sweep_.mixed && sweep_.melt[i] == 0) mu = 1;  // of a solid: drops out of the pairs' means
-            s_.matter[i] = {mu, sweep_.motion[i].w, evened(moment(i, kernel)), sweep_.matter[i].z};
+            s_.matter[i] = {mu, sweep_.motion[i].w * per_volume_, evened(moment(i, kernel)), sweep_.matter[i].z};
         });
         refresh_ghosts(sweep_.ghosts, s_.matter);
     }
@@ -94,7 +96,7 @@ class Solver {
         for (std::size_t i = 0; i < n_; ++i)
             s_.first[i + 1] = s_.first[i] + (neighbours_[i].size() + kLanes - 1) / kLanes;
         if (s_.runs.size() < s_.first[n_]) s_.runs.resize(s_.first[n_] + s_.first[n_] / 8);
-        const Real strength = kCentral * dt_ * kernel.scale;
+        const Real strength = kCentral * dt_ * kernel.scale / square(per_volume_);
         parallel_chunks(n_, [&](std::size_t begin, std::size_t end, std::size_t) {
             for (std::size_t i = begin; i < end; ++i) set_pairs_of(i, strength, kernel.h2_inv);
         });
@@ -138,7 +140,7 @@ class Solver {
 
     void add_walls(const Walls& walls, std::size_t i, Real support, WallCursor& cursor, Mat3& diagonal,
                    Vec3& right) const {
-        const Real strength = kCentral * dt_ * s_.matter[i].w * s_.matter[i].x * s_.matter[i].y;
+        const Real strength = kCentral * dt_ * s_.matter[i].w * s_.matter[i].x * (s_.matter[i].y / per_volume_);
         const WallDrag drag = wall_drag(walls, p_.position[i], support, cursor);
         diagonal += strength * drag.friction;
         right += strength * drag.moving;
@@ -279,13 +281,16 @@ class Solver {
     ViscosityScratch& s_;
     std::size_t n_;
     Real dt_;
+    // Volumes are in units of a power of two near h^3. Otherwise the product of two would leave the range of a float
+    // where the spacing is a micrometre or a thousand kilometres. A power of two changes no other bit.
+    Real per_volume_;
 };
 
 }  // namespace
 
 ViscosityReport solve_viscosity(Particles& particles, const SweepInput& input, const Materials& materials,
                                 const ViscositySolve& params, ViscosityScratch& scratch) {
-    Solver solver(particles, input.neighbours, input.sweep, params, scratch);
+    Solver solver(particles, input.neighbours, input.sweep, params, input.smoothing.support, scratch);
     const PairKernel kernel(input.smoothing);
     solver.set_matter(materials, kernel);
     solver.set_target(input.walls, input.smoothing);

@@ -36,7 +36,7 @@ struct ViscosityScratch {
     };
     std::vector<std::size_t> first;  // run of each particle's list, and the end of the last list
     std::vector<Run> runs;
-    std::vector<Quad> matter;              // mu [Pa s], V [m^3], 1/M [1], -; with ghosts
+    std::vector<Quad> matter;              // mu [Pa s], V [near h^3], 1/M [1], -; with ghosts
     std::vector<Block> diagonal, inverse;  // without pairs (mass and walls); inverse of the whole block [kg]
     std::vector<Quad> target;              // velocity without viscosity v* [m/s]
     std::vector<Quad> velocity, residual;  // [m/s], [kg m/s]

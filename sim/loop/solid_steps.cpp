@@ -267,8 +267,7 @@ void write_particles(Solids& solids, Particles& particles) {
             return;
         }
         const Mat3& h = solids.gradients[i];
-        const Real volume = (Mat3::Identity() + h).determinant();
-        particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume, Real(1e-3));
+        particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume_ratio(e, i, h), Real(1e-3));
         const Symmetric strain = strain_of(e, i, h), &p = e.plastic[i];
         const Symmetric elastic{strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz,
                                 strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};

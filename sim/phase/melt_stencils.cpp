@@ -121,9 +121,11 @@ void list_flow(const Particles& particles, const NeighbourLists& neighbours, con
                 const Real r = (xyz(flow.rest[j]) - xyz(flow.rest[i])).norm();
                 const Real own = softening.law[i].mu, other = softening.law[j].mu;
                 if (flows(softening, i))
-                    flow.bonds.weight[at] = Spiky(flow.support[i]).value(r) * std::min(Real(1), other / own);
+                    flow.bonds.weight[at] =
+                        rest_weight(flow.support[i], flow.support[i], r) * std::min(Real(1), other / own);
                 if (flows(softening, j))
-                    flow.bonds.weight_back[at] = Spiky(flow.support[j]).value(r) * std::min(Real(1), own / other);
+                    flow.bonds.weight_back[at] =
+                        rest_weight(flow.support[j], flow.support[j], r) * std::min(Real(1), own / other);
                 flow.bonds.neighbour[at++] = j;
             }
         while (at < flow.bonds.begin[i + 1]) flow.bonds.neighbour[at++] = static_cast<Index>(i);

@@ -236,7 +236,8 @@ Opening opening_of(const scene::Scene& scene, const scene::Emitter& emitter) {
         throw InputError("{}: the shape of emitter '{}' has no bounds; intersect it with a box", emitter.shape.where,
                          emitter.name);
     if (emitter.source == scene::SourceForm::surface)
-        opening.area = area_of(tessellate(*opening.shape, scene.solver.spacing / 4));
+        opening.area = named_in_scene(emitter.shape, "emitter", emitter.name,
+                                      [&] { return area_of(tessellate(*opening.shape, scene.solver.spacing / 4)); });
     if (emitter.source == scene::SourceForm::volume) opening.area = 0;
     const Vec3 centre = emitter.position.cast<Real>();
     const Vec3 farthest = (box->lower - centre).cwiseAbs().cwiseMax((box->upper - centre).cwiseAbs());

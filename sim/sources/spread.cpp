@@ -9,6 +9,7 @@
 #include "pipeline/geometry/point_grid.h"
 #include "pipeline/geometry/surface_sampling.h"
 #include "sim/space/sampling.h"
+#include "sim/space/scene_shapes.h"
 
 namespace thixo {
 namespace {
@@ -80,7 +81,9 @@ std::vector<SpreadSite> spread_sites(const scene::Emitter& emitter, const Shape&
                  shape, spacing, [](const Vec3&) { return true; }, Periodic{}))
             sites.push_back({x, along});
     } else {
-        const SurfelCloud points = sample_surface(shape, {.spacing = static_cast<double>(spacing)}).surfels;
+        const SurfelCloud points = named_in_scene(emitter.shape, "emitter", emitter.name, [&] {
+            return sample_surface(shape, {.spacing = static_cast<double>(spacing)}).surfels;
+        });
         for (std::size_t i = 0; i < points.size(); ++i) {
             const Vec3 x = points.position[i].cast<Real>(), n = points.normal[i].cast<Real>();
             if (std::abs(shape.distance(x)) < kOnSurface * spacing) sites.push_back({x + spacing / 2 * n, n});

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
+#include "pipeline/base/error.h"
 #include "pipeline/contract/scene.h"
 #include "pipeline/geometry/keyframes.h"
 #include "pipeline/geometry/shape.h"
@@ -14,7 +16,21 @@ namespace thixo {
 /// or a name leads back to itself.
 Shape make_shape(const scene::Scene& scene, const scene::Shape& shape);
 
-/// One warning for every mesh file of the scene that is open, inside out, or wound both ways, however many shapes are made of it.
+/// Calls make(). Where that throws InputError, the message then begins with the shape's place in the scene and what it is
+/// of: "file:line:column: body 'NAME': ...".
+template <class F>
+auto named_in_scene(const scene::Shape& shape, std::string_view what, std::string_view name, F&& make) {
+    try {
+        return make();
+    } catch (const InputError& error) {
+        const std::string_view said = error.what();
+        if (said.starts_with(shape.where)) throw;
+        throw InputError("{}: {} '{}': {}", shape.where, what, name, said);
+    }
+}
+
+/// One warning for every mesh file of the scene that is open, inside out, or wound both ways, however many shapes are
+/// made of it.
 void warn_of_meshes(const scene::Scene& scene);
 
 /// The solid of a boundary in its own frame: its shape, or what lies outside of it where the boundary is a room.

@@ -69,8 +69,7 @@ std::optional<TriangleMesh> tessellated(const scene::Scene& scene, const scene::
     if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind)) {
         const Vec3d n = p->normal.normalized();
         const Quatd turn = rotation_from_degrees(b.shape.rotate);
-        const Vec3d on = turn * Vec3d(b.shape.scale * p->offset / p->normal.norm() * n) + b.shape.translate +
-                         b.shape.offset * (turn * n);
+        const Vec3d on = turn * Vec3d(b.shape.scale * p->offset * n) + b.shape.translate + b.shape.offset * (turn * n);
         return endless_plane(scene, on, b.inside ? Vec3d(-(turn * n)) : Vec3d(turn * n));
     }
     const Shape shape = make_shape(scene, b.shape);

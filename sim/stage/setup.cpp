@@ -159,13 +159,9 @@ SampledVolume pack_body(const Shape& shape, bool share, const std::function<bool
 /// A solid's particles on another lattice (dissertation 5.7).
 SampledVolume sample_solid(const scene::Body& body, const Shape& shape, Real spacing) {
     const bool octree = body.sampling.lattice == scene::Lattice::octree;
-    try {
-        return sample_volume(shape, {.lattice = octree ? Lattice::octree : Lattice::uniform,
-                                     .spacing = static_cast<double>(spacing),
-                                     .levels = body.sampling.levels});
-    } catch (const InputError& error) {
-        throw InputError("{}: body '{}': {}", body.shape.where, body.name, error.what());
-    }
+    return sample_volume(shape, {.lattice = octree ? Lattice::octree : Lattice::uniform,
+                                 .spacing = static_cast<double>(spacing),
+                                 .levels = body.sampling.levels});
 }
 
 Vec3d centre_of_mass(const SampledVolume& sites) {
@@ -231,9 +227,11 @@ void add_body(const scene::Body& body, int number, SkinSetup skins, PlacedBodies
         others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
         return !taken;
     };
-    const SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal
-                                    ? pack_body(shape, solid && skins == SkinSetup::make, free, sim)
-                                    : sample_solid(body, shape, d);
+    const SampledVolume sites = named_in_scene(body.shape, "body", body.name, [&] {
+        return body.sampling.lattice == scene::Lattice::hexagonal
+                   ? pack_body(shape, solid && skins == SkinSetup::make, free, sim)
+                   : sample_solid(body, shape, d);
+    });
     const std::size_t count = sites.position.size();
     if (count == 0)
         throw InputError(

@@ -1,7 +1,9 @@
 #include "sim/stage/shortfalls.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "pipeline/base/parallel.h"
 #include "sim/loop/time_step.h"
@@ -57,13 +59,44 @@ void add_crushed(const Simulation& sim, List& list) {
     for (std::size_t b = 0; b < bodies.size(); ++b) add(Lack::crushed, bodies[b].name, crushed[b], all[b], 0, list);
 }
 
+/// Of each body, by id, whether it is liquid. Of one that has melted in part the surfels are still those of the solid, as
+/// dense as the scene says.
+std::vector<std::uint8_t> liquid_bodies(const Particles& p) {
+    constexpr double kMelted = 0.9;  // of its particles
+    std::vector<std::array<double, 2>> count;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        const auto body = static_cast<std::size_t>(p.body[i]);
+        if (body >= count.size()) count.resize(body + 1, {0, 0});
+        count[body][0] += 1;
+        if (p.phase[i] != Phase::solid) count[body][1] += 1;
+    }
+    std::vector<std::uint8_t> liquid;
+    for (const auto& [all, melted] : count) liquid.push_back(all > 0 && melted >= kMelted * all);
+    return liquid;
+}
+
+/// Films run away on walls: the liquid lies there in single particles, each with surfels all about it. So it does in a
+/// thin jet or a spray, which are as the scene says. A few particles are a splash, and cost little.
 void add_runaway(const Simulation& sim, List& list) {
-    const bool solids = !sim.solids.empty();
-    const auto surfels = static_cast<std::int64_t>(solids ? sim.mixed_surface.animated.size() : sim.surface.size());
-    const auto particles = static_cast<std::int64_t>(parallel_sum(
-        sim.particles.size(), [&](std::size_t i) { return sim.particles.phase[i] != Phase::solid ? 1.0 : 0.0; }));
-    if (static_cast<double>(surfels) > kMostSurfels * static_cast<double>(particles) && particles > 0)
-        add(Lack::runaway, "", surfels, particles, 0, list);
+    constexpr double kFewest = 500;  // particles
+    const SurfaceState& surface = sim.solids.empty() ? sim.surface : sim.mixed_surface.animated;
+    if (surface.size() == 0 || sim.walls.list.empty()) return;
+    const Particles& p = sim.particles;
+    const std::vector<std::uint8_t> liquid = liquid_bodies(p);
+    const auto counts = [&](std::int32_t body) {
+        return static_cast<std::size_t>(body) < liquid.size() && liquid[static_cast<std::size_t>(body)];
+    };
+    const Real near = Real(1.5) * sim.problem.smoothing.spacing;
+    const auto count = [&](const std::vector<Vec3>& place, const std::vector<std::int32_t>& body, Real within) {
+        return parallel_sum(place.size(), [&](std::size_t i) {
+            return counts(body[i]) && wall_distance(sim.walls, place[i]) < within ? 1.0 : 0.0;
+        });
+    };
+    const std::vector<Vec3>& surfels = surface.surfels.position;
+    const double films = count(surfels, surface.body, near), particles = count(p.position, p.body, near);
+    const double all = count(surfels, surface.body, std::numeric_limits<Real>::max());
+    if (films > kMostSurfels * particles && particles >= kFewest && films > all / 2)
+        add(Lack::runaway, "", static_cast<std::int64_t>(films), static_cast<std::int64_t>(particles), 0, list);
 }
 
 }  // namespace

@@ -10,9 +10,12 @@
 #include "sim/contact/contact.h"
 #include "sim/solid/stable_step.h"
 #include "sim/space/scene_shapes.h"
+#include "sim/surface/skin_sampling.h"
 
 namespace thixo {
 namespace {
+
+constexpr double kRounding = 2e-5;  // of places in a body, in its sizes
 
 /// Particles of one body in the order of their elements.
 std::vector<Index> elements_in_order(const Particles& particles, std::int32_t body, Real support) {
@@ -28,6 +31,22 @@ std::vector<Index> elements_in_order(const Particles& particles, std::int32_t bo
     std::vector<Index> order = PointGrid::sort_order(place, id, support);
     for (Index& k : order) k = members[k];
     return order;
+}
+
+/// Throws InputError where surfels or contact samples would find no surface on the body: it is too thin for them. Only
+/// thin bodies are looked at, whose elements all lie near the surface.
+void refuse_thin(const scene::Scene& scene, const scene::Body& source, const SolidBody& body, const Elements& e) {
+    const auto box = body.shape->bounds();
+    if (!box) return;
+    const SurfaceSampling skin = skin_sampling(scene, source);
+    const double size = static_cast<double>((box->upper - box->lower).norm());
+    // Of so many surfels, at least: no surface in the box is larger than two squares of its diagonal.
+    const double apart = skin.count > 0 ? size * std::sqrt(2 / static_cast<double>(skin.count)) : skin.spacing;
+    double deepest = 0;
+    for (const Index i : body.elements) deepest = std::max(deepest, static_cast<double>(e.depth[i]));
+    if (deepest > kThinnest * std::max(apart, scene.solver.spacing) + kRounding * size) return;
+    if (scene.surface.enabled) sample_surface(*body.shape, skin);
+    if (scene.bodies.size() > 1) sample_surface(*body.shape, contact_sampling(body, e, scene.solver.seed));
 }
 
 void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& smoothing, const Particles& particles,
@@ -62,6 +81,7 @@ void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& s
         number_element(particles.id[k], i, s);
     }
     choose_examples(e, smoothing, body);
+    named_in_scene(source.shape, "body", source.name, [&] { refuse_thin(scene, source, body, e); });
     s.bodies.push_back(std::move(body));
 }
 

@@ -34,9 +34,9 @@ using Stiffness6 = Eigen::Matrix<Real, 6, 6>;
 
 /// Moments of an element's rest neighbourhood, r_ij = m_j - m_i.
 struct RestMoment {
-    Symmetric inverse;    // A+, pseudo-inverse of A = sum_j w_ij r_ij r_ij^T [m]
-    Vec3 first{0, 0, 0};  // sum_j w_ij r_ij [1/m^2]
-    Real trace = 0;       // of A [1/m]
+    Symmetric inverse;    // A+, pseudo-inverse of A = sum_j w_ij r_ij r_ij^T [1/m^2]
+    Vec3 first{0, 0, 0};  // sum_j w_ij r_ij [m]
+    Real trace = 0;       // of A [m^2]
     bool full = true;     // A has rank 3, and P = A A+ is the identity
 };
 
@@ -49,9 +49,9 @@ struct Bonds {
     // Each list is padded to a multiple of kLanes with the element itself, of weight 0.
     std::vector<std::size_t> begin;  // of each element's list, then the end
     std::vector<Index> neighbour;
-    std::vector<Real> weight;           // w_ij [1/m^3], of i's own stencil
+    std::vector<Real> weight;           // w_ij [1], of i's own stencil
     std::vector<Real> weight_back;      // w_ji, of j's stencil
-    std::vector<Real> base, base_back;  // of the rest shape alone [1/m^3]
+    std::vector<Real> base, base_back;  // of the rest shape alone [1]
     std::vector<Real> visibility;       // the same in both directions: 1 visible, 0 behind a full crack [1]
     std::vector<RestMoment> moment;
     // Elements without rank 3, ascending, and their projection P = A A+.
@@ -78,7 +78,7 @@ struct Elements {
     std::vector<std::int64_t> id;     // of its particle
     std::vector<std::int32_t> owner;  // index of its SolidBody
     std::vector<Index> law;           // index of its own law; empty: its owner's
-    std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N m^2], rewritten when materials change
+    std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
     std::vector<Real> mass, volume;  // [kg], V of the rest shape [m^3]
     std::vector<Real> support;       // h [m]
     std::vector<Real> depth;         // of the particle below the body's surface, in the rest shape [m]

@@ -8,6 +8,7 @@
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/surface_sampling.h"
 #include "sim/surface/embedded_surface.h"
+#include "sim/surface/skin_sampling.h"
 
 namespace thixo {
 namespace {
@@ -241,9 +242,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
         // A body without a rest shape has no such surface.
         if (!body.shaped() || solids.elements.phase_of(body.elements.front()) != Phase::solid) continue;
         const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.source)];
-        SurfaceSampling sampling{.count = static_cast<std::size_t>(source.surfels), .seed = scene.solver.seed};
-        if (source.surfels == 0) sampling.spacing = scene.surface.radius * scene.solver.spacing;
-        const SampledSurface sampled = sample_surface(*body.shape, sampling);
+        const SampledSurface sampled = sample_surface(*body.shape, skin_sampling(scene, source));
         const std::size_t first = out.size();
         append_surfels(sampled.surfels, body.place.cast<Real>(), static_cast<std::int32_t>(b), out);
         std::ranges::copy(sampled.sheet, out.sheet.begin() + static_cast<std::ptrdiff_t>(first));

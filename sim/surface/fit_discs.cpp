@@ -255,8 +255,9 @@ void fit_axes(SurfelCloud& cloud, SurfelNotes& notes, const LiquidShape& shape, 
         const bool at_edge = edge.ahead * radius < ahead;
         if (at_edge) ahead = edge.ahead * radius;
         Vec3 t = at_edge ? edge.towards : at_crease ? at.towards_crease : cloud.axis1[i];
+        const Real length = at_edge || at_crease ? Real(1) : own;  // of t: a direction, or an old half-axis
         t -= n * n.dot(t);
-        if (!(t.squaredNorm() > square(Real(1e-3) * radius))) {
+        if (!(t.squaredNorm() > square(Real(1e-3) * length))) {
             Vec3 unused;
             orthonormal_basis(n, t, unused);
         }

@@ -2,6 +2,7 @@
 
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/near_runs.h"
+#include "pipeline/geometry/power_of_two.h"
 
 namespace thixo {
 
@@ -210,21 +211,29 @@ SheetSample LiquidShape::sheet(const ColourSample& c, const WallPair& beside, co
 Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component, WallNote& note) const {
     const LiquidPart* of = part(component);
     if (!of) return 0;
-    const Poly6 w(support);
+    // Lengths are in units of a power of two near the support. Otherwise h^7 leaves the range of a float where the
+    // spacing is a micrometre or a thousand kilometres. Powers of two change no other bit.
+    const Real per_unit = 1 / power_of_two_below(support), per_volume = cube(per_unit);
+    const Poly6 w(support * per_unit);
     Vec3 a, b;
     orthonormal_basis(n, a, b);
+    a *= per_unit;
+    b *= per_unit;
+    const Vec3 up = per_unit * n;
     // grad grad w = gradient_factor 1 + 24 scale/h^4 q r r^T, q = 1 - r^2/h^2; only its part across n is summed.
-    const Real even_factor = -6 * w.scale * w.h2_inv, factor = 24 * w.scale * square(w.h2_inv);
+    const Real even_factor = -6 * w.scale * w.h2_inv * per_volume,
+               factor = 24 * w.scale * square(w.h2_inv) * per_volume;
+    const Real h2_inv = w.h2_inv * square(per_unit);
     Lanes aa_{}, ab_{}, bb_{}, slope_{};
     const Real* weight = of->own.weight.data();
     for_each_near_run(of->own.grid, x, support, [&](Index slot, Lanes dx, Lanes dy, Lanes dz, Lanes r2) {
-        const Lanes q = positive(1 - r2 * w.h2_inv), m = load_lanes(weight + slot) * q;
+        const Lanes q = positive(1 - r2 * h2_inv), m = load_lanes(weight + slot) * q;
         const Lanes even = even_factor * m * q, along = factor * m;
         const Lanes ra = a.x() * dx + a.y() * dy + a.z() * dz, rb = b.x() * dx + b.y() * dy + b.z() * dz;
         aa_ += even + along * ra * ra;
         bb_ += even + along * rb * rb;
         ab_ += along * ra * rb;
-        slope_ -= even * (n.x() * dx + n.y() * dy + n.z() * dz);
+        slope_ -= even * (up.x() * dx + up.y() * dy + up.z() * dz);
     });
     Real aa = sum_of(aa_), ab = sum_of(ab_), bb = sum_of(bb_), slope = sum_of(slope_);
     bool near_wall = false;
@@ -232,12 +241,12 @@ Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component
         if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
         const Real volume = of->images.weight[j];
         const Vec3 r = x - of->images.position[j];
-        const Real even = volume * w.gradient_factor(r2), along = volume * factor * (1 - r2 * w.h2_inv), ra = a.dot(r),
-                   rb = b.dot(r);
+        const Real even = volume * per_volume * w.gradient_factor(r2 * square(per_unit)),
+                   along = volume * factor * (1 - r2 * h2_inv), ra = a.dot(r), rb = b.dot(r);
         aa += even + along * ra * ra;
         bb += even + along * rb * rb;
         ab += along * ra * rb;
-        slope += even * n.dot(r);
+        slope += even * up.dot(r);
         near_wall = true;
     });
     if (near_wall) {
@@ -246,7 +255,7 @@ Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component
     }
     if (!(slope != 0)) return 0;
     const Real mean = (aa + bb) / 2, spread = std::hypot((aa - bb) / 2, ab);
-    return (std::abs(mean) + spread) / std::abs(slope);
+    return (std::abs(mean) + spread) / std::abs(slope) * per_unit;
 }
 
 bool LiquidShape::project(Vec3& x, std::int32_t component, Real reach, Real iso_value) const {

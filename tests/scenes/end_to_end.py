@@ -408,6 +408,26 @@ class Command(Case):
         printed.write_text(call("thixo", "validate", SCENE, "--print").stdout)
         call("thixo", "validate", printed)
 
+    def test_a_picture_is_the_same_where_a_spacing_is_a_micrometre_or_a_thousand_kilometres(self):
+        """A drop over a plane; Z alone, in metres, is another. FLIP up to 0.02 is no difference that one sees."""
+        def rendered(size):
+            m = lambda spacings: f"{spacings * size:.12f}"
+            scene = self.folder / f"drop {size}.yaml"
+            scene.write_text(
+                f"frames: {{last: 1}}\nmaterials: {{m: {{}}}}\nsolver: {{spacing: {m(1)}, expected_speed: 1}}\n"
+                f"world: {{gravity: [0, 0, 0], boundaries: {{floor: {{shape: {{plane: {{offset: {m(-4)}}}}}}}}}}}\n"
+                f"bodies: {{b: {{material: m, shape: {{sphere: {{radius: {m(3.3)}}}}}}}}}\n"
+                f"look: {{camera: {{position: [{m(10)}, {m(-20)}, {m(10)}], look_at: [0, 0, 0]}}, "
+                "output: {width: 96, height: 72, samples: 16, film: false}}\n", encoding="utf8")
+            out = self.folder / f"drop {size}"
+            call("thixo", "run", scene, "--out", out, "--quiet")
+            return out / "frames"
+
+        usual = rendered(0.01)
+        for size in (1e-6, 1e6):
+            done = call("thixo", "check", rendered(size), "--against", usual, "--max-rel-mse", "1e-7", "--json", code=1)
+            self.assertLess(json.loads(done.stdout)["frames"][0]["flip"], 0.02, size)
+
     def test_export_and_info_agree(self):
         out = self.folder / "exported"
         call("thixo", "export", self.reference, "--to", "csv", "--what", "particles", "--frames", "3", "--out", out)

@@ -141,6 +141,26 @@ TEST(Scene, PrintedAndReadAgainItIsTheSame) {
     }
 }
 
+TEST(Scene, MayBeginWithAByteOrderMarkAndEndItsLinesAsAnySystemDoes) {
+    const std::vector<std::string> lines{"frames: {last: 3}", "materials:", "  m: {}", "solver: {spacing: 0.02}"};
+    for (const std::string mark : {"", "\xef\xbb\xbf"})
+        for (const std::string end : {"\n", "\r\n", "\r"}) {
+            std::string text = mark;
+            for (const std::string& line : lines) text += line + end;
+            const Scene s = parse_scene(text, "lines.yaml");
+            EXPECT_EQ(s.frames.last, 3);
+            EXPECT_EQ(s.materials.size(), 1u);
+            EXPECT_EQ(s.solver.spacing, 0.02);
+            try {
+                parse_scene(text + "surfce: {}" + end, "lines.yaml");
+                ADD_FAILURE() << "read";
+            } catch (const InputError& error) {
+                EXPECT_NE(std::string(error.what()).find("lines.yaml:5:1: error: unknown"), std::string::npos)
+                    << error.what();
+            }
+        }
+}
+
 TEST(Scene, NamesThatYamlTakesForOtherThingsSurvivePrinting) {
     const std::vector<std::string> names = {"null", "true", "017", "no", "1e3", "0x1F", "_", "y"};
     std::string text = "materials:\n";

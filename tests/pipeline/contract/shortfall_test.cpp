@@ -116,6 +116,13 @@ TEST(EnergyFromNowhere, IsNotWhatTensionReleases) {
     EXPECT_TRUE(found("scene: {name: test}\nmaterials: {water: {surface_tension: 1}}\n", gaining(0.6)).empty());
 }
 
+TEST(EnergyFromNowhere, IsNotTheRoundingOfMatterAtRest) {
+    // Of 1 kg, 0.1 m wide, in 24 frames a second: 3e-12 J.
+    const std::string floating = "scene: {name: test}\nmaterials: {water: {}}\nworld: {gravity: [0, 0, 0]}\n";
+    EXPECT_TRUE(found(floating, gaining(1e-12)).empty());
+    EXPECT_FALSE(found(floating, gaining(1e-10)).empty());
+}
+
 TEST(EnergyFromNowhere, IsNotLookedForWhereSomethingDrivesTheScene) {
     const std::string wall = "world: {boundaries: {w: {shape: {sphere: {}}, motion: [{time: 0}, {time: 1}]}}}\n",
                       tap = "emitters: {tap: {material: water}}\n",

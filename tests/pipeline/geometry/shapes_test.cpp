@@ -204,7 +204,7 @@ TEST(Changes, CopiesAreTheShapeWhereTheyStand) {
         }
         ASSERT_NEAR(row.distance(x), nearest, 2e-6);
         const Vec3d n = Vec3d(1, 1, 0).normalized(), y = x.cast<double>();
-        const Vec3d reflected = y - 2 * (n.dot(y) - 0.1 / std::sqrt(2)) * n;
+        const Vec3d reflected = y - 2 * (n.dot(y) - 0.1) * n;
         ASSERT_NEAR(image.distance(x), std::min(a.distance(x), a.distance(reflected.cast<Real>())), 2e-6);
     }
     EXPECT_THROW(repeated(a, 0, {1, 0, 0}, 0), InputError);

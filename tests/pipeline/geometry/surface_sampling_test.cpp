@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/face_tree.h"
@@ -168,6 +170,34 @@ TEST(SampleSurface, AreaIsThatOfTheBody) {
 TEST(SampleSurface, SpacingGivesTheCount) {
     const SampledSurface s = sample_surface(sphere(0.5), {.spacing = 0.03});
     EXPECT_NEAR(double(s.surfels.size()) * 0.03 * 0.03 / kPi, 1, 0.02);
+}
+
+TEST(SampleSurface, RefusesAPlateThatIsTooThinForItsSurfelsAtOnce) {
+    const Shape plate = box({0.2, 0.2, 1e-5});
+    const std::pair<const char*, Shape> thin[] = {
+        {"plate", plate},
+        {"large plate", box({2, 2, 1e-5})},  // its rims alone would have surfels
+        {"disc", cylinder(0.1, 1e-5)},
+        {"stack", repeated(plate, 5, {0, 0, 0.02}, 0)},
+        {"hull", difference_of({box({0.2, 0.2, 0.2}), box({0.19999, 0.19999, 0.19999})})},
+        {"rough plate", roughened(plate, 1e-6, 0.1, 3)}};
+    for (const auto& [name, shape] : thin)
+        for (const SurfaceSampling& sampling : {SurfaceSampling{.spacing = 0.005}, SurfaceSampling{.count = 2000}}) {
+            const auto start = std::chrono::steady_clock::now();
+            try {
+                sample_surface(shape, sampling);
+                ADD_FAILURE() << name << " has surfels";
+            } catch (const InputError& error) {
+                EXPECT_NE(std::string(error.what()).find("too thin"), std::string::npos) << name << error.what();
+            }
+            const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+            EXPECT_LT(took.count(), 2) << name;  // of seconds; it was 12 for the rough plate
+        }
+    // Thicker plates, and what only seems thin: faces that coincide leave nothing between them.
+    EXPECT_NO_THROW(sample_surface(box({0.2, 0.2, 0.001}), {.spacing = 0.005}));
+    EXPECT_NO_THROW(sample_surface(box({0.2, 0.2, 0.001}), {.count = 2000}));
+    EXPECT_NO_THROW(sample_surface(
+        difference_of({box({0.2, 0.2, 0.2}), translated(box({0.2, 0.2, 0.18}), {0, 0, 0.01})}), {.spacing = 0.005}));
 }
 
 TEST(SampleSurface, RefusesWhatCannotBeSampled) {

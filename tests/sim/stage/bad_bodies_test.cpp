@@ -138,6 +138,56 @@ TEST(ABodysMesh, ThatIsOpenOrInsideOutIsToldOfOnce) {
     EXPECT_EQ(lines(mixed), 1) << mixed;
 }
 
+/// A ball of points of 10 cm, with normals of this sign.
+std::string ball_of_points(int count, double sign) {
+    std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(count) + "\n";
+    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) text += std::string("property float ") + name + "\n";
+    text += "end_header\n";
+    for (int k = 0; k < count; ++k) {
+        const double z = 1 - (2.0 * k + 1) / count, turn = k * 2.39996322972865332, across = std::sqrt(1 - z * z);
+        const Vec3d n(across * std::cos(turn), across * std::sin(turn), z);
+        for (const double factor : {0.1, sign})
+            for (int a = 0; a < 3; ++a) text += std::to_string(factor * n[a]) + (a == 2 && factor != 0.1 ? "\n" : " ");
+    }
+    return text;
+}
+
+TEST(APointSet, WithInwardNormalsIsToldOfWhateverItIs) {
+    const TemporaryFolder folder;
+    const std::string
+        points = "{mesh: {file: \"" + (folder.path / "points.ply").string() + "\", scale: 1}}",
+        body = "bodies: {b: {material: stuff, shape: {box: {size: [0.1, 0.1, 0.1]}, translate: [0.3, 0, 0]}}}\n";
+    const std::pair<const char*, std::string> uses[] = {
+        {"body", "bodies: {b: {material: stuff, shape: " + points + "}}\n"},
+        {"obstacle", body + "world: {boundaries: {rock: {shape: " + points + "}}}\n"},
+        {"room",
+         "bodies: {b: {material: stuff, shape: {box: {size: [0.1, 0.1, 0.1]}}}}\n"
+         "world: {boundaries: {cave: {inside: true, shape: " +
+             points + "}}}\n"},
+        {"part of an obstacle", body + "world: {boundaries: {rock: {shape: {union: {shapes: [" + points + "]}}}}}\n"},
+        {"named obstacle",
+         body + "shapes: {stone: " + points + "}\nworld: {boundaries: {rock: {shape: {named: stone}}}}\n"},
+        {"mould", body + "surface: {moulds: {m: {reach: 0.1, shape: " + points + "}}}\n"},
+        {"source", "emitters: {e: {material: stuff, source: volume, rate: 0.001, shape: " + points + "}}\n"}};
+    for (const auto& [use, text] : uses)
+        for (const double sign : {1.0, -1.0}) {
+            std::ofstream(folder.path / "points.ply") << ball_of_points(500, sign);
+            testing::internal::CaptureStderr();
+            const Simulation sim = make_simulation(scene::parse_scene(
+                "frames: {first: 0, last: 1}\nmaterials: {stuff: {}}\nsolver: {spacing: 0.02}\n" + text,
+                (folder.path / "bad.yaml").string()));
+            const std::string said = testing::internal::GetCapturedStderr();
+            const std::size_t told = said.find("points.ply has normals that point inward");
+            EXPECT_EQ(told != std::string::npos, sign < 0) << use << ": " << said;
+            EXPECT_EQ(said.find("bad.yaml:") != std::string::npos, sign < 0) << use << ": " << said;
+            const Vec3 in(0.3, 0, 0), out(0, 0, 0);
+            if (std::string(use) == "obstacle") {
+                EXPECT_GT(wall_distance(sim.walls, in), 0) << "the rock is where its points are";
+                EXPECT_LT(wall_distance(sim.walls, out), 0);
+            }
+        }
+}
+
 TEST(AMaterial, OfNoMassOrThatCannotChangeItsVolumeIsRefused) {
     for (const char* matter : {"density: 0", "density: -1", "density: 1000, youngs_modulus: 1.0e5, poisson_ratio: 0.5",
                                "density: 1000, youngs_modulus: 1.0e5, poisson_ratio: -1"})

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include "pipeline/contract/scene_extent.h"
 #include "pipeline/contract/scene_io.h"
+#include "pipeline/geometry/face_tree.h"
+#include "sim/space/scene_shapes.h"
 
 namespace thixo {
 namespace {
@@ -67,6 +70,46 @@ TEST(APlane, OfAnyDirectionIsEndless) {
             for (const Vec3d& along : {a, b, Vec3d(-a), Vec3d(-b), Vec3d(a - b)})
                 EXPECT_LT(hit(mesh, 50 * spacing * n, along - 1e-3 * n), INFINITY) << normal << ", " << spacing;
         }
+}
+
+/// A scene with a plane, and with its mirror image of a small ball, of a normal of this length. The plane and the mirror
+/// are 0.3 m from the origin.
+scene::Scene with_normals(double length, const Vec3d& away = Vec3d::Zero()) {
+    const Vec3d n = length * Vec3d(0, 0.6, 0.8);
+    const std::string normal = fmt::format("normal: [{}, {}, {}], offset: 0.3", n.x(), n.y(), n.z()),
+                      there = fmt::format("translate: [{}, {}, {}]", away.x(), away.y(), away.z());
+    return scene::parse_scene(
+        fmt::format("world: {{boundaries: {{floor: {{shape: {{plane: {{{0}}}, {1}}}}}}}}}\nmaterials: {{m: {{}}}}\n"
+                    "bodies: {{ball: {{material: m, shape: {{mirror: {{{0}, shapes: [{{sphere: {{radius: 0.1}}}}]}}, "
+                    "{1}}}}}, half: {{material: m, shape: {{intersection: {{shapes: [{{sphere: {{radius: 1}}}}, "
+                    "{{plane: {{{0}}}}}]}}, {1}}}}}}}\nsolver: {{spacing: 0.02}}\n",
+                    normal, there),
+        "plane.yaml");
+}
+
+TEST(APlane, HasAnOffsetInMetresWhateverTheLengthOfItsNormal) {
+    for (const double length : {1.0, 2.0, 1e-3, 1e6})
+        for (const Vec3d& away : {Vec3d(0, 0, 0), Vec3d(2e5, -1e5, 3e4)}) {
+            const scene::Scene scene = near_origin(with_normals(length, away));
+            const Vec3d here = away - scene.origin, n(0, 0.6, 0.8);
+            const scene::Boundary& floor = scene.world.boundaries[0];
+            const std::string what = fmt::format("{}, {} m away", length, away.norm());
+            const auto at = [&](double height) -> Vec3 { return (here + height * n).cast<Real>(); };
+            EXPECT_NEAR(make_shape(scene, floor.shape).distance(at(0.5)), 0.2, 1e-5) << what;
+            EXPECT_NEAR(make_shape(scene, scene.bodies[0].shape).distance(at(0.6)), -0.1, 1e-5) << what;
+            EXPECT_NEAR(hit(*boundary_mesh(scene, floor), here + 2 * n, -n), 1.7, 1e-4) << what;
+            // The tree that trims surfels, and its faces grown by a tenth.
+            const Shape half = make_shape(scene, scene.bodies[1].shape);
+            EXPECT_NEAR(tree_distance(faces_of(half, 0), at(0.5)), 0.2, 1e-5) << what;
+            EXPECT_NEAR(tree_distance(faces_of(half, Real(0.1)), at(0.5)), 0.1, 1e-5) << what;
+        }
+}
+
+TEST(APlane, IsSeenByTheDefaultCameraWhereItIs) {
+    const auto box = [](double length) { return scene::extent_of(with_normals(length)); };
+    for (const double length : {2.0, 1e-3})
+        for (const auto corner : {&scene::Extent::lower, &scene::Extent::upper})
+            EXPECT_LT(((*box(length)).*corner - (*box(1)).*corner).norm(), 1e-9) << length;
 }
 
 }  // namespace

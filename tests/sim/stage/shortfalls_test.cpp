@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+
+#include "pipeline/base/error.h"
 #include "pipeline/contract/scene_io.h"
 #include "sim/loop/solid_steps.h"
 #include "sim/stage/estimate.h"
@@ -60,6 +63,57 @@ TEST(Estimate, CountsTheSurfelsOfLongThinBodiesToo) {
         const double expected = (4 * 0.1 * length + 2 * 0.01) / square(s.surface.radius * s.solver.spacing);
         EXPECT_NEAR(estimate_run(s).size.surfels / expected, 1, 0.25) << length << " m";  // as estimate.h promises
     }
+}
+
+/// What estimate_run says of a scene that it refuses.
+std::string refusal_of(const std::string& blocks) {
+    try {
+        estimate_run(
+            scene::parse_scene("frames: {first: 0, last: 1}\nsolver: {spacing: 0.01}\n" + blocks, "late.yaml"));
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(Estimate, RefusesAtItsPlaceWhatTheSimulationWouldRefuse) {
+    const std::string sheet = "{box: {size: [0.2, 0.2, 0.00001]}}",
+                      nothing =
+                          "{intersection: {shapes: [{sphere: {radius: 0.2}}, {sphere: {radius: 0.2}, translate: [1, "
+                          "0, 0]}]}}",
+                      vast = "{union: {shapes: [{box: {size: [100, 100, 0.00001]}}, {sphere: {radius: 0.02}}]}}",
+                      solid = "materials: {m: {youngs_modulus: 1.0e4}}\n",
+                      ball = "bodies: {b: {material: m, shape: {sphere: {radius: 0.05}}}}\n";
+    struct Case {
+        std::string blocks, place, said;
+    };
+    const Case cases[] = {
+        {solid + "bodies: {b: {material: m, shape: " + sheet + "}}\n", "late.yaml:4:", "body 'b': most of the shape"},
+        {solid + "bodies: {b: {material: m, surfels: 2000, shape: " + sheet + "}}\n", "late.yaml:4:", "body 'b': most"},
+        {"surface: {enabled: false}\n" + solid + "bodies: {b: {material: m, shape: " + sheet +
+             "}, c: {material: m, shape: {sphere: {radius: 0.05}, translate: [0, 0, 1]}}}\n",
+         "late.yaml:5:", "body 'b': most of the shape"},
+        {solid + "bodies: {b: {material: m, shape: {box: {size: [100, 100, 100]}}}}\n", "late.yaml:4:", "too many"},
+        {"materials: {m: {}}\nemitters: {e: {material: m, source: surface, shape: " + vast + "}}\n",
+         "late.yaml:4:", "emitter 'e': tessellation cell"},
+        {"materials: {m: {}}\nemitters: {e: {material: m, source: surface, shape: " + nothing + "}}\n",
+         "late.yaml:4:", "emitter 'e': no surface found"},
+        {"materials: {m: {}}\n" + ball + "world: {boundaries: {w: {shape: " + vast + "}}}\n",
+         "late.yaml:5:", "boundary 'w' cannot be drawn: tessellation cell"},
+        {"materials: {m: {}}\n" + ball + "world: {boundaries: {w: {shape: " + nothing + "}}}\n",
+         "late.yaml:5:", "boundary 'w' cannot be drawn: no surface found"}};
+    for (const Case& c : cases) {
+        const auto start = std::chrono::steady_clock::now();
+        const std::string said = refusal_of(c.blocks);
+        const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+        EXPECT_TRUE(said.starts_with(c.place)) << said;
+        EXPECT_NE(said.find(c.said), std::string::npos) << said;
+        EXPECT_LT(took.count(), 3) << said;  // seconds, as for every scene
+    }
+    // What has no skin and meets no other body may be as thin.
+    EXPECT_EQ(refusal_of("surface: {enabled: false}\n" + solid + "bodies: {b: {material: m, shape: " + sheet + "}}\n"),
+              "");
+    EXPECT_EQ(refusal_of(solid + "bodies: {b: {material: m, shape: {box: {size: [0.2, 0.2, 0.001]}}}}\n"), "");
 }
 
 TEST(Shortfalls, NameAnEmitterInsideAnObstacleBeforeAndAfter) {
@@ -173,6 +227,82 @@ TEST(Shortfalls, CountCrushedAndInvertedParticlesOfSolids) {
         EXPECT_EQ(list[0].count, static_cast<std::int64_t>(s.solids.bodies[1].size()));
         EXPECT_EQ(list[0].of, list[0].count);
     }
+}
+
+TEST(Shortfalls, ARodOneParticleThickThatOnlyTurnsIsNotCrushed) {
+    // Its particles have no neighbours across it.
+    Simulation s = simulation_of(
+        "materials: {jelly: {youngs_modulus: 1.0e4}}\nsolver: {spacing: 0.1}\nworld: {gravity: [0, 0, 0]}\n"
+        "bodies: {rod: {material: jelly, shape: {capsule: {from: [0, 0, -1], to: [0, 0, 1], radius: 0.065}}}}\n");
+    Elements& e = s.solids.elements;
+    ASSERT_GT(e.bonds.flat.size(), e.size() / 2);
+    const auto shorten_and_turn = [&](Real length, double degrees) {
+        const Mat3 turn = Eigen::AngleAxis<Real>(static_cast<Real>(degrees * kPi / 180), Vec3::UnitY()).matrix();
+        const Vec3 along(1, 1, length);
+        for (Index i = 0; i < e.size(); ++i) {
+            const Vec3 m = xyz(e.rest[i]);
+            e.displacement[i] = quad(Vec3(turn * along.cwiseProduct(m) - m));
+        }
+        evaluate(s);
+        write_particles(s.solids, s.particles);
+    };
+    for (const double degrees : {0.0, 50.0, 90.0, 150.0}) {
+        shorten_and_turn(1, degrees);
+        EXPECT_TRUE(find_shortfalls(s).empty()) << degrees;
+        for (const Real density : s.particles.density) EXPECT_NEAR(density, 1000, 1) << degrees;
+        shorten_and_turn(Real(0.4), degrees);
+        const std::vector<Shortfall> list = find_shortfalls(s);
+        ASSERT_NE(find(list, Lack::crushed), nullptr) << degrees;
+        EXPECT_EQ(find(list, Lack::crushed)->count, static_cast<std::int64_t>(e.size())) << degrees;
+    }
+}
+
+Simulation with_surface(const std::string& blocks, int frames) {
+    Simulation s =
+        make_simulation(scene::parse_scene("frames: {first: 0, last: 8, fps: 32}\n" + blocks, "shortfalls.yaml"));
+    refresh_surface(s);
+    evaluate(s);
+    for (int k = 0; k < frames; ++k) advance_frame(s);
+    return s;
+}
+
+TEST(Shortfalls, TellOfAFilmOnAWallThatIsInSingleParticles) {
+    const std::string strewn =
+        "materials: {water: {}}\nsolver: {spacing: 0.01}\n"
+        "bodies: {drops: {material: water, shape: {repeat: {count: 24, step: [0.03, 0, 0], shapes: [{repeat: {count: "
+        "24, "
+        "step: [0, 0.03, 0], shapes: [{sphere: {radius: 0.006}, translate: [0, 0, 0.006]}]}}]}}}}\n";
+    const Simulation film = with_surface(strewn + "world: {boundaries: {floor: {shape: {plane: {}}}}}\n", 0);
+    const std::vector<Shortfall> list = find_shortfalls(film);
+    ASSERT_NE(find(list, Lack::runaway), nullptr);
+    EXPECT_EQ(find(list, Lack::runaway)->of, static_cast<std::int64_t>(film.particles.size()));
+    // The same is a spray in the air.
+    const Simulation spray =
+        with_surface(strewn + "world: {boundaries: {floor: {shape: {plane: {offset: -0.1}}}}}\n", 0);
+    EXPECT_EQ(find(find_shortfalls(spray), Lack::runaway), nullptr);
+}
+
+TEST(Shortfalls, ThinJetsAndBodiesOfManySurfelsThatMeltAreNoFilms) {
+    const Simulation jet = with_surface(kTap + "world: {boundaries: {floor: {shape: {plane: {offset: -0.3}}}}}\n", 5);
+    ASSERT_GT(jet.surface.size(), 10 * jet.particles.size());  // two or three particles wide
+    EXPECT_EQ(find(find_shortfalls(jet), Lack::runaway), nullptr);
+    Simulation cube = with_surface(
+        "world: {boundaries: {plate: {shape: {plane: {}}, no_slip: true}}}\n"
+        "materials: {wax: {youngs_modulus: 1.0e5, viscosity: 100, conductivity: 1, melting: {from: 50, to: 90, liquid: "
+        "{viscosity: 100}}}}\nsolver: {spacing: 0.03, expected_speed: 2}\n"
+        "bodies: {cube: {material: wax, surfels: 6000, shape: {box: {size: [0.15, 0.15, 0.15]}, translate: [0, 0, "
+        "0.075]}}}\n",
+        0);
+    std::size_t melted = 0;
+    for (std::size_t i = 0; i < cube.particles.size(); ++i)
+        if (cube.particles.position[i].z() < Real(0.03)) {
+            cube.particles.temperature[i] = 100;
+            ++melted;
+        }
+    advance_frame(cube);
+    ASSERT_GT(melted, 0u);
+    ASSERT_GT(cube.mixed_surface.animated.size(), 10 * melted);
+    EXPECT_EQ(find(find_shortfalls(cube), Lack::runaway), nullptr);
 }
 
 TEST(Shortfalls, CountSolvesThatWereCutOff) {

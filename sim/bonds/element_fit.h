@@ -93,7 +93,10 @@ void fit_elements(const PlacedElements<Places>& placed, Real support, const Vec3
         std::max(kPrior * spread.trace(), kLeast * sum * square(reach)) + std::numeric_limits<Real>::min();
     // In units of a power of two near the reach: the determinant has six lengths, too many for a float's range.
     const Real per_unit2 = square(1 / power_of_two_below(reach));
-    const Mat3 inverse = per_unit2 * (per_unit2 * (spread + prior * Mat3::Identity())).inverse();
+    Mat3 spanned = spread + prior * Mat3::Identity();
+    spanned *= per_unit2;
+    Mat3 inverse = spanned.inverse();
+    inverse *= per_unit2;
     fit.slope = (both + prior * turn.transpose()) * inverse;
     fit.material = middle + mean - fit.slope * to_mean;
     const Vec3 towards = -(inverse * to_mean);

@@ -18,10 +18,11 @@ struct Face {
     Vec3 gradient(const Vec3& x, Real step) const { return shape.gradient(x, step); }
 };
 
-/// A solid and its parts: the shape, its faces, and the tree over their numbers, without differences. Faces of many
-/// parts are prepared for many evaluations (by_blocks), for surfels `spacing` [m] apart.
+/// Whether a point of a face lies on the surface of the solid. thin: the matter there is too thin to tell.
 enum class OnSurface { no, thin, yes };
 
+/// A solid and its parts: the shape, its faces, and the tree over their numbers, without differences. Faces of many
+/// parts are prepared for many evaluations (by_blocks), for surfels `spacing` [m] apart.
 struct FacedSolid {
     FacedSolid(const Shape& shape, const Box3& bounds, double spacing);
     Shape shape;

@@ -81,7 +81,8 @@ class Reader {
         if (stored != name || size != sizeof(T) || count > bytes_.size() / sizeof(T))
             throw CacheError("{}: holds '{}' where '{}' is expected", file_, stored, name);
         a.resize(count);
-        std::memcpy(static_cast<void*>(a.data()), take(name, count * sizeof(T)), count * sizeof(T));
+        const char* from = take(name, count * sizeof(T));
+        if (count > 0) std::memcpy(static_cast<void*>(a.data()), from, count * sizeof(T));
     }
     /// Makes room for as many records as follow, each of at least `least` bytes.
     template <class Records>

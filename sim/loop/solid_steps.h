@@ -27,8 +27,8 @@ struct SolidScratch {
     ImplicitScratch implicit;
 };
 
-/// The step of the animation loop that the solids follow. `ends` is asked after every few sub-steps of leapfrog, with
-/// the solids at the end of the last one: the step ends there where it returns true. It may be empty.
+/// The step of the animation loop that the solids follow. `ends` is asked after every few sub-steps of leapfrog, and the
+/// step ends there where it returns true. It may be empty.
 struct SolidStep {
     const Problem& problem;
     double time, dt;  // [s]

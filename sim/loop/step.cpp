@@ -228,8 +228,8 @@ void shift(Particles& particles, const std::vector<Vec3>& by) {
 }
 
 /// Asks whether a load comes near the strength of what can break. An impact comes and goes within a step: it has to end
-/// there, so that cracks see the load. Nobody asks where something else moves by the same step, such as a liquid or heat,
-/// nor once the load is that high: steps are short then.
+/// there, so that cracks see the load. Nobody asks where a liquid or heat goes by the same step. Nor once the load
+/// is that high: steps are short then.
 std::function<bool()> load_watch(const Plan& plan, Simulation& sim) {
     const Solids& solids = sim.solids;
     if (solids.breaking.empty() || plan.liquid || sim.problem.heat.any() || solids.cracks.load >= kWatched) return {};

@@ -220,8 +220,7 @@ SolveReport restore_density(Particles& particles, const NeighbourLists& neighbou
         scratch.push[i].setZero();
         return system.inverse_diagonal[i] > 0 ? std::max<double>(r, 0) : 0.0;
     });
-    const bool good = off <= limits.tolerance * static_cast<double>(pressure.size());
-    if (good) {
+    if (off <= limits.tolerance * static_cast<double>(pressure.size())) {
         std::ranges::fill(pressure, Real(0));
     } else {
         start_from(pressure, neighbours, smoothing, system);
@@ -233,40 +232,16 @@ SolveReport restore_density(Particles& particles, const NeighbourLists& neighbou
     }
     const SolveReport report =
         BoundedConjugateGradients(neighbours, walls, smoothing, 1, system, scratch, pressure).solve(limits);
-    scratch.shifted = !good || report.iterations > 0;
     scratch.shift.swap(scratch.push);
     const Real most = kLongestShift * smoothing.spacing;
-    scratch.kept.resize(scratch.shift.size());
     parallel_for(
         scratch.shift.size(),
         [&](std::size_t i) {
             const Real length = scratch.shift[i].norm();
-            scratch.kept[i] = length > most ? most / length : Real(1);
-            scratch.shift[i] *= scratch.kept[i];
+            if (length > most) scratch.shift[i] *= most / length;
         },
         4096);
     return report;
-}
-
-void keep_spin(Particles& particles, const NeighbourLists& neighbours, double dt, const Smoothing& smoothing,
-               PressureSystem& system, const SolveScratch& scratch) {
-    if (!scratch.shifted) return;
-    const auto& pressure = particles.restoring;
-    parallel_for(
-        pressure.size(),
-        [&](std::size_t i) {
-            const Vec3& v = particles.velocity[i];
-            Quad& m = system.motion[i];
-            m = {v.x(), v.y(), v.z(), m.w};
-            system.place[i].w = m.w * scratch.kept[i] * pressure[i];
-        },
-        4096);
-    refresh_places(*system.ghosts, system.place);
-    refresh_motion(system);
-    parallel_for(pressure.size(), [&](std::size_t i) {
-        particles.velocity[i] +=
-            change_across(i, scratch.kept[i] * pressure[i], static_cast<Real>(dt), neighbours, smoothing, system);
-    });
 }
 
 }  // namespace thixo

@@ -29,9 +29,7 @@ struct SolveScratch {
     std::vector<Real> direction;  // of the pressure [Pa]
     std::vector<Real> response;   // - change of s* by the direction [1]
     std::vector<Vec3> shift;      // the density solve's displacement [m]
-    std::vector<Real> kept;       // the share of it that is made, where it is too long for a step [1]
     std::vector<Vec3> push;       // acceleration by the present pressure [m/s^2]
-    bool shifted = false;         // shift is not 0 everywhere
 };
 
 /// Divergence solve: the pressures p >= 0 [Pa] for the next leapfrog step
@@ -55,17 +53,5 @@ SolveReport remove_divergence(Particles& particles, const NeighbourLists& neighb
 SolveReport restore_density(Particles& particles, const NeighbourLists& neighbours,
                             const std::vector<WallEffect>& walls, const Smoothing& smoothing, const SolveLimits& limits,
                             PressureSystem& system, SolveScratch& scratch);
-
-/// Keeps the angular momentum of pairs that the shift of restore_density parts. The shift moves places without
-/// velocities: a drop that spins would spin up by itself, for each shift widens it. Here a pair's velocity across its
-/// line decreases as its length increases,
-///     m_i dx_i = sum_j s_ij r_ij,   s_ij = - V0_i V0_j (p_i + p_j) W'(r)/(k r)
-///     m_i dv_i = sum_j s_ij r'_ij x (r_ij x v_ij)/r'_ij^2,   r' = r + dt v
-/// r' is the line at the end of the step [m], and p the pressure times the share of the shift that is kept. Both momenta
-/// stay, to first order of the shift; where shifts are cut off, a twentieth of their effect is left. In:
-/// particles.velocity of the step, particles.restoring; dt in s. Out: particles.velocity. Does nothing where nothing is
-/// shifted.
-void keep_spin(Particles& particles, const NeighbourLists& neighbours, double dt, const Smoothing& smoothing,
-               PressureSystem& system, const SolveScratch& scratch);
 
 }  // namespace thixo

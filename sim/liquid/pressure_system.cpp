@@ -153,35 +153,6 @@ Real density_rate(std::size_t i, const NeighbourLists& neighbours, const std::ve
     return spline.gradient * sum_of(rate) + xyz(u).dot(w.gradient) - (moving ? w.inflow : Real(0));
 }
 
-Vec3 change_across(std::size_t i, Real pressure, Real dt, const NeighbourLists& neighbours, const Smoothing& smoothing,
-                   const PressureSystem& system) {
-    const Spline spline(smoothing.fluid, system.unit);
-    const Quad p = system.place[i], u = system.motion[i];
-    Lanes fx{}, fy{}, fz{};
-    const Real* pair_slope = system.pair_slope.data() + system.first_pair[i];
-    for_each_run(neighbours[i], system.nobody(), [&](const Index* j) {
-        Lanes x, y, z, strength, vx, vy, vz, volume;
-        gather(system.place.data(), j, x, y, z, strength);
-        gather(system.motion.data(), j, vx, vy, vz, volume);
-        x = p.x - x;
-        y = p.y - y;
-        z = p.z - z;
-        vx = u.x - vx;
-        vy = u.y - vy;
-        vz = u.z - vz;
-        const Lanes ex = x + dt * vx, ey = y + dt * vy, ez = z + dt * vz, e2 = ex * ex + ey * ey + ez * ez;
-        const Lanes f = (volume * pressure + strength) * load(pair_slope);
-        pair_slope += kLanes;
-        // r' x (r x v) = r (r'.v) - v (r'.r)
-        const Lanes parting = e2 > 0 ? f * (ex * vx + ey * vy + ez * vz) / e2 : Lanes{};
-        const Lanes along = e2 > 0 ? f * (ex * x + ey * y + ez * z) / e2 : Lanes{};
-        fx += parting * x - along * vx;
-        fy += parting * y - along * vy;
-        fz += parting * z - along * vz;
-    });
-    return -system.slope[i].w * spline.gradient * Vec3(sum_of(fx), sum_of(fy), sum_of(fz));
-}
-
 Real virial_pressure(std::size_t i, const std::vector<Real>& pressure, const NeighbourLists& neighbours,
                      const std::vector<WallEffect>& walls, const Smoothing& smoothing, const PressureSystem& system) {
     const ConvexSpline& kernel = smoothing.fluid;

@@ -57,11 +57,6 @@ inline void refresh_motion(PressureSystem& system) { refresh_ghosts(*system.ghos
 Real density_rate(std::size_t i, const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
                   const Smoothing& smoothing, const PressureSystem& system, bool moving);
 
-/// The change of velocity of particle i by shifted pairs [m/s], see keep_spin. In: the packed pressure in
-/// system.place.w, and the velocities in system.motion. `pressure` is that of i.
-Vec3 change_across(std::size_t i, Real pressure, Real dt, const NeighbourLists& neighbours, const Smoothing& smoothing,
-                   const PressureSystem& system);
-
 /// The pressure of the forces through particle i, between particles and mirrored by walls: a third of their virial's
 /// trace,
 ///     (sum_j V0_j (p_i + p_j) (-r.grad W_ij)/2 - p_i d dc/dd) / (3 k)     [Pa]

@@ -12,6 +12,7 @@
 #include "sim/liquid/density.h"
 #include "sim/liquid/forces.h"
 #include "sim/liquid/leapfrog.h"
+#include "sim/liquid/spin.h"
 #include "sim/liquid/viscous_pairs.h"
 #include "sim/loop/coupling.h"
 #include "sim/loop/health.h"
@@ -282,7 +283,7 @@ void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
     ScopedTimer timer(sim.stats.integration_seconds);
     if (!alone) leapfrog(sim.particles, c.last_dt, dt);
     if (incompressible(sim) && !alone) {
-        keep_spin(sim.particles, sim.neighbours, dt, sim.problem.smoothing, sim.pressure_system, sim.solve_scratch);
+        keep_spin(sim.sweep.walls, sim.solve_scratch.shift, sim.particles);
         shift(sim.particles, sim.solve_scratch.shift);
     }
     const double rest = c.next_frame - c.time;

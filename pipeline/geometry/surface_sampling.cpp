@@ -69,7 +69,8 @@ bool mostly_thin(const SolidPoints& points) { return thin_area(points) > area_on
 /// Random points, and the spacing that gives the wanted count, near a first guess. Where most of the solid is too thin
 /// for that spacing, the points are of no use.
 SolidPoints points_for_count(const FacedSolid& solid, const SurfaceSampling& sampling, double guess, double& spacing) {
-    for (int i = 0; i < 12; ++i) {
+    constexpr int kThirds = 3;  // a surface of less than a seven hundredth of its box's is none
+    for (int i = 0, thirds = 0; i < 12 && thirds <= kThirds; ++i) {
         const double reach = kWidest * kSheetReach * guess;
         SolidPoints points = points_on_faces(solid, guess, reach, sampling.seed);
         if (mostly_thin(points)) {
@@ -83,6 +84,7 @@ SolidPoints points_for_count(const FacedSolid& solid, const SurfaceSampling& sam
             guess = spacing;
         } else {
             guess /= 3;
+            ++thirds;
         }
     }
     const Vec3d size = (solid.bounds.upper - solid.bounds.lower).cast<double>();

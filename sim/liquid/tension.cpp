@@ -20,7 +20,7 @@ struct Parts {
 /// pressure solver. The shares are calibrated by the pressure in drops of 7 to 11 spacings (gate drop). The deficit's
 /// is as small as still holds single particles: a larger one draws jets of a few spacings into beads.
 Parts settled(const Strategy& strategy) {
-    return strategy.incompressible ? Parts{Real(0.68), Real(0.3)} : Parts{Real(1.3), Real(0.1)};
+    return strategy.incompressible ? Parts{Real(0.66), Real(0.3)} : Parts{Real(1.3), Real(0.1)};
 }
 
 constexpr Real kLeastColour = Real(0.5);

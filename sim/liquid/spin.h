@@ -12,7 +12,7 @@ namespace thixo {
 /// it, and the drop would spin up. The liquid of each body or emitter that touches no wall is turned back, as a whole:
 ///     I w = - sum_i m_i dx_i x v_i,   v_i <- v_i + w x (x_i + dx_i - c)
 /// I is its moment of inertia about its centre of mass c after the shift. Both momenta of such liquids stay, and no
-/// motion within them changes. In: the velocities of the step, and its shifts dx [m]. Out: velocities.
+/// motion within them changes. In a periodic domain nothing has a centre: the loop does not call this there. In: the velocities of the step, and its shifts dx [m]. Out: velocities.
 void keep_spin(const std::vector<WallEffect>& walls, const std::vector<Vec3>& shift, Particles& particles);
 
 }  // namespace thixo

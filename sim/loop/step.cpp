@@ -283,7 +283,7 @@ void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
     ScopedTimer timer(sim.stats.integration_seconds);
     if (!alone) leapfrog(sim.particles, c.last_dt, dt);
     if (incompressible(sim) && !alone) {
-        keep_spin(sim.sweep.walls, sim.solve_scratch.shift, sim.particles);
+        if (!sim.problem.periodic.any()) keep_spin(sim.sweep.walls, sim.solve_scratch.shift, sim.particles);
         shift(sim.particles, sim.solve_scratch.shift);
     }
     const double rest = c.next_frame - c.time;

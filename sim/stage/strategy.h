@@ -16,7 +16,7 @@ Strategy strategy_of(const scene::Solver& solver);
 /// finds the pressure:
 ///     mu >= 0.03 sqrt(gamma rho0 d)      [Pa s]
 /// d is the spacing. The stress of a surface is no derivative of an energy once it is summed over particles, and stirs
-/// them a little all the time. Without a brake a drop of water kept 2 to 8 % of its surface energy in motion; with it
+/// them a little all the time. Without a brake a drop of water kept 1 to 8 % of its surface energy in motion; with it
 /// less than a thousandth. A drop of radius R that swings loses exp(-5 nu T/R^2) more in a period T: a tenth at R = 8 d.
 void calm_surfaces(const Strategy& strategy, const Smoothing& smoothing, Materials& materials);
 

@@ -8,8 +8,8 @@
 #include "sim/fracture/sheets.h"
 #include "sim/fracture/sight.h"
 #include "sim/stage/frame_output.h"
+#include "tests/sim/fracture/bars.h"
 #include "tests/sim/identity.h"
-#include "tests/sim/solid/rubber.h"
 
 namespace thixo {
 namespace {
@@ -18,31 +18,15 @@ constexpr double kStrength = 8e3;  // Pa; the rubber has 1e5
 
 /// A bar along x, 12 x 3 x 3 cm, whose ends are drawn apart at 5 cm/s each, with a band in the middle that is weaker.
 scene::Scene bar_scene(scene::SolidSteps steps = scene::SolidSteps::leapfrog, double weakness = 0.8) {
-    scene::Scene s = fixture::rubber_scene(20);
+    scene::Scene s = fixture::breakable_bar(kStrength);
     s.solver.solids = steps;
-    s.solver.spacing = 0.006;
-    s.materials[0].fracture.strength = kStrength;
     s.materials[0].fracture.scores = {
         {.region = fixture::shape_at({0.01, 0, 0}, scene::BoxShape{{0.006, 1, 1}, 0}), .factor = weakness}};
-    s.bodies = {fixture::body("bar", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.12, 0.03, 0.03}, 0}))};
-    for (const int side : {-1, 1}) {
-        scene::Handle h;
-        h.name = side < 0 ? "left" : "right";
-        h.body = "bar";
-        h.region = fixture::shape_at({side * 0.06, 0, 0}, scene::BoxShape{{0.02, 1, 1}, 0});
-        h.motion = {{.time = 0, .position = {0, 0, 0}}, {.time = 1, .position = {side * 0.05, 0, 0}}};
-        s.handles.push_back(h);
-    }
+    fixture::draw_ends_apart(s);
     return s;
 }
 
-/// Steps until the bar has parted, or `most` seconds have passed.
-void pull(Simulation& s, double most) {
-    while (s.clock.time < most && s.solids.bodies.size() < 2) {
-        s.clock.next_frame = s.clock.time + 1;
-        step(s);
-    }
-}
+using fixture::pull;
 
 class Bars : public testing::TestWithParam<scene::SolidSteps> {};
 

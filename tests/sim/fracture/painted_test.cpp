@@ -7,8 +7,8 @@
 
 #include "pipeline/base/error.h"
 #include "sim/fracture/tension.h"
+#include "tests/sim/fracture/bars.h"
 #include "tests/sim/identity.h"
-#include "tests/sim/solid/rubber.h"
 
 namespace thixo {
 namespace {
@@ -21,44 +21,22 @@ scene::PaintedCrack along(std::initializer_list<Vec3d> points, double depth, dou
     return crack;
 }
 
-scene::Scene breakable(scene::Body body) {
-    scene::Scene s = fixture::rubber_scene(20);
-    s.solver.spacing = kSpacing;
-    s.surface.enabled = true;
-    s.materials[0].fracture.strength = 8e3;
-    s.bodies = {std::move(body)};
-    return s;
-}
+constexpr double kStrength = 8e3;  // Pa
 
-/// A bar along x, 12 x 3 x 3 cm.
 scene::Scene bar(const scene::PaintedCrack& crack) {
-    scene::Scene s =
-        breakable(fixture::body("bar", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.12, 0.03, 0.03}, 0})));
+    scene::Scene s = fixture::breakable_bar(kStrength);
+    s.surface.enabled = true;
     s.bodies[0].cracks = {crack};
     return s;
 }
 
-/// Its ends are drawn apart at 5 cm/s each.
 scene::Scene pulled_bar(const scene::PaintedCrack& crack) {
     scene::Scene s = bar(crack);
-    for (const int side : {-1, 1}) {
-        scene::Handle h;
-        h.name = side < 0 ? "left" : "right";
-        h.body = "bar";
-        h.region = fixture::shape_at({side * 0.06, 0, 0}, scene::BoxShape{{0.02, 1, 1}, 0});
-        h.motion = {{.time = 0, .position = {0, 0, 0}}, {.time = 1, .position = {side * 0.05, 0, 0}}};
-        s.handles.push_back(h);
-    }
+    fixture::draw_ends_apart(s);
     return s;
 }
 
-/// Steps until the body has parted, or `most` seconds have passed.
-void pull(Simulation& s, double most) {
-    while (s.clock.time < most && s.solids.bodies.size() < 2) {
-        s.clock.next_frame = s.clock.time + 1;
-        step(s);
-    }
-}
+using fixture::pull;
 
 double area_of(const Cracks& cracks) {
     double sum = 0;
@@ -137,7 +115,9 @@ TEST(PaintedCracks, RunSoonerWhereTheyAreWeaker) {
 
 /// A ball of 3 cm with a ring around its middle.
 scene::Scene ringed_ball(double depth) {
-    scene::Scene s = breakable(fixture::body("ball", fixture::shape_at({0, 0, 0}, scene::Sphere{0.03})));
+    scene::Scene s = fixture::breakable_bar(kStrength);
+    s.surface.enabled = true;
+    s.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0}, scene::Sphere{0.03}))};
     scene::PaintedCrack ring{.points = {}, .depth = depth};
     constexpr int kPoints = 24;
     for (int k = 0; k < kPoints; ++k) {

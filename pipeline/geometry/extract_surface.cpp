@@ -6,6 +6,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/bounds.h"
 #include "pipeline/geometry/shape_checks.h"
+#include "pipeline/geometry/sharp_edges.h"
 #include "pipeline/geometry/tessellate.h"
 
 namespace thixo {
@@ -137,24 +138,37 @@ Vec3f projected(const Shape& shape, const Vec3f& start, double cell, float reach
 /// A mesh under construction: vertices on grid edges, then the centres of fans.
 struct Extraction {
     TriangleMesh mesh;
-    std::vector<float> reach;  // [m] how far each centre may move before its fan folds: half the loop's radius
+    std::vector<Fan> fans;
 };
 
 void add_loop(Extraction& out, const std::vector<Index>& loop) {
     TriangleMesh& mesh = out.mesh;
-    if (loop.size() == 3) {
+    if (loop.size() == 3 && !crosses_edge(mesh, loop)) {
         mesh.triangles.push_back({loop[0], loop[1], loop[2]});
         return;
     }
     Vec3f centre = Vec3f::Zero();
     for (const Index v : loop) centre += mesh.vertices[v] / float(loop.size());
-    float radius = 0;
-    for (const Index v : loop) radius = std::max(radius, (mesh.vertices[v] - centre).norm());
     const Index middle = static_cast<Index>(mesh.vertices.size());
     mesh.vertices.push_back(centre);
-    out.reach.push_back(radius / 2);
+    out.fans.push_back({middle, loop, false});
     for (std::size_t i = 0; i < loop.size(); ++i)
         mesh.triangles.push_back({middle, loop[i], loop[(i + 1) % loop.size()]});
+}
+
+/// A fan's centre comes to the edge or corner of the faces that meet there. Elsewhere it comes to the zero set, by half
+/// the loop's radius at most: then its triangles do not fold.
+void place_centre(const Shape& shape, const SmoothFaces& faces, double cell, TriangleMesh& mesh, Fan& fan) {
+    Vec3f& centre = mesh.vertices[fan.centre];
+    if (crosses_edge(mesh, fan.loop))
+        if (const auto edge = point_on_edge(faces, mesh, fan, cell)) {
+            centre = *edge;
+            fan.on_edge = true;
+            return;
+        }
+    float radius = 0;
+    for (const Index v : fan.loop) radius = std::max(radius, (mesh.vertices[v] - centre).norm());
+    centre = projected(shape, centre, cell, radius / 2);
 }
 
 void add_cell(Extraction& out, const SignGrid& grid, const std::vector<std::size_t>& edges, std::size_t node) {
@@ -191,12 +205,8 @@ std::vector<std::size_t> crossed_cells(const SignGrid& grid, const std::vector<s
     return cells;
 }
 
-/// Normals from the gradient of the distance, or from the triangles where it has no gradient.
-void add_normals(TriangleMesh& mesh, const Shape& shape, double cell) {
-    mesh.normals.resize(mesh.vertices.size());
-    parallel_for(mesh.vertices.size(), [&](std::size_t i) {
-        mesh.normals[i] = shape.gradient(mesh.vertices[i].cast<Real>(), Real(0.05 * cell)).cast<float>();
-    });
+/// Normals of vertices from their triangles, where the distance has no gradient.
+void mend_normals(TriangleMesh& mesh) {
     for (const auto& t : mesh.triangles) {
         const Vec3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
         for (const Index v : t)
@@ -212,16 +222,25 @@ TriangleMesh extract_surface(const Shape& shape, double cell) {
     const std::vector<std::size_t> edges = crossing_edges(grid);
     if (edges.empty())
         throw InputError("no surface found with a cell of {} m; the shape is empty or thinner than a cell", cell);
+    const SmoothFaces faces(shape, cell);
+    const auto normal_at = [&](const Vec3f& x) { return faces.normal(faces.nearest(x), x); };
     Extraction out;
     TriangleMesh& mesh = out.mesh;
     mesh.vertices.resize(edges.size());
-    parallel_for(edges.size(), [&](std::size_t k) { mesh.vertices[k] = root_on_edge(shape, grid, edges[k]); });
-    for (const std::size_t node : crossed_cells(grid, edges)) add_cell(out, grid, edges, node);
-    parallel_for(out.reach.size(), [&](std::size_t k) {
-        Vec3f& v = mesh.vertices[edges.size() + k];
-        v = projected(shape, v, cell, out.reach[k]);
+    mesh.normals.resize(edges.size());
+    parallel_for(edges.size(), [&](std::size_t k) {
+        mesh.vertices[k] = root_on_edge(shape, grid, edges[k]);
+        mesh.normals[k] = normal_at(mesh.vertices[k]);
     });
-    add_normals(mesh, shape, cell);
+    for (const std::size_t node : crossed_cells(grid, edges)) add_cell(out, grid, edges, node);
+    mesh.normals.resize(mesh.vertices.size());
+    parallel_for(out.fans.size(), [&](std::size_t k) {
+        Fan& fan = out.fans[k];
+        place_centre(shape, faces, cell, mesh, fan);
+        mesh.normals[fan.centre] = normal_at(mesh.vertices[fan.centre]);
+    });
+    mend_normals(mesh);
+    keep_edges_sharp(mesh, out.fans);
     return std::move(mesh);
 }
 

@@ -185,15 +185,6 @@ Growing matter_of(const Scene& scene, Extents& extents) {
 
 constexpr double kNear = 4;  // sizes of the matter
 
-/// The point of a plane below x.
-std::optional<Vec3d> foot_on(const Boundary& b, const Vec3d& x) {
-    const auto* plane = std::get_if<Plane>(&b.shape.kind);
-    if (!plane) return std::nullopt;
-    const Vec3d n = rotation(b.shape.rotate) * plane->normal.normalized();
-    const double height = n.dot(x - b.shape.translate) - b.shape.scale * plane->offset - b.shape.offset;
-    return x - height * n;
-}
-
 }  // namespace
 
 Mat3d rotation(const Vec3d& degrees) {
@@ -201,6 +192,13 @@ Mat3d rotation(const Vec3d& degrees) {
         return Eigen::AngleAxisd(degrees[axis] * kPi / 180, Vec3d::Unit(axis)).toRotationMatrix();
     };
     return about(2) * about(1) * about(0);
+}
+
+std::optional<PlacedPlane> placed_plane(const Shape& shape) {
+    const auto* plane = std::get_if<Plane>(&shape.kind);
+    if (!plane) return std::nullopt;
+    const Vec3d n = rotation(shape.rotate) * plane->normal.normalized();
+    return PlacedPlane{shape.translate + (shape.scale * plane->offset + shape.offset) * n, n};
 }
 
 std::optional<Extent> extent_of(const Scene& scene) {
@@ -213,8 +211,10 @@ std::optional<Extent> extent_of(const Scene& scene) {
         if (!b.visible) continue;
         if (const Growing part = extents.of(b.shape); part.sized() && (part.upper - part.lower).norm() <= near)
             all.add(part);
-        if (const std::optional<Vec3d> foot = foot_on(b, middle); foot && (*foot - middle).norm() <= near)
-            all.add(*foot);
+        if (const auto plane = placed_plane(b.shape)) {
+            const double height = plane->normal.dot(middle - plane->on);
+            if (std::abs(height) <= near) all.add(Vec3d(middle - height * plane->normal));
+        }
     }
     all.grow(scene.solver.spacing);
     return Extent{all.lower, all.upper};

@@ -21,6 +21,14 @@ std::optional<Extent> extent_of(const Scene& scene);
 /// The turn of a shape's or a motion's `rotate` [degrees].
 Mat3d rotation(const Vec3d& degrees);
 
+/// A plane where it stands in the world.
+struct PlacedPlane {
+    Vec3d on{0, 0, 0};      // a point of it [m]
+    Vec3d normal{0, 0, 1};  // unit, away from the solid half-space
+};
+/// Nothing where the shape is no plane.
+std::optional<PlacedPlane> placed_plane(const Shape& shape);
+
 /// The box of a mesh file's places, in the units of the file.
 using MeshExtent = std::function<Extent(const MeshFile&)>;
 

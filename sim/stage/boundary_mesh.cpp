@@ -4,6 +4,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/log.h"
+#include "pipeline/contract/scene_extent.h"
 #include "pipeline/contract/scene_walk.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
@@ -66,12 +67,8 @@ void add_colours(const Shape& shape, TriangleMesh& mesh) {
 
 /// With cells of half a spacing, or smaller ones: `across` of them along the longest edge.
 std::optional<TriangleMesh> tessellated(const scene::Scene& scene, const scene::Boundary& b, double across) {
-    if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind)) {
-        const Vec3d n = p->normal.normalized();
-        const Quatd turn = rotation_from_degrees(b.shape.rotate);
-        const Vec3d on = turn * Vec3d(b.shape.scale * p->offset * n) + b.shape.translate + b.shape.offset * (turn * n);
-        return endless_plane(scene, on, b.inside ? Vec3d(-(turn * n)) : Vec3d(turn * n));
-    }
+    if (const auto plane = scene::placed_plane(b.shape))
+        return endless_plane(scene, plane->on, b.inside ? Vec3d(-plane->normal) : plane->normal);
     const Shape shape = make_shape(scene, b.shape);
     if (!shape.bounds()) {
         log_warning(

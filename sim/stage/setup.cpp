@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/scene_extent.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/volume_sampling.h"
 #include "sim/bonds/members.h"
@@ -104,9 +105,8 @@ double drop_height(const scene::Scene& scene) {
     for (const scene::Body& b : scene.bodies) extent(make_shape(scene, b.shape), body_bottom, top);
     for (const scene::Emitter& e : scene.emitters) top = std::max(top, up.dot(e.position));
     for (const scene::Boundary& b : scene.world.boundaries) {
-        if (const auto* p = std::get_if<scene::Plane>(&b.shape.kind);
-            p && !b.inside && up.dot(p->normal.normalized()) > 0.5)
-            bottom = std::min(bottom, p->offset + up.dot(b.shape.translate));
+        if (const auto plane = scene::placed_plane(b.shape); plane && !b.inside && up.dot(plane->normal) > 0.5)
+            bottom = std::min(bottom, up.dot(plane->on));
         else
             extent(make_shape(scene, b.shape), bottom, own);
     }

@@ -75,5 +75,28 @@ TEST(ExpectedSpeed, IsThatOfTheFastestWallHandleOrEmitter) {
     EXPECT_NEAR(expected_speed(scene), 8, 1e-9);
 }
 
+TEST(ExpectedSpeed, IsThatOfAFallToAPlaneHoweverItIsPlaced) {
+    // A ball of 0.1 m whose top is 1.1 m above the floor at -0.5 m.
+    const auto above = [](const scene::Shape& floor) {
+        scene::Scene scene = fixture::empty_space();
+        scene.world.gravity = {0, 0, -10};
+        scene.bodies = {{}};
+        scene.bodies[0].shape = fixture::shape_at({0, 0, 0.5}, scene::Sphere{0.1});
+        scene.world.boundaries = {{}};
+        scene.world.boundaries[0].shape = floor;
+        return expected_speed(scene);
+    };
+    const double speed = std::sqrt(2 * 10 * 1.1);
+    EXPECT_NEAR(above(fixture::shape_at({0, 0, 0}, scene::Plane{{0, 0, 1}, -0.5})), speed, 1e-6);
+    EXPECT_NEAR(above(fixture::shape_at({0, 0, -0.5}, scene::Plane{{0, 0, 1}, 0})), speed, 1e-6);
+    scene::Shape turned = fixture::shape_at({0, 0, 0}, scene::Plane{{1, 0, 0}, -0.25});
+    turned.rotate = {0, -90, 0};
+    turned.scale = 2;
+    EXPECT_NEAR(above(turned), speed, 1e-6);
+    scene::Shape sunk = fixture::shape_at({0, 0, 0}, scene::Plane{{0, 0, 2}, 0});
+    sunk.offset = -0.5;
+    EXPECT_NEAR(above(sunk), speed, 1e-6);
+}
+
 }  // namespace
 }  // namespace thixo

@@ -1,15 +1,24 @@
 #include "sim/space/sampling.h"
 
+#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/shapes.h"
 
 namespace thixo {
 namespace {
 
 constexpr double kMostSites = 2147483647.0;
+constexpr double kVolumeCell = 0.25;   // of the cells that a shape's volume and moments are summed over [spacings]
+constexpr double kVolumeError = 1e-3;  // of a packing's volume, that is sought
+constexpr double kScaleStep = 2.5e-3;  // from one scale of a packing to the next
+constexpr int kScales = 16;            // to either side: four per cent
+constexpr double kSingle = 0.1;        // [spacings] of a single layer's spread across it, at most
+constexpr double kMostMapped = 0.2;    // of the linear map of sites, from the identity
 
 // A centred row of sites within `extent`: their count, and the coordinate of the first.
 struct Row {
@@ -40,11 +49,19 @@ Vec3d packing_stretch(Real spacing, const Periodic& periodic) {
     return stretch;
 }
 
-std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
-                             const Periodic& periodic) {
+namespace {
+
+/// The sites of a stretched packing in the shape, and how many more stand where they are not allowed.
+struct Sites {
+    std::vector<Vec3> position;
+    std::size_t refused = 0;
+    std::size_t count() const { return position.size() + refused; }
+};
+
+Sites sites_in(const Shape& shape, Real spacing, const Vec3d& stretch, const std::function<bool(const Vec3&)>& allowed,
+               const Periodic& periodic) {
     const auto bounds = shape.bounds();
     if (!bounds) throw InputError("a body's shape has no bounds; intersect it with a box");
-    const Vec3d stretch = packing_stretch(spacing, periodic);
     const Vec3d steps = packing_steps(spacing).cwiseProduct(stretch);
     std::array<int, 3> outside{1, 1, 0};  // sites beyond the box's rows that odd rows and layers may bring into it
     const auto row = [&](int a) {
@@ -63,20 +80,105 @@ std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::functi
     const Vec3 origin(static_cast<Real>(x.first - 0.25 * steps.x()), static_cast<Real>(y.first - steps.y() / 6),
                       static_cast<Real>(z.first));
     const Vec3 scale = stretch.cast<Real>();
-    std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(z.count));
+    std::vector<Sites> layers(static_cast<std::size_t>(z.count));
     parallel_for(
         layers.size(),
         [&](std::size_t k) {
             for (int j = -outside[1]; j < y.count + outside[1]; ++j)
                 for (int i = -outside[0]; i < x.count + outside[0]; ++i) {
                     const Vec3 site = origin + scale.cwiseProduct(packing_site(i, j, static_cast<int>(k), spacing));
-                    if (shape.distance(site) < 0 && allowed(site)) layers[k].push_back(site);
+                    if (!(shape.distance(site) < 0)) continue;
+                    if (allowed(site))
+                        layers[k].position.push_back(site);
+                    else
+                        ++layers[k].refused;
                 }
         },
         1);
-    std::vector<Vec3> sites;
-    for (const auto& layer : layers) sites.insert(sites.end(), layer.begin(), layer.end());
-    return sites;
+    Sites all;
+    for (const Sites& layer : layers) {
+        all.position.insert(all.position.end(), layer.position.begin(), layer.position.end());
+        all.refused += layer.refused;
+    }
+    return all;
+}
+
+/// The stretch by which whole rows fill the box; that of the period along periodic axes. Of the two numbers of rows next
+/// to what would fit along each axis, those are taken that change a site's volume least, and then its proportions.
+Vec3d stretch_to_box(const Box3& box, Real spacing, const Periodic& periodic) {
+    const Vec3d steps = packing_steps(spacing), size = (box.upper - box.lower).cast<double>();
+    Vec3d best = packing_stretch(spacing, periodic);
+    double least = std::numeric_limits<double>::infinity();
+    for (int choice = 0; choice < 8; ++choice) {
+        Vec3d stretch = packing_stretch(spacing, periodic);
+        for (int a = 0; a < 3; ++a) {
+            if (periodic.axis[static_cast<std::size_t>(a)].on) continue;
+            const double fit = std::floor(size[a] / steps[a]) + (choice >> a & 1);
+            stretch[a] = size[a] / (std::max(1.0, fit) * steps[a]);
+        }
+        const Vec3d logarithm = stretch.array().log();
+        const double change = 4 * square(logarithm.sum()) + logarithm.squaredNorm();
+        if (!(change < least)) continue;
+        least = change;
+        best = stretch;
+    }
+    return best;
+}
+
+Mat3d root(const Mat3d& positive) { return Eigen::SelfAdjointEigenSolver<Mat3d>(positive).operatorSqrt(); }
+
+}  // namespace
+
+std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
+                             const Periodic& periodic) {
+    return sites_in(shape, spacing, packing_stretch(spacing, periodic), allowed, periodic).position;
+}
+
+FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
+                          const Periodic& periodic) {
+    const auto box = shape.bounds();
+    if (!box) throw InputError("a body's shape has no bounds; intersect it with a box");
+    const Vec3d fitted = stretch_to_box(*box, spacing, periodic);
+    const double site = cube(static_cast<double>(spacing)) * fitted.prod();
+    Sites sites = sites_in(shape, spacing, fitted, allowed, periodic);
+    const double volume = thixo::volume(shape, kVolumeCell * static_cast<double>(spacing));
+    FittedPacking best;
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; least > kVolumeError; ++k) {
+        const double scale = 1 + kScaleStep * ((k + 1) / 2) * (k % 2 ? 1 : -1);
+        if (k > 0) sites = sites_in(shape, spacing, scale * fitted, allowed, periodic);
+        const auto count = static_cast<double>(sites.count());
+        if (const double off = std::abs(count * site * cube(scale) / volume - 1); count > 0 && off < least) {
+            least = off;
+            best = {std::move(sites.position), volume / count};
+        }
+        if (k == 2 * kScales || periodic.any()) break;
+    }
+    return best;
+}
+
+void fit_moments(const Shape& shape, Real spacing, SampledVolume& sites) {
+    const Moments right = moments(shape, kVolumeCell * static_cast<double>(spacing));
+    double volume = 0;
+    Vec3d centre = Vec3d::Zero();
+    const auto for_each_site = [&](auto&& act) {
+        for (std::size_t k = 0; k < sites.position.size(); ++k)
+            act(static_cast<double>(sites.volume[k]), sites.position[k].cast<double>());
+    };
+    for_each_site([&](double v, const Vec3d& x) {
+        volume += v;
+        centre += v * x;
+    });
+    if (!(volume > 0) || !(right.volume > 0)) return;
+    centre /= volume;
+    Mat3d spread = Mat3d::Zero();
+    for_each_site([&](double v, const Vec3d& x) { spread += v / volume * (x - centre) * (x - centre).transpose(); });
+    if (!(Eigen::SelfAdjointEigenSolver<Mat3d>(spread).eigenvalues()[0] > square(kSingle * double(spacing)))) return;
+    // The symmetric map A with A spread A = that of the shape.
+    const Mat3d half = root(spread), back = half.inverse();
+    const Mat3d map = back * root(half * right.spread * half) * back;
+    if (!((map - Mat3d::Identity()).norm() < kMostMapped)) return;
+    for (Vec3& x : sites.position) x = (right.centre + map * (x.cast<double>() - centre)).cast<Real>();
 }
 
 }  // namespace thixo

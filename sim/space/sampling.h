@@ -6,6 +6,7 @@
 
 #include "pipeline/geometry/packing.h"
 #include "pipeline/geometry/shape.h"
+#include "pipeline/geometry/volume_sampling.h"
 #include "sim/space/periodic.h"
 #include "sim/space/smoothing.h"
 
@@ -17,6 +18,23 @@ namespace thixo {
 /// them. Throws InputError where the shape is unbounded, or has room for more than 2^31 sites.
 std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
                              const Periodic& periodic = {});
+
+/// Sites of a packing that is fitted to the shape, and the volume that each stands for.
+struct FittedPacking {
+    std::vector<Vec3> position;  // [m]
+    double volume = 0;           // of a site [m^3]
+};
+/// The packing of pack_shape, stretched along each axis so that whole rows fill the shape's box. It is then scaled by up
+/// to four per cent, until its sites stand for the shape's volume within a thousandth, or as nearly as it goes. A site's
+/// volume is the shape's volume over the number of sites, those that are not allowed among them. So a liquid has the
+/// mass of its shape. Along periodic axes the packing is as in pack_shape, and no scale is sought.
+FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
+                          const Periodic& periodic = {});
+
+/// Maps the sites linearly, so that their centre and second moments are those of the shape. A plate then bends, and a
+/// ball rolls, as its shape does, however few layers it has. Volumes stay. Where a direction has a single layer, or
+/// something would move by more than a fifth, nothing is done.
+void fit_moments(const Shape& shape, Real spacing, SampledVolume& sites);
 
 /// The factor by which a packing is stretched along each axis, so that whole rows fill the period; 1 where there is
 /// none.

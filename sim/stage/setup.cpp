@@ -139,20 +139,26 @@ void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, con
                              body.name, place_text(sim.problem.scene, x));
 }
 
-/// Particles of a hexagonal lattice. In a liquid each has the volume that a site of the packing stands for. In a solid
-/// they share the volume of the shape.
-SampledVolume pack_body(const Shape& shape, bool share, const std::function<bool(const Vec3&)>& free,
-                        const Simulation& sim) {
+/// A liquid's particles. They have the volume of the shape, but for the parts of it that are not free.
+SampledVolume pack_liquid(const Shape& shape, const std::function<bool(const Vec3&)>& free, const Simulation& sim) {
+    const Real d = sim.problem.smoothing.spacing;
+    FittedPacking packing = fit_packing(shape, d, free, sim.problem.periodic);
+    SampledVolume sites;
+    sites.position = std::move(packing.position);
+    sites.volume.assign(sites.position.size(), static_cast<Real>(packing.volume));
+    sites.spacing.assign(sites.position.size(), d);
+    return sites;
+}
+
+/// A solid's particles on a hexagonal lattice. They share the volume of the shape.
+SampledVolume pack_solid(const Shape& shape, const Simulation& sim) {
     const Real d = sim.problem.smoothing.spacing;
     SampledVolume sites;
-    sites.position = pack_shape(shape, d, free, sim.problem.periodic);
-    const std::size_t count = sites.position.size();
-    if (count == 0) return sites;
-    const Real volume =
-        share ? static_cast<Real>(thixo::volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count))
-              : cube(d) * static_cast<Real>(packing_stretch(d, sim.problem.periodic).prod());
-    sites.volume.assign(count, volume);
-    sites.spacing.assign(count, d);
+    sites.position = pack_shape(
+        shape, d, [](const Vec3&) { return true; }, sim.problem.periodic);
+    const auto count = static_cast<double>(sites.position.size());
+    sites.volume.assign(sites.position.size(), static_cast<Real>(volume(shape, static_cast<double>(d) / 4) / count));
+    sites.spacing.assign(sites.position.size(), d);
     return sites;
 }
 
@@ -221,16 +227,17 @@ void add_body(const scene::Body& body, int number, SkinSetup skins, PlacedBodies
     PointGrid others;
     if (!solid) others.build(placed.near(shape, kBodyRoom * d, sim), d);
     const auto free = [&](const Vec3& x) {
-        if (solid) return true;  // a solid is whole, or refused
         if (wall_distance(sim.walls, x) < kWallRoom * d) return false;
         bool taken = false;
         others.for_each_neighbour(x, kBodyRoom * d, [&](Index, Real) { taken = true; });
         return !taken;
     };
     const SampledVolume sites = named_in_scene(body.shape, "body", body.name, [&] {
-        return body.sampling.lattice == scene::Lattice::hexagonal
-                   ? pack_body(shape, solid && skins == SkinSetup::make, free, sim)
-                   : sample_solid(body, shape, d);
+        if (!solid) return pack_liquid(shape, free, sim);
+        SampledVolume of_solid =
+            body.sampling.lattice == scene::Lattice::hexagonal ? pack_solid(shape, sim) : sample_solid(body, shape, d);
+        if (skins == SkinSetup::make && !sim.problem.periodic.any()) fit_moments(shape, d, of_solid);
+        return of_solid;
     });
     const std::size_t count = sites.position.size();
     if (count == 0)

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "pipeline/base/random.h"
+#include "pipeline/geometry/shapes.h"
 #include "sim/space/sampling.h"
 #include "tests/sim/fixture.h"
 
@@ -109,13 +110,15 @@ TEST(Tension, KeepsBothMomenta) {
 TEST(Tension, LeavesALiquidsInsideAlone) {
     // The force on a particle inside a packing is negligible beside that on a particle of its surface.
     scene::Scene scene = fixture::empty_space();
-    scene.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0}, scene::Sphere{0.06}))};
+    const Vec3d size = 12 * packing_steps(Real(0.01));  // of whole rows: the packing is not stretched
+    scene.bodies = {fixture::body("block", fixture::shape_at({0, 0, 0}, scene::BoxShape{size, 0}))};
     scene.materials[0].surface_tension = 0.07;
     Simulation s = make_simulation(scene);
     pull(s);
     Real inside = 0, outside = 0;
+    const Shape inner = box(size - Vec3d::Constant(3 * static_cast<double>(s.problem.smoothing.support)));
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
-        const bool deep = s.particles.position[i].norm() < 0.06 - 3 * s.problem.smoothing.support / 2;
+        const bool deep = inner.distance(s.particles.position[i]) < 0;
         Real& most = deep ? inside : outside;
         most = std::max(most, s.particles.acceleration[i].norm());
     }

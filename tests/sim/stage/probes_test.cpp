@@ -60,7 +60,7 @@ TEST(Probes, ExtentIsTheFarthestParticleAndItsQuantileLeavesTheRestBelow) {
     p.quantile = 1;
     p.direction = {0, 0, -1};
     p.region = fixture::shape_at({0, 0, 0.05}, scene::BoxShape{{1, 1, 0.1}, 0});  // the upper half
-    EXPECT_LE(value(s, p), 0);
+    EXPECT_LE(value(s, p), 1e-6);  // rounding of a layer in the middle
     EXPECT_GT(value(s, p), -0.01);
 }
 

@@ -213,23 +213,7 @@ Shape shell(Shape shape, double thickness) {
 }
 Shape inverted(Shape shape) { return Shape(std::make_shared<Inverted>(std::move(shape))); }
 
-namespace {
-
-/// Sums over the cells of a column, each with the part of it that is inside.
-struct ColumnSums {
-    double parts = 0, x = 0, xx = 0;  // x in cells from the column's beginning
-};
-
-struct CellGrid {
-    Vec3d lower;
-    double cell;
-    std::size_t n[3];
-    Vec3d centre(std::size_t x, std::size_t column) const {
-        return lower + cell * Vec3d(double(x) + 0.5, double(column % n[1]) + 0.5, double(column / n[1]) + 0.5);
-    }
-};
-
-CellGrid cell_grid(const Shape& shape, double cell) {
+double volume(const Shape& shape, double cell) {
     positive_size(cell, "volume cell");
     const auto bounds = shape.bounds();
     if (!bounds) throw InputError("the volume of an unbounded shape is not finite; intersect it with a box");
@@ -237,62 +221,22 @@ CellGrid cell_grid(const Shape& shape, double cell) {
     const Eigen::Array3d count = ((box.upper - box.lower).cast<double>().array() / cell).ceil();
     if (count.prod() > double(1ull << 36))
         throw InputError("volume cell {} m is too fine for this shape; use a larger one", cell);
-    return {box.lower.cast<double>(), cell, {std::size_t(count.x()), std::size_t(count.y()), std::size_t(count.z())}};
-}
-
-/// Calls add(x, part) for the cells of a column that have a part inside.
-template <class Add>
-void for_each_part(const Shape& shape, const CellGrid& grid, std::size_t column, Add&& add) {
-    for (std::size_t x = 0; x < grid.n[0];) {
-        const std::size_t x0 = x;
-        const double distance = double(shape.distance(grid.centre(x, column).cast<Real>())) / grid.cell;
-        add(x, clamp01(0.5 - distance));
-        // The distance changes by at most twice the way. So far everything is inside, or everything is outside.
-        const double clear = (std::abs(distance) - 0.5) / 2;
-        for (++x; x < grid.n[0] && double(x) < double(x0) + clear; ++x)
-            if (distance < 0) add(x, 1.0);
-    }
-}
-
-}  // namespace
-
-double volume(const Shape& shape, double cell) {
-    const CellGrid grid = cell_grid(shape, cell);
+    const std::size_t nx = std::size_t(count.x()), ny = std::size_t(count.y()), nz = std::size_t(count.z());
     const auto column = [&](std::size_t k) {
         double sum = 0;
-        for_each_part(shape, grid, k, [&](std::size_t, double part) { sum += part; });
+        for (std::size_t x = 0; x < nx;) {
+            const std::size_t x0 = x;
+            const Vec3d centre =
+                box.lower.cast<double>() + cell * Vec3d(x + 0.5, double(k % ny) + 0.5, double(k / ny) + 0.5);
+            const double distance = double(shape.distance(centre.cast<Real>())) / cell;
+            sum += clamp01(0.5 - distance);
+            // The distance changes by at most twice the way. So far everything is inside, or everything is outside.
+            const double clear = (std::abs(distance) - 0.5) / 2;
+            for (++x; x < nx && double(x) < double(x0) + clear; ++x) sum += distance < 0 ? 1 : 0;
+        }
         return sum;
     };
-    return parallel_sum(grid.n[1] * grid.n[2], column) * cube(cell);
-}
-
-Moments moments(const Shape& shape, double cell) {
-    const CellGrid grid = cell_grid(shape, cell);
-    std::vector<ColumnSums> columns(grid.n[1] * grid.n[2]);
-    parallel_for(columns.size(), [&](std::size_t k) {
-        for_each_part(shape, grid, k, [&](std::size_t x, double part) {
-            columns[k].parts += part;
-            columns[k].x += part * double(x);
-            columns[k].xx += part * square(double(x));
-        });
-    });
-    double parts = 0;
-    Vec3d first = Vec3d::Zero();
-    Mat3d second = Mat3d::Zero();
-    for (std::size_t k = 0; k < columns.size(); ++k) {
-        const ColumnSums& c = columns[k];
-        const Vec3d at(0, double(k % grid.n[1]), double(k / grid.n[1]));
-        const Vec3d sum = c.x * Vec3d::UnitX() + c.parts * at;
-        parts += c.parts;
-        first += sum;
-        second += c.parts * at * at.transpose() + c.x * (at * Vec3d::UnitX().transpose());
-        second += c.x * (Vec3d::UnitX() * at.transpose()) + c.xx * (Vec3d::UnitX() * Vec3d::UnitX().transpose());
-    }
-    if (!(parts > 0)) return {};
-    const Vec3d mean = first / parts;
-    // A cell's matter is spread over it.
-    const Mat3d spread = second / parts - mean * mean.transpose() + Mat3d::Identity() / 12;
-    return {parts * cube(cell), grid.lower + cell * (mean + Vec3d::Constant(0.5)), square(cell) * spread};
+    return parallel_sum(ny * nz, column) * cube(cell);
 }
 
 Quatd rotation_from_degrees(const Vec3d& degrees) {

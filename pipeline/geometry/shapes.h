@@ -92,15 +92,6 @@ Shape inverted(Shape shape);
 /// This is of second order for smooth surfaces. Throws InputError where the shape is unbounded.
 double volume(const Shape& shape, double cell);
 
-/// Moments of the volume, by the same cells.
-struct Moments {
-    double volume = 0;             // [m^3]
-    Vec3d centre{0, 0, 0};         // of the volume [m]
-    Mat3d spread = Mat3d::Zero();  // mean of (x - centre)(x - centre)^T [m^2]
-};
-/// Throws as volume() does.
-Moments moments(const Shape& shape, double cell);
-
 /// Rotation by degrees about the fixed axes x, then y, then z (as scenes give it).
 Quatd rotation_from_degrees(const Vec3d& degrees);
 

@@ -1,6 +1,5 @@
 #include "sim/space/sampling.h"
 
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -13,12 +12,10 @@ namespace thixo {
 namespace {
 
 constexpr double kMostSites = 2147483647.0;
-constexpr double kVolumeCell = 0.25;   // of the cells that a shape's volume and moments are summed over [spacings]
+constexpr double kVolumeCell = 0.25;   // of the cells that a shape's volume is summed over [spacings]
 constexpr double kVolumeError = 1e-3;  // of a packing's volume, that is sought
 constexpr double kScaleStep = 2.5e-3;  // from one scale of a packing to the next
 constexpr int kScales = 16;            // to either side: four per cent
-constexpr double kSingle = 0.1;        // [spacings] of a single layer's spread across it, at most
-constexpr double kMostMapped = 0.2;    // of the linear map of sites, from the identity
 
 // A centred row of sites within `extent`: their count, and the coordinate of the first.
 struct Row {
@@ -125,8 +122,6 @@ Vec3d stretch_to_box(const Box3& box, Real spacing, const Periodic& periodic) {
     return best;
 }
 
-Mat3d root(const Mat3d& positive) { return Eigen::SelfAdjointEigenSolver<Mat3d>(positive).operatorSqrt(); }
-
 }  // namespace
 
 std::vector<Vec3> pack_shape(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
@@ -155,30 +150,6 @@ FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<
         if (k == 2 * kScales || periodic.any()) break;
     }
     return best;
-}
-
-void fit_moments(const Shape& shape, Real spacing, SampledVolume& sites) {
-    const Moments right = moments(shape, kVolumeCell * static_cast<double>(spacing));
-    double volume = 0;
-    Vec3d centre = Vec3d::Zero();
-    const auto for_each_site = [&](auto&& act) {
-        for (std::size_t k = 0; k < sites.position.size(); ++k)
-            act(static_cast<double>(sites.volume[k]), sites.position[k].cast<double>());
-    };
-    for_each_site([&](double v, const Vec3d& x) {
-        volume += v;
-        centre += v * x;
-    });
-    if (!(volume > 0) || !(right.volume > 0)) return;
-    centre /= volume;
-    Mat3d spread = Mat3d::Zero();
-    for_each_site([&](double v, const Vec3d& x) { spread += v / volume * (x - centre) * (x - centre).transpose(); });
-    if (!(Eigen::SelfAdjointEigenSolver<Mat3d>(spread).eigenvalues()[0] > square(kSingle * double(spacing)))) return;
-    // The symmetric map A with A spread A = that of the shape.
-    const Mat3d half = root(spread), back = half.inverse();
-    const Mat3d map = back * root(half * right.spread * half) * back;
-    if (!((map - Mat3d::Identity()).norm() < kMostMapped)) return;
-    for (Vec3& x : sites.position) x = (right.centre + map * (x.cast<double>() - centre)).cast<Real>();
 }
 
 }  // namespace thixo

@@ -6,7 +6,6 @@
 
 #include "pipeline/geometry/packing.h"
 #include "pipeline/geometry/shape.h"
-#include "pipeline/geometry/volume_sampling.h"
 #include "sim/space/periodic.h"
 #include "sim/space/smoothing.h"
 
@@ -30,11 +29,6 @@ struct FittedPacking {
 /// mass of its shape. Along periodic axes the packing is as in pack_shape, and no scale is sought.
 FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
                           const Periodic& periodic = {});
-
-/// Maps the sites linearly, so that their centre and second moments are those of the shape. A plate then bends, and a
-/// ball rolls, as its shape does, however few layers it has. Volumes stay. Where a direction has a single layer, or
-/// something would move by more than a fifth, nothing is done.
-void fit_moments(const Shape& shape, Real spacing, SampledVolume& sites);
 
 /// The factor by which a packing is stretched along each axis, so that whole rows fill the period; 1 where there is
 /// none.

@@ -337,6 +337,34 @@ void WallMap::take_rounded_planes(const Vec3& x, const Block& block, WallIntegra
     }
 }
 
+/// The face nearest to x, whose distance is `distance` [m]; its normal is not a number where there is none. As far from
+/// two faces, differences give a mean of their normals, which is that of no wall. Then one of the two is taken, as it is
+/// seen from beside.
+WallMap::Plane WallMap::nearest_face(const Vec3& x, Real distance) const {
+    const Real step = support_ / 512,
+               rounding = 4 * std::numeric_limits<Real>::epsilon() * x.cwiseAbs().maxCoeff();  // of distances [m]
+    Vec3 slope;
+    const auto differs = [&](const Vec3& at, Real d) {  // whether slopes before and behind a place differ
+        Real bend = 0;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 way = step * Vec3::Unit(k);
+            const Real ahead = solid_.distance(at + way), behind = solid_.distance(at - way);
+            slope[k] = ahead - behind;
+            bend = std::max(bend, std::abs(ahead + behind - 2 * d));
+        }
+        slope.normalize();
+        return !slope.allFinite() || bend > Real(0.004) * step + rounding;
+    };
+    if (!differs(x, distance)) return {distance, slope};
+    const Vec3 between = slope;
+    for (int k = 0; k < 6; ++k) {
+        const Vec3 aside = (k < 3 ? 4 : -4) * step * Vec3::Unit(k % 3);
+        const Real there = solid_.distance(x + aside);
+        if (!differs(x + aside, there)) return {there - slope.dot(aside), slope};
+    }
+    return {distance, between};
+}
+
 /// The planes of the wall near x. `distance` and `gradient` (of the share, away from the room) are those of the table.
 /// They are exact enough where the wall is flat.
 WallMap::Planes WallMap::planes_near(const Block& block, const Vec3& x, Real distance, const Vec3& gradient) const {
@@ -351,26 +379,26 @@ WallMap::Planes WallMap::planes_near(const Block& block, const Vec3& x, Real dis
         if (towards.allFinite()) add(distance, towards);
         return out;
     }
-    const Real d1 = solid_.distance(x);
-    if (d1 >= h) return out;
-    const Vec3 n1 = solid_.gradient(x, h / 512).normalized();
+    const Real nearest = solid_.distance(x);
+    if (nearest >= h) return out;
+    const auto [d1, n1] = nearest_face(x, nearest);
     if (!n1.allFinite()) return out;
     add(d1, n1);
     // Where no other wall is nearer a support farther on, the wall has no concave edge within reach.
     const Real margin = h / 64;
     const Vec3 beyond = x + h * n1;
-    const Real seen = solid_.distance(beyond);
-    if (seen >= d1 + h - margin) return out;
-    const Vec3 n2 = solid_.gradient(beyond, h / 512).normalized();
+    const Real second = solid_.distance(beyond);
+    if (second >= d1 + h - margin) return out;
+    const auto [seen, n2] = nearest_face(beyond, second);
     const Real along = n1.dot(n2), d2 = seen - h * along;
     if (!n2.allFinite()) return out;
     add(d2, n2);
     if (along < Real(-0.9) || d2 >= h) return out;
     const Vec3 edge = (n1 + n2) / (1 + along);
     const Vec3 corner = x + h * edge;
-    const Real left = solid_.distance(corner);
-    if (left >= std::min(d1, d2) + h - margin) return out;
-    const Vec3 n3 = solid_.gradient(corner, h / 512).normalized();
+    const Real third = solid_.distance(corner);
+    if (third >= std::min(d1, d2) + h - margin) return out;
+    const auto [left, n3] = nearest_face(corner, third);
     if (n3.allFinite()) add(left - h * edge.dot(n3), n3);
     return out;
 }

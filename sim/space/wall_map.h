@@ -124,6 +124,7 @@ class WallMap {
         int count = 0;
     };
     static Vec3 way_off(const Planes& planes, Real radius);
+    Plane nearest_face(const Vec3& x, Real distance) const;
     Planes planes_near(const Block& block, const Vec3& x, Real distance, const Vec3& gradient) const;
     void take_rounded_planes(const Vec3& x, const Block& block, WallIntegrals& w) const;
     WallIntegrals sum(const std::vector<Real>& filled, int i, int j, int k) const;

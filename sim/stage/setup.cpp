@@ -150,15 +150,20 @@ SampledVolume pack_liquid(const Shape& shape, const std::function<bool(const Vec
     return sites;
 }
 
-/// A solid's particles on a hexagonal lattice. They share the volume of the shape.
-SampledVolume pack_solid(const Shape& shape, const Simulation& sim) {
+/// A solid's particles on a hexagonal lattice. They share the volume of the shape; where no skins are made, that is not
+/// summed.
+SampledVolume pack_solid(const Shape& shape, SkinSetup skins, const Simulation& sim) {
     const Real d = sim.problem.smoothing.spacing;
     SampledVolume sites;
     sites.position = pack_shape(
         shape, d, [](const Vec3&) { return true; }, sim.problem.periodic);
-    const auto count = static_cast<double>(sites.position.size());
-    sites.volume.assign(sites.position.size(), static_cast<Real>(volume(shape, static_cast<double>(d) / 4) / count));
-    sites.spacing.assign(sites.position.size(), d);
+    const std::size_t count = sites.position.size();
+    if (count == 0) return sites;
+    const double shared = skins == SkinSetup::make
+                              ? volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count)
+                              : cube(static_cast<double>(d));
+    sites.volume.assign(count, static_cast<Real>(shared));
+    sites.spacing.assign(count, d);
     return sites;
 }
 
@@ -234,10 +239,8 @@ void add_body(const scene::Body& body, int number, SkinSetup skins, PlacedBodies
     };
     const SampledVolume sites = named_in_scene(body.shape, "body", body.name, [&] {
         if (!solid) return pack_liquid(shape, free, sim);
-        SampledVolume of_solid =
-            body.sampling.lattice == scene::Lattice::hexagonal ? pack_solid(shape, sim) : sample_solid(body, shape, d);
-        if (skins == SkinSetup::make && !sim.problem.periodic.any()) fit_moments(shape, d, of_solid);
-        return of_solid;
+        return body.sampling.lattice == scene::Lattice::hexagonal ? pack_solid(shape, skins, sim)
+                                                                  : sample_solid(body, shape, d);
     });
     const std::size_t count = sites.position.size();
     if (count == 0)

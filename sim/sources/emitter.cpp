@@ -167,6 +167,16 @@ struct Emission {
         return placed;
     }
 
+    // Liquid beside the opening does not flow into the room that the next layer comes to: the jet is there without a gap.
+    void hold_back(const Disc& d, const Vec3d& x, Vec3& velocity) const {
+        const double spacing = smoothing.spacing, ahead = d.axis.dot(x - d.centre);
+        const Vec3d across = x - d.centre - ahead * d.axis;
+        if (ahead < -0.5 * spacing || ahead > spacing || across.norm() > layout.opening.radius + 1.5 * spacing) return;
+        const Vec3d out = across.normalized();
+        const double through = out.dot(velocity.cast<double>() - d.own_velocity(x));
+        if (through < 0) velocity -= (through * out).cast<Real>();
+    }
+
     // Notes the liquid at the opening, and gives it the speed of the flow; keeps what is behind the disc behind it.
     void drive(const Disc& d, Particles& particles, std::vector<Index>& driven) const {
         const double spacing = smoothing.spacing, wide2 = square(layout.opening.radius + 0.5 * spacing);
@@ -176,7 +186,10 @@ struct Emission {
             const Vec3d x = periodic.nearest_image(particles.position[i], d.centre.cast<Real>()).cast<double>();
             const double ahead = d.axis.dot(x - d.centre);
             if (ahead < -1.5 * spacing || ahead > 2 * spacing) continue;
-            if ((x - d.centre).squaredNorm() - square(ahead) > wide2) continue;
+            if ((x - d.centre).squaredNorm() - square(ahead) > wide2) {
+                if (!layout.opening.shape) hold_back(d, x, particles.velocity[i]);
+                continue;
+            }
             if (layout.opening.shape) {
                 const Vec3d own = layout.turn.transpose() * (d.pose.rotation.conjugate() * (x - d.centre));
                 if (edge(own.cast<Real>()) > smoothing.spacing / 2) continue;

@@ -100,8 +100,9 @@ Sites sites_in(const Shape& shape, Real spacing, const Vec3d& stretch, const std
     return all;
 }
 
-/// The stretch by which whole rows fill the box; that of the period along periodic axes. Of the two numbers of rows next
-/// to what would fit along each axis, those are taken that change a site's volume least, and then its proportions.
+/// The stretch by which whole rows fill the box; that of the period along periodic axes. Along
+/// each axis there are two numbers of rows next to what would fit. Those are taken that change a site's volume least, and
+/// then its proportions.
 Vec3d stretch_to_box(const Box3& box, Real spacing, const Periodic& periodic) {
     const Vec3d steps = packing_steps(spacing), size = (box.upper - box.lower).cast<double>();
     Vec3d best = packing_stretch(spacing, periodic);

@@ -24,7 +24,7 @@ struct FittedPacking {
     double volume = 0;           // of a site [m^3]
 };
 /// The packing of pack_shape, stretched along each axis so that whole rows fill the shape's box. It is then scaled by up
-/// to four per cent, until its sites stand for the shape's volume within a thousandth, or as nearly as it goes. A site's
+/// to four per cent. Its sites then stand for the shape's volume within a thousandth, or as nearly as it goes. A site's
 /// volume is the shape's volume over the number of sites, those that are not allowed among them. So a liquid has the
 /// mass of its shape. Along periodic axes the packing is as in pack_shape, and no scale is sought.
 FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,

@@ -7,7 +7,7 @@
 int main() {
     using namespace thixo;
     scene::Scene scene = fixture::tank({0.12, 0.12, 0.2}, 0.05, 0.01);
-    scene.bodies.push_back(fixture::body("drop", fixture::shape_at({0, 0, 0.1}, scene::Sphere{0.02})));
+    scene.bodies.push_back(fixture::body("drop", fixture::shape_at({0, 0, 0.12}, scene::Sphere{0.02})));
     Simulation s = make_simulation(scene);
     for (int k = 0; k < 3; ++k) advance_frame(s);
     Vec3d centre(0, 0, 0);

@@ -7,76 +7,15 @@
 #include <functional>
 #include <map>
 
-#include "pipeline/base/parallel.h"
 #include "sim/bonds/weights.h"
 #include "sim/loop/coupling.h"
-#include "sim/stage/checkpoint.h"
-#include "tests/sim/fixture.h"
 #include "tests/sim/heat/heat_of.h"
+#include "tests/sim/phase/wax.h"
 
 namespace thixo {
 namespace {
 
-scene::Shape box(const Vec3d& where, const Vec3d& size) { return fixture::shape_at(where, scene::BoxShape{size, 0}); }
-
-scene::Material rubber() {
-    scene::Material m;
-    m.name = "rubber";
-    m.viscosity = 0;
-    m.elastic.youngs_modulus = 1e5;
-    return m;
-}
-
-/// Rubber below 40 degC, a thin liquid above 60.
-scene::Material wax() {
-    scene::Material m = rubber();
-    m.name = "wax";
-    m.viscosity = 20;
-    m.melting.from = 40;
-    m.melting.to = 60;
-    m.melting.liquid.viscosity = 1;
-    m.thermal.heat_capacity = 1000;
-    return m;
-}
-
-scene::Body of(scene::Body b, const std::string& material, double temperature = 20) {
-    b.material = material;
-    b.temperature = temperature;
-    return b;
-}
-
-scene::Boundary floor_at(double z) {
-    scene::Boundary floor;
-    floor.name = "floor";
-    floor.shape = fixture::shape_at({0, 0, z}, scene::Plane{});
-    return floor;
-}
-
-/// Everything at once: a block of wax that stands on a hot floor, a solid one beside it, and water poured on both.
-scene::Scene busy() {
-    scene::Scene s = fixture::empty_space();
-    s.world.gravity = {0, 0, -9.81};
-    s.materials = {fixture::water(), rubber(), wax()};
-    for (scene::Material& m : s.materials) m.thermal.conductivity = 1000;
-    s.materials[1].density = 500;
-    s.world.boundaries = {floor_at(0)};
-    s.world.boundaries[0].isothermal = true;
-    s.world.boundaries[0].temperature = 300;
-    s.bodies = {of(fixture::body("candle", box({0, 0, 0.026}, {0.05, 0.05, 0.05})), "wax"),
-                of(fixture::body("toy", box({0.07, 0, 0.03}, {0.04, 0.04, 0.04})), "rubber"),
-                fixture::body("rain", box({0.03, 0, 0.1}, {0.06, 0.03, 0.03}))};
-    scene::Emitter spout;
-    spout.name = "spout";
-    spout.material = "wax";
-    spout.position = {-0.06, 0, 0.06};
-    spout.radius = 0.015;
-    spout.temperature = 70;
-    s.emitters = {spout};
-    s.frames.fps = 50;
-    s.surface.enabled = true;
-    for (scene::Body& b : s.bodies) b.surfels = 400;
-    return s;
-}
+using namespace fixture::melting;
 
 /// Position and velocity of every particle, by id.
 std::map<std::int64_t, std::pair<Vec3, Vec3>> places(const Simulation& s) {
@@ -141,10 +80,6 @@ TEST(Melting, MoltenMatterIsExactlyALiquid) {
     for (int k = 0; k < 4; ++k) advance_frame(melting), advance_frame(plain);
     EXPECT_EQ(places(melting), places(plain));
     EXPECT_EQ(melting.particles.pressure, plain.particles.pressure);
-}
-
-void set_temperature(Simulation& s, const std::function<double(const Vec3&)>& at) {
-    for (std::size_t i = 0; i < s.particles.size(); ++i) s.particles.temperature[i] = at(s.particles.position[i]);
 }
 
 double height(const Simulation& s) {
@@ -392,59 +327,6 @@ TEST(Melting, KeepsMomentum) {
     const double motion = fixture::motion(s.particles);
     for (int k = 0; k < 4; ++k) advance_frame(s);
     EXPECT_LT((fixture::momentum(s.particles) - before).norm(), 1e-5 * motion);
-}
-
-TEST(Melting, ResumedRunEqualsTheUninterruptedOneBitForBit) {
-    Simulation whole = make_simulation(busy());
-    for (int k = 0; k < 3; ++k) advance_frame(whole);
-    const std::string half = print_checkpoint(whole, "hash");
-    for (int k = 0; k < 3; ++k) advance_frame(whole);
-    Simulation resumed = make_simulation(busy());
-    parse_checkpoint(half, "half", "hash", resumed);
-    for (int k = 0; k < 3; ++k) advance_frame(resumed);
-    bool part = false;
-    for (const Real b : whole.particles.melt) part = part || (b > 0 && b < 1);
-    EXPECT_TRUE(part);
-    // Surfels of the melting block and of the liquids are animated, those of the toy displaced.
-    EXPECT_GT(whole.mixed_surface.animated.size(), 400u);
-    EXPECT_GT(whole.surface.size(), whole.mixed_surface.animated.size());
-    EXPECT_TRUE(print_checkpoint(whole, "hash") == print_checkpoint(resumed, "hash"));
-}
-
-TEST(Melting, ARunResumedAfterFreezingEqualsTheUninterruptedOne) {
-    scene::Scene scene = fixture::empty_space();
-    scene.world.gravity = {0, 0, -9.81};
-    scene.surface.enabled = true;
-    scene.world.boundaries = {floor_at(0)};
-    scene.materials = {wax()};
-    scene.materials[0].melting.liquid.viscosity = 20;
-    scene.bodies = {of(fixture::body("block", box({0, 0, 0.031}, {0.06, 0.06, 0.06})), "wax", 80)};
-    Simulation whole = make_simulation(scene);
-    advance_frame(whole);
-    set_temperature(whole, [](const Vec3&) { return 20; });
-    advance_frame(whole);
-    set_temperature(whole, [](const Vec3& x) { return x.x() > 0 ? 52 : 20; });
-    advance_frame(whole);
-    const std::string half = print_checkpoint(whole, "hash");
-    advance_frame(whole);
-    Simulation resumed = make_simulation(scene);
-    parse_checkpoint(half, "half", "hash", resumed);
-    advance_frame(resumed);
-    EXPECT_TRUE(whole.solids.bodies[0].refrozen);
-    EXPECT_TRUE(print_checkpoint(whole, "hash") == print_checkpoint(resumed, "hash"));
-}
-
-TEST(Melting, StateIsTheSameAtAnyThreadCount) {
-    std::string first;
-    for (const int threads : {1, 2, 3}) {
-        set_thread_count(threads);
-        Simulation s = make_simulation(busy());
-        for (int k = 0; k < 4; ++k) advance_frame(s);
-        const std::string state = print_checkpoint(s, "hash");
-        if (first.empty()) first = state;
-        EXPECT_TRUE(state == first) << threads << " threads";
-    }
-    set_thread_count(0);
 }
 
 TEST(Flowing, AViscoelasticJetHangsTogetherAndKeepsMomentum) {

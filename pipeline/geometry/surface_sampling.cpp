@@ -66,6 +66,14 @@ bool mostly_thin(const SolidPoints& points) { return thin_area(points) > area_on
         kThinnest * spacing, spacing);
 }
 
+/// Refuses at once what is in a box so flat that no part of it can be thick enough. Surfels by count stand apart by at
+/// least a thirtieth of what their box gives.
+void refuse_flat(const Box3& box, const SurfaceSampling& sampling) {
+    const double thickest = static_cast<double>((box.upper - box.lower).minCoeff());
+    const double apart = sampling.count > 0 ? spacing_by_box(box, sampling.count) : sampling.spacing;
+    if (thickest < kThinnest * (sampling.count > 0 ? apart / 30 : apart)) refuse_thin(apart);
+}
+
 /// Random points, and the spacing that gives the wanted count, near a first guess. Where most of the solid is too thin
 /// for that spacing, the points are of no use.
 SolidPoints points_for_count(const FacedSolid& solid, const SurfaceSampling& sampling, double guess, double& spacing) {
@@ -195,6 +203,7 @@ SampledSurface sample_surface(const Shape& shape, const SurfaceSampling& samplin
     if (sampling.count == 0 && sampling.spacing == 0) return one_for_every_point(shape);
     const auto box = shape.bounds();
     if (!box) throw InputError("an unbounded shape has no closed surface to sample; intersect it with a box");
+    refuse_flat(*box, sampling);
     const FacedSolid solid(shape, *box, sampling.count > 0 ? spacing_by_box(*box, sampling.count) : sampling.spacing);
     SampledSurface result;
     const SolidPoints points = find_points(solid, sampling, result.spacing);

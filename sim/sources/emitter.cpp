@@ -168,6 +168,7 @@ struct Emission {
     }
 
     // Liquid beside the opening does not flow into the room that the next layer comes to: the jet is there without a gap.
+    // Openings that a shape gives have no such rim yet.
     void hold_back(const Disc& d, const Vec3d& x, Vec3& velocity) const {
         const double spacing = smoothing.spacing, ahead = d.axis.dot(x - d.centre);
         const Vec3d across = x - d.centre - ahead * d.axis;

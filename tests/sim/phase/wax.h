@@ -45,6 +45,17 @@ inline scene::Boundary floor_at(double z) {
     return floor;
 }
 
+/// Molten wax from above, beside the bodies.
+inline scene::Emitter hot_spout() {
+    scene::Emitter spout;
+    spout.name = "spout";
+    spout.material = "wax";
+    spout.position = {-0.06, 0, 0.06};
+    spout.radius = 0.015;
+    spout.temperature = 70;
+    return spout;
+}
+
 /// Everything at once: a block of wax that stands on a hot floor, a solid one beside it, and water poured on both.
 inline scene::Scene busy() {
     scene::Scene s = fixture::empty_space();
@@ -58,13 +69,7 @@ inline scene::Scene busy() {
     s.bodies = {of(fixture::body("candle", box({0, 0, 0.026}, {0.05, 0.05, 0.05})), "wax"),
                 of(fixture::body("toy", box({0.07, 0, 0.03}, {0.04, 0.04, 0.04})), "rubber"),
                 fixture::body("rain", box({0.03, 0, 0.1}, {0.06, 0.03, 0.03}))};
-    scene::Emitter spout;
-    spout.name = "spout";
-    spout.material = "wax";
-    spout.position = {-0.06, 0, 0.06};
-    spout.radius = 0.015;
-    spout.temperature = 70;
-    s.emitters = {spout};
+    s.emitters = {hot_spout()};
     s.frames.fps = 50;
     s.surface.enabled = true;
     for (scene::Body& b : s.bodies) b.surfels = 400;

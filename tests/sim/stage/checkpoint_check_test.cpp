@@ -13,6 +13,7 @@
 #include "pipeline/geometry/shapes.h"
 #include "tests/pipeline/contract/mutated.h"
 #include "tests/sim/identity.h"
+#include "tests/sim/phase/wax.h"
 #include "tests/sim/solid/rubber.h"
 
 namespace thixo {
@@ -195,13 +196,7 @@ Simulation melting() {
     s.bodies[0].temperature = 50;
     s.bodies[1].material = "rubber";
     for (scene::Body& b : s.bodies) b.surfels = 200;
-    scene::Emitter spout;
-    spout.name = "spout";
-    spout.material = "wax";
-    spout.position = {-0.06, 0, 0.06};
-    spout.radius = 0.015;
-    spout.temperature = 70;
-    s.emitters = {spout};
+    s.emitters = {fixture::melting::hot_spout()};
     s.surface.enabled = true;
     s.frames.fps = 200;
     Simulation run = make_simulation(s);

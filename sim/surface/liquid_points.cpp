@@ -136,8 +136,9 @@ LiquidPoints gather_liquid(const ParticleRows& particles, const Walls& walls, Re
     return points;
 }
 
-void set_colours(LiquidPoints& points, Real support) {
+void set_colours(LiquidPoints& points, Real support, Real spacing) {
     const Poly6 w(support);
+    const Real depth = depth_of_images(spacing);
     points.particle_fill.assign(points.particle_wall.size(), 0);
     points.particle_slope.assign(points.particle_wall.size(), Vec3(0, 0, 0));
     for (LiquidPart& part : points.part) {
@@ -147,11 +148,14 @@ void set_colours(LiquidPoints& points, Real support) {
                 Real fill = 0;
                 Vec3 slope(0, 0, 0);
                 const Vec3& x = part.own.position[k];
-                for (const FieldPoints* from : {&part.own, &part.images})
-                    from->grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
-                        fill += from->weight[j] * w.value(r2);
-                        slope += from->weight[j] * w.gradient_factor(r2) * (x - from->position[j]);
-                    });
+                const auto add = [&](const FieldPoints& from, Index j, Real r2) {
+                    fill += from.weight[j] * w.value(r2);
+                    slope += from.weight[j] * w.gradient_factor(r2) * (x - from.position[j]);
+                };
+                part.own.grid.for_each_neighbour(x, support, [&](Index j, Real r2) { add(part.own, j, r2); });
+                part.images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
+                    if (points.counts_at(part.mirrors[j], x, depth)) add(part.images, j, r2);
+                });
                 points.particle_fill[part.own.particle[k]] = fill;  // each particle is one point
                 points.particle_slope[part.own.particle[k]] = slope;
             },

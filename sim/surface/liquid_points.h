@@ -59,6 +59,10 @@ struct LiquidPoints {
     }
 };
 
+/// How far behind a wall its images still count [m]: enough for surfels beyond the crease to return. Deeper places are
+/// dry, and must be: they may be the far side of the wall.
+inline Real depth_of_images(Real spacing) { return Real(0.5) * spacing; }
+
 /// Gathers the particles and their images; weights are V0. `support` h [m].
 LiquidPoints gather_liquid(const ParticleRows& particles, const Walls& walls, Real support);
 
@@ -71,7 +75,8 @@ LiquidPoints gather_liquid(const ParticleRows& particles, const Walls& walls, Re
 /// more than its volume. `dispersion` is 1 - s'_j over a quarter:
 ///     s'_j = s_j + 0.34 h |grad s_j|
 /// s'_j is 1 inside a liquid and in its outermost layer. Threads and single drops have their volume: `dispersion` falls
-/// to 0 from s_j = 0.5 to 0.3.
-void set_colours(LiquidPoints& points, Real support);
+/// to 0 from s_j = 0.5 to 0.3. Images count at particles as at other places: a drop outside a thin glass has nothing of
+/// those of the liquid inside.
+void set_colours(LiquidPoints& points, Real support, Real spacing);
 
 }  // namespace thixo

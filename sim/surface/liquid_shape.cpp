@@ -40,7 +40,7 @@ ColourSample LiquidShape::colour(const Vec3& x, std::int32_t component) const {
     sample.gradient = 6 * w.scale * w.h2_inv * Vec3(sum_of(sums.gx), sum_of(sums.gy), sum_of(sums.gz));
     sample.centre = w.scale * Vec3(sum_of(sums.cx), sum_of(sums.cy), sum_of(sums.cz));
     of->images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
-        if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
+        if (!points.counts_at(of->mirrors[j], x, depth_of_images(spacing))) return;
         sample.near_wall = true;
         for (const Index plane : of->mirrors[j])
             if (plane != kNone) sample.out += points.planes[plane].normal;
@@ -107,7 +107,7 @@ WallPair LiquidShape::walls_beside(const Vec3& x, const Vec3& n, std::int32_t co
     Vec3 own(0, 0, 0), out(0, 0, 0);
     const auto for_each_plane = [&](auto&& f) {
         of->images.grid.for_each_neighbour(x, support, [&](Index j, Real) {
-            if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
+            if (!points.counts_at(of->mirrors[j], x, depth_of_images(spacing))) return;
             for (const Index plane : of->mirrors[j])
                 if (plane != kNone) f(points.planes[plane]);
         });
@@ -238,7 +238,7 @@ Real LiquidShape::curvature(const Vec3& x, const Vec3& n, std::int32_t component
     Real aa = sum_of(aa_), ab = sum_of(ab_), bb = sum_of(bb_), slope = sum_of(slope_);
     bool near_wall = false;
     of->images.grid.for_each_neighbour(x, support, [&](Index j, Real r2) {
-        if (!points.counts_at(of->mirrors[j], x, image_depth())) return;
+        if (!points.counts_at(of->mirrors[j], x, depth_of_images(spacing))) return;
         const Real volume = of->images.weight[j];
         const Vec3 r = x - of->images.position[j];
         const Real even = volume * per_volume * w.gradient_factor(r2 * square(per_unit)),

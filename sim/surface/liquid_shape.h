@@ -86,10 +86,6 @@ struct LiquidShape {
     /// the thinnest sensible wall. Renderers see liquid against wall without a film of air between.
     Real wall_depth() const { return Real(0.15) * spacing; }
 
-    /// How far behind a wall its images still count [m]: enough for surfels beyond the crease to return. Deeper places
-    /// are dry, and must be: they may be the far side of the wall.
-    Real image_depth() const { return Real(0.5) * spacing; }
-
     ColourSample colour(const Vec3& x, std::int32_t component) const;
     /// The same to first order from a note. The note is renewed where x is more than 0.06 spacings from its place.
     /// Depths are then good to 0.003 spacings, slopes to 0.07 of their size.

@@ -86,7 +86,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     book(report.seconds.displacing);
 
     LiquidPoints points = gather_liquid(matter, walls, support);
-    set_colours(points, support);
+    set_colours(points, support, spacing);
     for (std::size_t c = 0; c < std::min(points.part.size(), surface.lift.size()); ++c)
         points.part[c].lift = surface.lift[c];
     const LiquidShape shape{points, walls, support, spacing, Real(params.iso)};

@@ -19,7 +19,7 @@ struct Liquid {
         : particles(liquid(places)),
           points(gather_liquid(particles, kNoWalls, Real(kSupport))),
           shape{points, kNoWalls, Real(kSupport), Real(d), Real(0.5)} {
-        set_colours(points, Real(kSupport));
+        set_colours(points, Real(kSupport), Real(d));
     }
 };
 

@@ -88,6 +88,29 @@ TEST(Surface, OfALoneParticleIsABallOfItsVolume) {
     }
 }
 
+// A drop falls past a thin glass that is full. Its surface is lifted as that of the liquid in the glass: by less than half
+// its radius, which is the bound.
+TEST(Surface, OfALoneParticleBesideAWetThinWallIsABall) {
+    set_walls([](const Vec3d& x) { return std::abs(x.z() + 0.4 * d) - 0.4 * d; });
+    std::vector<Vec3> places =
+        packed(Vec3d(-4 * d, -4 * d, 0), Vec3d(4 * d, 4 * d, 3 * d), 0.1, [](const Vec3d&) { return true; });
+    const Vec3 drop(0, 0, Real(-2.05 * d));  // its own image is out of reach
+    places.push_back(drop);
+    Particles p = liquid(places);
+    const SurfaceState s = settled_surface(p);
+    set_walls({});
+    const double expected = std::cbrt(3 / (4 * kPi)) * d;
+    int own = 0;
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        const Vec3 from = s.surfels.position[i] - drop;
+        if (from.z() > d) continue;
+        EXPECT_NEAR(from.norm(), expected, 0.5 * expected);
+        EXPECT_GT(s.surfels.normal[i].dot(from.normalized()), std::cos(0.2));
+        ++own;
+    }
+    EXPECT_GT(own, 30);
+}
+
 TEST(Surface, OfALiquidAtRestComesToRest) {
     set_walls({});
     Particles p = liquid(packed_ball(6 * d, 0.1));

@@ -24,6 +24,7 @@ struct Scene {
     std::vector<Body> bodies;
     std::vector<Emitter> emitters;
     std::vector<Handle> handles;
+    std::vector<Blade> blades;
     Solver solver;
     Surface surface;
     std::vector<Probe> probes;
@@ -44,6 +45,7 @@ void visit(V& v, Scene& s) {
     v.named("bodies", s.bodies, "matter that is there at the start");
     v.named("emitters", s.emitters, "openings that matter flows out of");
     v.named("handles", s.handles, "what holds, moves or pulls parts of solids");
+    v.named("blades", s.blades, "edges that cut solids");
     v.block("solver", s.solver, "how the simulation computes");
     v.block("surface", s.surface, "the surface of surfels around the particles");
     v.named("probes", s.probes, "what is measured at every frame, for probes.csv");

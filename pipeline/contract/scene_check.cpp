@@ -286,6 +286,32 @@ void check_handles(const Scene& scene, const Checker& check) {
     }
 }
 
+void check_blades(const Scene& scene, const Checker& check) {
+    for (const Blade& b : scene.blades) {
+        const std::string path = "blades." + b.name;
+        check.refer(b.body, names_of(scene.bodies), path + ".body", "body");
+        check_motion(b.motion, path + ".motion", check);
+        check.require(b.stop > b.start, path + ".stop", fmt::format("\"stop\" is {} s, not after \"start\"", b.stop));
+        check.require(b.edge.size() >= 2, path, "an edge has at least two points", "give it \"edge\"");
+        for (std::size_t i = 1; i < b.edge.size(); ++i) {
+            const Vec3d way = b.edge[i].at - b.edge[i - 1].at;
+            const std::string point = fmt::format("{}.edge.{}", path, i);
+            check.require(!way.isZero(), point, "the point is the same as the one before it", "leave it out");
+            check.require(way.isZero() || way.cross(b.direction).norm() > 0.1 * way.norm() * b.direction.norm(), point,
+                          "the edge runs along the direction of its cut", "turn \"direction\" across it");
+        }
+        for (const Body& body : scene.bodies)
+            for (const Material& m : scene.materials) {
+                const bool own = body.name == b.body && m.name == body.material;
+                check.require(!own || m.elastic.solid(), path + ".body",
+                              fmt::format("\"{}\" is liquid and cannot be cut", body.name),
+                              "a solid is of a material with a youngs_modulus above 0");
+                check.require(!own || !m.melting.any(), path + ".body",
+                              "to cut a material that melts is not supported yet");
+            }
+    }
+}
+
 /// An octree's particles differ in size, which elements know of and smoothing kernels do not.
 void check_sampling(const Scene& scene, const Checker& check) {
     const auto flows = [](const Material& m) { return !m.elastic.solid() || m.melting.any(); };
@@ -389,6 +415,7 @@ void check_scene(const Scene& scene, ReadContext& context) {
     check_fracture(scene, check);
     check_orthotropic(scene, check);
     check_handles(scene, check);
+    check_blades(scene, check);
     check_solids(scene, check);
     check_sampling(scene, check);
     check_look(scene.look, context);

@@ -116,6 +116,8 @@ Scene relative_to(Scene scene, const Vec3d& by) {
         move(e.shape);
     }
     for (Handle& h : scene.handles) move(h.region);
+    for (Blade& b : scene.blades)
+        for (EdgePoint& p : b.edge) p.at -= by;
     for (Mould& m : scene.surface.moulds) move(m.shape);
     for (Probe& p : scene.probes) {
         p.position -= by;

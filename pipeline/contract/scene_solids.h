@@ -235,4 +235,31 @@ void visit(V& v, Handle& h) {
     v.key("stop", h.stop, "s", at_least(0), "time at which it lets go");
 }
 
+struct EdgePoint {
+    Vec3d at{0, 0, 0};  // m
+};
+template <class V>
+void visit(V& v, EdgePoint& p) {
+    v.key("at", p.at, "m", required(), "a point of the edge, as it stands without its motion");
+}
+
+/// An edge that moves through a body and cuts it (dissertation 5.6.6). It pushes nothing aside.
+struct Blade {
+    std::string name, body;
+    std::vector<EdgePoint> edge;
+    Vec3d direction{0, 0, -1};  // of the cut
+    std::vector<Key> motion;
+    double start = 0, stop = 1e9;  // s
+};
+template <class V>
+void visit(V& v, Blade& b) {
+    v.reference("body", b.body, Refers::body, required(), "the solid that is cut, with all its pieces");
+    v.list("edge", b.edge, "the cutting edge: at least two points, a line through all of them");
+    v.key("direction", b.direction, "", direction(),
+          "the way in which the edge cuts, as it stands without its motion. Drawn back, it cuts nothing");
+    v.list("motion", b.motion, "moves the edge; left out: it rests, and cuts what moves onto it");
+    v.key("start", b.start, "s", at_least(0), "time from which it cuts");
+    v.key("stop", b.stop, "s", at_least(0), "time at which it stops cutting");
+}
+
 }  // namespace thixo::scene

@@ -15,6 +15,9 @@ namespace {
 constexpr Real kSteepest = 3;           // largest change of the distance per distance in the world
 constexpr Real kInside = Real(0.1);     // how far ahead of a sample the face it meets is looked for, in widths
 constexpr Real kSameFace = Real(0.99);  // cosine between its normals at that depth and at half of it
+// In widths: the shape of a body that has split is that of its surfels, and is good to this beside its new edges. Pieces
+// that part at rest would otherwise push each other.
+constexpr Real kRoomAtCuts = Real(0.05);
 constexpr Real kFacing = Real(0.2);     // least cosine between one surface's normal and minus the other's
 
 /// The outward normal of the surface at a sample, J^-T n of the element with the largest weight. It is not a unit
@@ -42,7 +45,7 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
                                     e.support[body.typical], x, fit);
     const Vec3 m = fit.material + body.origin;
     const Shape& shape = *body.shape;
-    const Real d = shape.distance(m);
+    const Real d = shape.distance(m) + (body.scene_shape ? Real(0) : kRoomAtCuts * width);
     if (!(d < 2 * margin)) return std::nullopt;
     // The sample meets the partner's face that lies before its own. About an edge the distance alone knows no face. An
     // oblique plane, or that of the side that slides past, would block sliding. Where even that face is not clear, an

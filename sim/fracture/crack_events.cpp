@@ -8,7 +8,6 @@
 namespace thixo {
 namespace {
 
-constexpr Real kOut = Real(0.3);    // rows: how far outside of the body an end stands
 constexpr Real kOver = Real(0.15);  // rows: how far beyond another sheet an end stands
 constexpr Real kSnap = Real(1.5);   // rows: between two sheets nearer than this there is hardly an element
 
@@ -146,7 +145,8 @@ bool has_shrunk(const CrackFront& front, const Breaking& breaking) {
 Vec3 run_out(const CrackedMatter& matter, const CrackFront& front, const CrackNode& node, const Cracks& cracks) {
     const Breaking& breaking = matter.breaking();
     Vec3 to = node.place;
-    for (int k = 0; k < 8 && breaking.distance(to) < kOut * breaking.row; ++k) to += breaking.row / 2 * node.heading;
+    for (int k = 0; k < 8 && breaking.distance(to) < kEndLevel * breaking.row; ++k)
+        to += breaking.row / 2 * node.heading;
     Real nearest = (to - node.place).norm();
     matter.sheets().for_each_crossing(node.place, to, [&](Index k, const Vec3& at) {
         if (own_row(cracks, front.crack, k, breaking.row)) return;
@@ -232,11 +232,11 @@ Vec3 at_end_level(const Breaking& breaking, const Vec3& normal, const Vec3& m) {
         if (normal.allFinite()) way -= normal.dot(outward) * normal;
         if (way.norm() < Real(0.3)) way = outward;  // the crack runs along the surface
         way.normalize();
-        place += (kOut * breaking.row - breaking.distance(place)) / way.dot(outward) * way;
+        place += (kEndLevel * breaking.row - breaking.distance(place)) / way.dot(outward) * way;
     }
     // At a corner the plane may not reach the level near by.
-    const Real off = breaking.distance(place) - kOut * breaking.row;
-    return std::abs(off) < kOut / 2 * breaking.row ? place : Vec3(place - off * breaking.outward(place));
+    const Real off = breaking.distance(place) - kEndLevel * breaking.row;
+    return std::abs(off) < kEndLevel / 2 * breaking.row ? place : Vec3(place - off * breaking.outward(place));
 }
 
 void meet(const CrackedMatter& matter, const std::vector<std::size_t>& which, std::vector<std::vector<Vec3>>& to,
@@ -263,7 +263,7 @@ void split_fronts(const CrackedMatter& matter, Cracks& cracks) {
     const Breaking& breaking = matter.breaking();
     std::vector<CrackFront> remaining;
     for (CrackFront& front : cracks.fronts) {
-        if (!belongs(front, breaking, cracks)) {
+        if (!runs(front, breaking, cracks)) {
             remaining.push_back(std::move(front));
             continue;
         }
@@ -279,7 +279,7 @@ void split_fronts(const CrackedMatter& matter, Cracks& cracks) {
 
 void space_nodes(const Breaking& breaking, Cracks& cracks) {
     for (CrackFront& front : cracks.fronts) {
-        if (!belongs(front, breaking, cracks)) continue;
+        if (!runs(front, breaking, cracks)) continue;
         take_out_nodes(front, breaking, cracks);
         put_in_nodes(front, breaking, cracks);
     }

@@ -5,6 +5,9 @@
 
 namespace thixo {
 
+/// Rows: how far outside of the body the ends of fronts and the rims of sheets stand.
+inline constexpr Real kEndLevel = Real(0.3);
+
 /// Marks nodes that a row takes out of the body, onto another sheet, or onto an oncoming part of a front. `to` are the
 /// new places of all nodes of the fronts `which`, by front. They are changed where nodes end:
 /// - Two nodes meet that are no neighbours, run against each other, and are nearer than one and a half rows. Both end, at

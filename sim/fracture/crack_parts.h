@@ -11,8 +11,10 @@ namespace thixo {
 inline std::int32_t source_of(const Cracks& cracks, Index triangle) {
     return cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[triangle])].source;
 }
-inline bool belongs(const CrackFront& front, const Breaking& breaking, const Cracks& cracks) {
-    return cracks.cracks[static_cast<std::size_t>(front.crack)].source == breaking.source;
+/// Whether a front is of this matter and goes where the stress leads it. Those of blades do not.
+inline bool runs(const CrackFront& front, const Breaking& breaking, const Cracks& cracks) {
+    const Crack& crack = cracks.cracks[static_cast<std::size_t>(front.crack)];
+    return crack.source == breaking.source && crack.strength < kUnbreakable;
 }
 
 /// The middle of a triangle [m].

@@ -8,6 +8,7 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/random.h"
 #include "sim/bonds/gradients.h"
+#include "sim/fracture/blades.h"
 #include "sim/fracture/fronts.h"
 #include "sim/fracture/painted.h"
 #include "sim/fracture/sheets.h"
@@ -41,7 +42,8 @@ void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     const std::vector<WeakBond> loose = loose_bonds(solids.elements);
     if (loose.empty()) return;
     weaken_bonds(loose, solids.elements);
-    solids.elements.bonds.changed();  // what was beside such an element may have become stiffer than sub-steps allow for
+    solids.elements.bonds
+        .changed();  // what was beside such an element may have become stiffer than sub-steps allow for
 }
 
 /// Stresses and tensions of the gradients, and the largest tension over strength [1].
@@ -93,7 +95,7 @@ double load_now(Solids& solids, CrackScratch& scratch) {
     return load_of(solids, scratch);
 }
 
-CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch) {
+CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch) {
     Solids& solids = matter.solids;
     Cracks& cracks = solids.cracks;
     CrackReport report;
@@ -110,11 +112,12 @@ CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, 
         const Real load = begin_cracks(now, matter.seed, step, solids.elements, cracks);
         const Real fastest = move_fronts(now, cracks);
         if (row_is_due(own.breaking(), cracks)) lay_rows(own, cracks);
-        cracks.step = std::min(cracks.step, longest_step(own.breaking(), fastest, load));
+        cracks.step = std::min({cracks.step, longest_step(own.breaking(), fastest, load),
+                                advance_blades(time, own, solids, solids.blades, cracks)});
     }
     report.begun = cracks.cracks.size() - before;
+    solids.altered = solids.altered || !cracks.vertex.empty();
     if (!cracks.any()) return report;
-    solids.altered = true;
     part_matter(scratch, first, solids);
     // Pieces need no body of their own at once, and bodies are dear to make: those of a few steps are made together.
     constexpr std::uint64_t kTogether = 8;
@@ -169,16 +172,17 @@ void make_breaking(const scene::Scene& scene, const Materials& materials, const 
         const SolidBody& body = solids.bodies[b];
         const ResolvedMaterial& material = materials[static_cast<std::size_t>(body.material)];
         const scene::Fracture& keys = material.fracture;
-        if (!keys.any() || !body.shaped()) continue;
+        const scene::Body& own = scene.bodies[static_cast<std::size_t>(std::max(body.source, 0))];
+        const bool cut = std::ranges::find(scene.blades, own.name, &scene::Blade::body) != scene.blades.end();
+        if (!(keys.any() || cut) || !body.shaped()) continue;
         const double speed = keys.speed > 0 ? keys.speed
                                             : 0.25 * std::sqrt(material.elastic.front().elastic.youngs_modulus /
                                                                static_cast<double>(material.density));
         // The first step has none before it to foresee the load by: what stretches is watched from the start.
-        const scene::Body& own = scene.bodies[static_cast<std::size_t>(body.source)];
         const Mat3d flow = own.velocity_gradient.matrix();
         const double stretching = (flow + flow.transpose()).norm() / 2;
         const double modulus = static_cast<double>(law_at(material, 0).wave_modulus());
-        if (stretching > 0)
+        if (stretching > 0 && keys.any())
             solids.cracks.step = std::min(solids.cracks.step, keys.strength / (4 * modulus * stretching));
         const Real h = e.support[body.typical], width = std::cbrt(e.volume[body.typical]);
         const auto surfel = std::ranges::find(surface.owner, static_cast<std::int32_t>(b));
@@ -196,6 +200,7 @@ void make_breaking(const scene::Scene& scene, const Materials& materials, const 
                                    .surfel = radius,
                                    .shape = *body.shape,
                                    .origin = body.origin});
+        if (!keys.any()) continue;
         std::vector<Shape> scored;
         for (const scene::Score& score : keys.scores) scored.push_back(make_shape(scene, score.region));
         for (const Index i : body.elements) {
@@ -206,6 +211,7 @@ void make_breaking(const scene::Scene& scene, const Materials& materials, const 
             e.strength[i] = static_cast<Real>(strength);
         }
     }
+    solids.blades = make_blades(scene, solids.breaking);
 }
 
 void cut_painted_cracks(const scene::Scene& scene, const Matter& matter) {

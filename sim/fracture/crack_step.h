@@ -28,10 +28,10 @@ struct CrackScratch {
     std::vector<std::int64_t> elements;  // ids
 };
 
-/// Advances the cracks by dt [s]. Requires stresses of the present time: it follows write_particles. Sets Cracks::step,
+/// Advances the cracks by dt [s] to `time` [s], and the cuts of blades. Requires stresses of the present time: it follows write_particles. Sets Cracks::step,
 /// the longest next step. In it no front runs farther than half a row. Where a tension is above half of the strength, a
 /// crack at its speed would pass a quarter of a particle.
-CrackReport advance_cracks(double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch);
+CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch);
 
 /// The largest tension over strength of any element at present [1] (largest_load, tension.h).
 double load_now(Solids& solids, CrackScratch& scratch);
@@ -43,8 +43,8 @@ double load_now(Solids& solids, CrackScratch& scratch);
 std::vector<ScreenedPair> screened_heat(const Particles& particles, const NeighbourLists& neighbours,
                                         const Solids& solids, CrackScratch& scratch);
 
-/// How every scene body breaks that can, and the strength of each element. Requires the bodies' elements; surfels too,
-/// where the scene has them. Throws InputError.
+/// How every scene body breaks that can, and the strength of each element. A body of a material that never breaks can be
+/// cut by a blade. Requires the bodies' elements; surfels too, where the scene has them. Throws InputError.
 void make_breaking(const scene::Scene& scene, const Materials& materials, const EmbeddedSurface& surface,
                    Solids& solids);
 

@@ -189,7 +189,7 @@ Real move_fronts(const FrontStep& step, Cracks& cracks) {
     const Breaking& breaking = step.matter.breaking();
     Real fastest = 0;
     for (CrackFront& front : cracks.fronts) {
-        if (!belongs(front, breaking, cracks)) continue;
+        if (!runs(front, breaking, cracks)) continue;
         std::vector<Motion> raw(front.nodes.size());
         const Real share = cracks.cracks[static_cast<std::size_t>(front.crack)].strength;
         parallel_for(
@@ -207,7 +207,7 @@ Real move_fronts(const FrontStep& step, Cracks& cracks) {
 bool row_is_due(const Breaking& breaking, const Cracks& cracks) {
     constexpr Real kDue = Real(0.7);
     return std::ranges::any_of(cracks.fronts, [&](const CrackFront& front) {
-        return belongs(front, breaking, cracks) && std::ranges::any_of(front.nodes, [&](const CrackNode& node) {
+        return runs(front, breaking, cracks) && std::ranges::any_of(front.nodes, [&](const CrackNode& node) {
                    return node.advance.norm() > kDue * breaking.row;
                });
     });
@@ -219,7 +219,7 @@ void lay_rows(const CrackedMatter& matter, Cracks& cracks) {
     std::vector<std::size_t> which;
     std::vector<std::vector<Vec3>> to;
     for (std::size_t f = 0; f < cracks.fronts.size(); ++f) {
-        if (!belongs(cracks.fronts[f], breaking, cracks)) continue;
+        if (!runs(cracks.fronts[f], breaking, cracks)) continue;
         which.push_back(f);
         auto& places = to.emplace_back();
         for (const CrackNode& node : cracks.fronts[f].nodes)

@@ -11,26 +11,6 @@
 namespace thixo {
 namespace {
 
-/// The polyline in even steps of about a row, at least two. The last of them is left out of a ring.
-std::vector<Vec3> even_steps(const std::vector<Vec3>& line, Real row, bool ring) {
-    Real length = 0;
-    for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
-    const int steps = std::max(ring ? 3 : 2, static_cast<int>(std::ceil(length / row)));
-    std::vector<Vec3> out;
-    std::size_t i = 1;
-    Real before = 0;  // length up to point i - 1
-    for (int k = 0; k <= steps - (ring ? 1 : 0); ++k) {
-        const Real at = length * static_cast<Real>(k) / static_cast<Real>(steps);
-        while (i + 1 < line.size() && at > before + (line[i] - line[i - 1]).norm()) {
-            before += (line[i] - line[i - 1]).norm();
-            ++i;
-        }
-        const Real part = std::min((at - before) / (line[i] - line[i - 1]).norm(), Real(1));
-        out.push_back(line[i - 1] + part * (line[i] - line[i - 1]));
-    }
-    return out;
-}
-
 /// The line just outside of the surface, where ends stand.
 std::vector<Vec3> rim_of(const std::vector<Vec3>& line, bool ring, const Breaking& breaking) {
     for (std::size_t i = 0; i < line.size(); ++i)
@@ -75,6 +55,25 @@ CrackFront cut_first_row(const std::vector<Vec3>& rim, bool ring, Real depth, st
 }
 
 }  // namespace
+
+std::vector<Vec3> even_steps(const std::vector<Vec3>& line, Real row, bool ring) {
+    Real length = 0;
+    for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
+    const int steps = std::max(ring ? 3 : 2, static_cast<int>(std::ceil(length / row)));
+    std::vector<Vec3> out;
+    std::size_t i = 1;
+    Real before = 0;  // length up to point i - 1
+    for (int k = 0; k <= steps - (ring ? 1 : 0); ++k) {
+        const Real at = length * static_cast<Real>(k) / static_cast<Real>(steps);
+        while (i + 1 < line.size() && at > before + (line[i] - line[i - 1]).norm()) {
+            before += (line[i] - line[i - 1]).norm();
+            ++i;
+        }
+        const Real part = std::min((at - before) / (line[i] - line[i - 1]).norm(), Real(1));
+        out.push_back(line[i - 1] + part * (line[i] - line[i - 1]));
+    }
+    return out;
+}
 
 void paint_crack(const std::vector<Vec3>& line, const PaintedCut& cut, const Breaking& breaking, Solids& solids) {
     const bool ring = line.size() > 3 && line.front() == line.back();

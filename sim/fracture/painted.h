@@ -12,6 +12,9 @@ struct PaintedCut {
     Real strength = 1;  // Crack::strength [1]
 };
 
+/// The polyline in even steps of about a row, at least two. The last of them is left out of a ring.
+std::vector<Vec3> even_steps(const std::vector<Vec3>& line, Real row, bool ring);
+
 /// Cuts along a polyline on the surface of the matter, in its material frame [m]. The new crack has a sheet down to the
 /// depth, and a front there. Where the last point is the first, the line is a ring, and the front is closed. Otherwise its ends stand
 /// on the surface. The line is laid in steps of a row, each projected on the surface. A front that comes out of the body,

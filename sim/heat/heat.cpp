@@ -35,9 +35,13 @@ Real wall_conduction(Real distance, Real support, Real least) {
 
 HeatDrive make_heat(const scene::Scene& scene, const Materials& materials) {
     HeatDrive heat;
-    for (const ResolvedMaterial& m : materials)
-        heat.fastest =
-            std::max(heat.fastest, m.thermal.conductivity / (static_cast<double>(m.density) * m.thermal.heat_capacity));
+    for (std::size_t k = 0; k < materials.size(); ++k) {
+        const ResolvedMaterial& m = materials[k];
+        const double diffusivity = m.thermal.conductivity / (static_cast<double>(m.density) * m.thermal.heat_capacity);
+        if (diffusivity <= heat.fastest) continue;
+        heat.fastest = diffusivity;
+        heat.fastest_material = scene.materials[k].name;
+    }
     for (const scene::HeatSource& source : scene.world.heat_sources)
         heat.sources.push_back({make_shape(scene, source.region), source.power, source.from, source.to});
     return heat;
@@ -55,10 +59,9 @@ int stable_steps(const Materials& materials, const HeatDrive& drive, Real suppor
     const double rate = unlike * drive.fastest * kMostNeighbours * kRoom / square(static_cast<double>(support));
     if (!(rate * dt <= kMostSteps))
         throw InputError(
-            "heat spreads too fast for explicit steps: one of {:.3g} s would take {:.3g}; lower the conductivity, "
-            "raise "
-            "heat_capacity or solver.spacing",
-            dt, std::ceil(rate * dt));
+            "materials.{}: heat spreads too fast for explicit steps: one of {:.3g} s would take {:.3g}; lower the "
+            "conductivity, raise heat_capacity or solver.spacing",
+            drive.fastest_material, dt, std::ceil(rate * dt));
     return std::max(1, static_cast<int>(std::ceil(rate * dt)));
 }
 

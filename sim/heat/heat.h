@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "pipeline/contract/scene.h"
@@ -35,7 +36,8 @@ struct HeatSourceRegion {
 /// What makes heat flow, beside the materials.
 struct HeatDrive {
     std::vector<HeatSourceRegion> sources;
-    double fastest = 0;  // the largest diffusivity k/(rho c) [m^2/s]
+    double fastest = 0;              // the largest diffusivity k/(rho c) [m^2/s]
+    std::string fastest_material{};  // its material
     bool any() const { return !sources.empty() || fastest > 0; }
 };
 HeatDrive make_heat(const scene::Scene& scene, const Materials& materials);

@@ -269,7 +269,7 @@ double move_solids(const Plan& plan, double dt, Simulation& sim) {
 void break_solids(const Plan& plan, Simulation& sim) {
     if (!plan.solids || sim.solids.breaking.empty()) return;
     ScopedTimer timer(sim.stats.cracks_seconds);
-    const CrackReport report = advance_cracks(sim.clock.last_dt, static_cast<std::uint64_t>(sim.clock.step),
+    const CrackReport report = advance_cracks(sim.clock.time, sim.clock.last_dt, static_cast<std::uint64_t>(sim.clock.step),
                                               matter_of(sim), sim.crack_scratch);
     sim.stats.cracks_begun += static_cast<int>(report.begun);
     sim.stats.fragments += static_cast<int>(report.fragments);

@@ -216,6 +216,13 @@ void visit_breaking(Stream& stream, S& solids) {
     stream.array("cracks.laws", solids.laws);
     stream.array("cracks.rates", solids.rates);
     stream.value("cracks.weakened", bonds.weakened);
+    for (auto& blade : solids.blades) {
+        stream.value("blade.crack", blade.crack);
+        stream.array("blade.row", blade.row);
+        stream.array("blade.vertex", blade.vertex);
+        stream.array("blade.rim", blade.rim);
+        for (auto& side : blade.side) stream.array("blade.side", side);
+    }
     bool follow = solids.rates_version + bonds.weakened == bonds.version;
     stream.value("cracks.rates_follow", follow);
     if constexpr (!std::is_const_v<S>) solids.rates_version = follow ? bonds.version - bonds.weakened : 0;

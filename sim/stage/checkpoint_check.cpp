@@ -389,6 +389,7 @@ void check_solids(const Simulation& sim, const std::string& file) {
     if (solids.elements.breaks) {
         check.require(solids.cracks.step > 0, "cracks.step", "is no time");
         check.require(solids.cracks.load >= 0, "cracks.load", "is no share of a strength");
+        check_blades(sim, file);
         check.length_or_none("cracks.laws", solids.laws, solids.bodies.size());
         check.length_or_none("cracks.rates", solids.rates, solids.bodies.size());
     }

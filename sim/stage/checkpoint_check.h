@@ -24,6 +24,9 @@ void check_altered(const Simulation& sim, const Solids& at_start, const std::str
 /// The fronts and sheets of cracks, and the bonds that cross them.
 void check_cracks(const Simulation& sim, const std::string& file);
 
+/// The cuts that blades are making.
+void check_blades(const Simulation& sim, const std::string& file);
+
 /// Particles against bodies and elements, and the state of these.
 void check_solids(const Simulation& sim, const std::string& file);
 

@@ -24,6 +24,7 @@ struct CrackChecks {
             const Crack& c = cracks.cracks[k];
             require(std::ranges::find(breaking, c.source, &Breaking::source) != breaking.end(),
                     "a crack is in a body that does not break");
+            require(c.strength > 0, "a crack has no strength");
             require(c.sheet == kFirstCrackSheet + 2 * static_cast<std::int32_t>(k), "a crack's sheets are not its own");
         }
     }
@@ -38,6 +39,18 @@ struct CrackChecks {
                 require(is_vertex(node.vertex), "a node of a front is at no vertex");
                 require(node.state <= NodeState::met, "a node of a front has no such state");
             }
+        }
+    }
+    void blades(const std::vector<Blade>& blades) const {
+        for (const Blade& blade : blades) {
+            const std::size_t n = blade.row.empty() ? 0 : blade.edge.size();
+            require(blade.crack == -1 || is_crack(blade.crack), "a blade cuts along no crack");
+            require(
+                blade.row.empty() || (blade.row.size() == n && blade.vertex.size() == n && blade.rim.size() + 1 == n),
+                "a blade has as many points as another one");
+            for (const Vec3& m : blade.row) require(is_near(m), "a blade is nowhere");
+            for (const auto* vertices : {&blade.vertex, &blade.rim, &blade.side[0], &blade.side[1]})
+                for (const Index v : *vertices) require(v == kNone || is_vertex(v), "a blade is at no vertex");
         }
     }
     void sheets() const {
@@ -72,6 +85,10 @@ void check_cracks(const Simulation& sim, const std::string& file) {
     check.fronts();
     check.sheets();
     check.crossings(sim.solids.elements.size());
+}
+
+void check_blades(const Simulation& sim, const std::string& file) {
+    CrackChecks{file, sim.solids.cracks}.blades(sim.solids.blades);
 }
 
 }  // namespace thixo

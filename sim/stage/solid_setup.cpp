@@ -116,7 +116,8 @@ Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const 
         std::ranges::any_of(scene.materials, [](const scene::Material& m) { return m.elastic.hardening > 0; });
     s.elements.breaks = std::ranges::any_of(scene.bodies, [&](const scene::Body& body) {
         const auto material = std::ranges::find(scene.materials, body.material, &scene::Material::name);
-        return material != scene.materials.end() && material->elastic.solid() && material->fracture.any();
+        const bool cut = std::ranges::find(scene.blades, body.name, &scene::Blade::body) != scene.blades.end();
+        return material != scene.materials.end() && material->elastic.solid() && (material->fracture.any() || cut);
     });
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
         add_body(scene, static_cast<std::int32_t>(b), smoothing, particles, s);

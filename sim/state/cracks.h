@@ -53,11 +53,13 @@ struct CrackFront {
     std::vector<CrackNode> nodes;
 };
 
+inline constexpr Real kUnbreakable = std::numeric_limits<Real>::max();  // a strength that nothing reaches
+
 /// A crack has two sheets of surfels: `sheet` bounds the matter on one side, `sheet` + 1 that on the other.
 struct Crack {
     std::int32_t source = 0;  // scene body in whose frame it is
     std::int32_t sheet = 0;
-    Real strength = 1;  // of what its front runs through, over that of the material [1]
+    Real strength = 1;  // of what its front runs through, over that of the material [1]; kUnbreakable: a blade's cut
 };
 
 /// The sheets as triangles, by which sight through cracks is decided. Vertices are shared: sheets have no holes.
@@ -101,8 +103,7 @@ void for_each_field(T& t, F&& f) requires requires {
     f("crossings.triangle", Life::state, t.triangle);
 }
 
-inline constexpr Real kUnbreakable = std::numeric_limits<Real>::max();  // Elements::strength
-inline constexpr Real kParted = std::numeric_limits<Real>::max();       // CrackTriangles::behind where no front is left
+inline constexpr Real kParted = std::numeric_limits<Real>::max();  // CrackTriangles::behind where no front is left
 
 /// State; part of a checkpoint.
 struct Cracks {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "pipeline/geometry/keyframes.h"
+#include "sim/state/blades.h"
 #include "sim/state/bodies.h"
 #include "sim/state/contacts.h"
 #include "sim/state/cracks.h"
@@ -60,7 +61,8 @@ struct Solids {
     Contacts contacts;
     Softening softening;
     Cracks cracks;
-    std::vector<Breaking> breaking;  // of the scene bodies that can break
+    std::vector<Breaking> breaking;  // of the scene bodies that can break or are cut
+    std::vector<Blade> blades;
     std::int32_t next_body = 0;  // id of the next new body
     // Bodies have split, or elements have come or gone. A checkpoint then also holds what the scene no longer tells.
     bool altered = false;

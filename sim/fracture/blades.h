@@ -1,0 +1,21 @@
+// Blades cut sheets into solids as their edges move. Dissertation 5.6.6.
+#pragma once
+
+#include "pipeline/contract/scene.h"
+#include "sim/fracture/tension.h"
+
+namespace thixo {
+
+/// Moves the edges of the matter's blades to `time` [s]. Each is carried into the material frame by the elements about
+/// it. Where it has gone on by most of a row, a row of triangles joins the edge of before to that of now. They end a
+/// little outside of the body, as sheets of other cracks do. A point of an edge that is drawn back leaves the row where
+/// it is. An edge that has left the body begins a new cut the next time. The fronts of a cut lie along the edge, and
+/// along the ways of its ends: there the matter still holds. Stress does not move them. Requires the gradients of the
+/// present time. Returns the longest next step, in which no edge goes farther than half a row [s].
+double advance_blades(double time, const CrackedMatter& matter, const Solids& solids, std::vector<Blade>& blades,
+                      Cracks& cracks);
+
+/// The scene's blades. Requires the breaking of their bodies. Throws InputError.
+std::vector<Blade> make_blades(const scene::Scene& scene, const std::vector<Breaking>& breaking);
+
+}  // namespace thixo

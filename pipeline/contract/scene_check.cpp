@@ -407,8 +407,12 @@ void check_scene(const Scene& scene, ReadContext& context) {
         check.refer(b.look, appearances, "bodies." + b.name + ".look", "appearance");
     }
     for (const Emitter& e : scene.emitters) check_emitter(e, materials, check);
-    for (const Probe& p : scene.probes)
+    for (const Probe& p : scene.probes) {
         check.refer(p.material, materials, "probes." + p.name + ".material", "material");
+        check.require(p.quantity != Quantity::elastic_energy ||
+                          std::ranges::none_of(scene.materials, [](const Material& m) { return m.melting.any(); }),
+                      "probes." + p.name + ".quantity", "the elastic energy of matter that melts is not measured yet");
+    }
     check_heat(scene, check);
     check_periodic(scene, check);
     check_elastic(scene, check);

@@ -9,10 +9,11 @@
 
 namespace thixo::scene {
 
-enum class Measure { point, mean, total, extent, flux };
+enum class Measure { point, mean, total, extent, flux, follow, bodies, crack_area, fronts };
 template <>
 struct Words<Measure> {
-    static constexpr std::array<std::string_view, 5> list{"point", "mean", "total", "extent", "flux"};
+    static constexpr std::array<std::string_view, 9> list{"point",  "mean",   "total",      "extent", "flux",
+                                                          "follow", "bodies", "crack_area", "fronts"};
 };
 
 enum class Quantity {
@@ -28,13 +29,18 @@ enum class Quantity {
     velocity_z,
     x,
     y,
-    z
+    z,
+    angular_x,
+    angular_y,
+    angular_z,
+    elastic_energy
 };
 template <>
 struct Words<Quantity> {
-    static constexpr std::array<std::string_view, 13> list{"one",   "volume", "density",    "pressure",   "temperature",
-                                                           "speed", "energy", "velocity_x", "velocity_y", "velocity_z",
-                                                           "x",     "y",      "z"};
+    static constexpr std::array<std::string_view, 17> list{
+        "one",        "volume",     "density",       "pressure", "temperature", "speed", "energy",
+        "velocity_x", "velocity_y", "velocity_z",    "x",        "y",           "z",     "angular_x",
+        "angular_y",  "angular_z",  "elastic_energy"};
 };
 
 struct Probe {
@@ -54,16 +60,19 @@ void visit(V& v, Probe& p) {
           "point: `quantity` at `position`, interpolated; mean, total: of `quantity` over the mass in `region`; "
           "extent: how far "
           "particle centres reach along `direction` [m]; flux: mass a second through a disc [kg/s], mean since the "
-          "frame before");
+          "frame before; follow: `quantity` of the particle that was nearest to `position` at the start. bodies: "
+          "number of "
+          "pieces of solid matter; crack_area: of all cracks within bodies [m^2]; fronts: number of fronts of cracks");
     v.key("quantity", p.quantity, "", any(),
           "one: 1 (its total is the mass); volume: 1/density at rest [m^3/kg]; density [kg/m^3]; pressure [Pa]; "
           "temperature [degC]; "
-          "speed and velocity [m/s]; energy: kinetic [J/kg]; x, y, z: position [m]. A total is summed over mass: of "
-          "velocity, momentum");
+          "speed and velocity [m/s]; energy: kinetic [J/kg]; x, y, z: position [m]. angular: (x - "
+          "position) x velocity [m^2/s]; elastic_energy: of solids [J/kg]. A total is summed over mass: of velocity, "
+          "momentum");
     v.reference("material", p.material, Refers::material, any(), "counts this material only; left out: all");
     v.shape("region", p.region, any(),
             "mean, total, extent: counts particles in this shape only; left out: everywhere");
-    v.key("position", p.position, "m", any(), "point: where; flux: centre of the disc");
+    v.key("position", p.position, "m", any(), "point, follow, angular: where; flux: centre of the disc");
     v.key("direction", p.direction, "", direction(),
           "extent: which way; flux: the side that counts as forward. Any length");
     v.key("radius", p.radius, "m", above(0), "flux: radius of the disc");

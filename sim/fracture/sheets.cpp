@@ -155,6 +155,18 @@ void bind_marked(const CrackSight& sight, const std::vector<std::uint8_t>& marks
 
 }  // namespace
 
+double area_of_sheets(const Solids& solids) {
+    const Cracks& cracks = solids.cracks;
+    const CrackTriangles& t = cracks.triangles;
+    return parallel_sum(t.size(), [&](std::size_t k) {
+        const auto triangle = static_cast<Index>(k);
+        const Breaking& breaking = *std::ranges::find(solids.breaking, source_of(cracks, triangle), &Breaking::source);
+        const Vec3 &a = cracks.vertex[t.a[k]], &b = cracks.vertex[t.b[k]], &c = cracks.vertex[t.c[k]];
+        const bool inside = breaking.distance(middle_of(cracks, triangle)) < 0;
+        return inside ? 0.5 * static_cast<double>((b - a).cross(c - a).norm()) : 0.0;
+    });
+}
+
 void lay_sheets(const CrackSight& sight, const Matter& matter) {
     if (matter.embedded.size() == 0) return;
     lay_faces(sight, matter);

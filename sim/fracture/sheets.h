@@ -20,4 +20,7 @@ void refresh_sheets(const CrackSight& sight, const Matter& matter);
 /// What sight a binding of surfels needs: none where nothing is cracked.
 ElementSight element_sight(const CrackSight& sight);
 
+/// The area of all cracks within their bodies, one side of each, in the material frames [m^2].
+double area_of_sheets(const Solids& solids);
+
 }  // namespace thixo

@@ -17,6 +17,7 @@ struct Probes {
         scene::Probe probe;
         std::int32_t material = -1;  // index; -1: all
         std::optional<Shape> region;
+        std::int64_t followed = -1;  // id of the particle; -1: none
     };
     std::vector<Entry> list;
     std::vector<double> passed;  // mass through each flux probe since the last frame, forward minus backward [kg]

@@ -114,6 +114,24 @@ Symmetric total_stress(const StressLaw& law, const Elements& e, std::size_t i, c
     return symmetric(Mat3(matrix(stress) + law.viscosity * (turned + turned.transpose())));
 }
 
+double elastic_energy_of(const StressLaw& law, const Elements& e, std::size_t i) {
+    const Mat3 h = gradient_of(e, static_cast<Index>(i));
+    const Symmetric strain = strain_of(e, i, h), &p = e.plastic[i];
+    const Symmetric elastic{strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz,
+                            strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};
+    const Mat3 stress = matrix(stress_of(law, e, elastic));
+    double density = 0.5 * static_cast<double>(stress.cwiseProduct(matrix(elastic)).sum());
+    if (law.volume_stiffness > 0 && e.bonds.moment[i].full)
+        density += 0.5 * static_cast<double>(law.volume_stiffness * square(dilatation(h)));
+    double residual = 0;
+    for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+        const Index j = e.bonds.neighbour[k];
+        const Vec3 r = xyz(e.rest[j]) - xyz(e.rest[i]), u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
+        residual += static_cast<double>(e.bonds.weight[k] * (u - h * r).squaredNorm());
+    }
+    return static_cast<double>(e.volume[i]) * density + 0.5 * static_cast<double>(e.rest[i].w) * residual;
+}
+
 Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& e) {
     if (law.anisotropy == kNone) return stress_of(law, e);
     Eigen::Matrix<Real, 6, 1> strain;

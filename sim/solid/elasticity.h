@@ -56,6 +56,9 @@ void flow_plastically(const std::vector<StressLaw>& laws, double dt, const std::
 Symmetric strain_of(const Elements& elements, std::size_t i, const Mat3& gradient);
 /// Second Piola-Kirchhoff stress of an elastic strain, of any law [Pa].
 Symmetric stress_of(const StressLaw& law, const Elements& elements, const Symmetric& strain);
+/// Elastic energy of element i with its own law at the present displacement [J]. It is that of the forces:
+///     U_i = V (sigma : eps/2 + k_v (|J| - 1)^2/2) + c/2 sum_j w_ij |e_ij|^2
+double elastic_energy_of(const StressLaw& law, const Elements& elements, std::size_t i);
 /// The stress of element i with gradient H [Pa]: of its elastic strain, plus that of viscosity.
 Symmetric total_stress(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& gradient);
 

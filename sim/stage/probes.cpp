@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <limits>
 #include <numeric>
 #include <sstream>
 
@@ -12,8 +13,10 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/ownership.h"
+#include "sim/fracture/sheets.h"
 #include "sim/loop/simulation.h"
 #include "sim/loop/step.h"
+#include "sim/solid/elasticity.h"
 #include "sim/space/scene_shapes.h"
 #include "sim/stage/frame_lines.h"
 
@@ -25,14 +28,27 @@ using scene::Quantity;
 
 const char* const kFile = "probes.csv";
 
+double elastic_energy(const Simulation& sim, std::size_t i) {
+    const Solids& solids = sim.solids;
+    const Index element = solids.element(sim.particles.id[i]);
+    if (element == kNone || solids.laws.empty()) return 0;
+    const StressLaw& law = solids.laws[static_cast<std::size_t>(solids.elements.owner[element])];
+    return elastic_energy_of(law, solids.elements, element) / static_cast<double>(sim.particles.mass[i]);
+}
+
 Vec3d velocity(const Simulation& sim, std::size_t i) {
     const Quad& v = sim.sweep.motion[i];
     return {v.x, v.y, v.z};
 }
 
-double quantity(const Simulation& sim, Quantity what, std::size_t i) {
+/// Of a unit of mass, about a place [m^2/s].
+Vec3d angular_momentum(const Simulation& sim, const Vec3d& about, std::size_t i) {
+    return (sim.particles.position[i].cast<double>() - about).cross(velocity(sim, i));
+}
+
+double quantity(const Simulation& sim, const scene::Probe& probe, std::size_t i) {
     const Particles& p = sim.particles;
-    switch (what) {
+    switch (probe.quantity) {
         case Quantity::one:
             return 1;
         case Quantity::volume:
@@ -59,6 +75,14 @@ double quantity(const Simulation& sim, Quantity what, std::size_t i) {
             return sim.problem.scene.origin.y() + static_cast<double>(p.position[i].y());
         case Quantity::z:
             return sim.problem.scene.origin.z() + static_cast<double>(p.position[i].z());
+        case Quantity::angular_x:
+            return angular_momentum(sim, probe.position, i).x();
+        case Quantity::angular_y:
+            return angular_momentum(sim, probe.position, i).y();
+        case Quantity::angular_z:
+            return angular_momentum(sim, probe.position, i).z();
+        case Quantity::elastic_energy:
+            return elastic_energy(sim, i);
     }
     return 0;
 }
@@ -77,7 +101,7 @@ std::optional<double> at_point(const Simulation& sim, const Probes::Entry& e) {
         if (e.material >= 0 && sim.particles.material[j] != e.material) return;
         const double w = static_cast<double>(sim.particles.rest_volume[j] * smoothing.density.value(r2));
         weight += w;
-        sum += w * quantity(sim, e.probe.quantity, j);
+        sum += w * quantity(sim, e.probe, j);
     });
     if (!(weight > 0)) return std::nullopt;
     return sum / weight;
@@ -93,7 +117,7 @@ Moment moment(const Simulation& sim, const Probes::Entry& e) {
         [&](std::size_t i) {
             if (!counts(e, sim.particles, i)) return Moment{};
             const double m = static_cast<double>(sim.particles.mass[i]);
-            return Moment{m, m * quantity(sim, e.probe.quantity, i)};
+            return Moment{m, m * quantity(sim, e.probe, i)};
         },
         Moment{});
 }
@@ -114,6 +138,34 @@ std::optional<double> extent(const Simulation& sim, const Probes::Entry& e) {
     for (const auto& [coordinate, m] : reach)
         if ((below += m) >= e.probe.quantile * mass * (1 - 1e-12)) return coordinate;
     return reach.back().first;
+}
+
+std::optional<double> of_followed(const Simulation& sim, const Probes::Entry& e) {
+    const auto& id = sim.particles.id;
+    const auto at = std::ranges::find(id, e.followed);
+    if (e.followed < 0 || at == id.end()) return std::nullopt;
+    return quantity(sim, e.probe, static_cast<std::size_t>(at - id.begin()));
+}
+
+/// The particle nearest to the probe's position; of equals that of the lowest id. -1 where there is none.
+std::int64_t nearest_id(const Probes::Entry& e, const Particles& p) {
+    std::int64_t found = -1;
+    double nearest = std::numeric_limits<double>::max();
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        if (!counts(e, p, i)) continue;
+        const double r2 = (p.position[i].cast<double>() - e.probe.position).squaredNorm();
+        if (r2 > nearest || (r2 == nearest && p.id[i] > found)) continue;
+        nearest = r2;
+        found = p.id[i];
+    }
+    return found;
+}
+
+double count_of(const Simulation& sim, Measure what) {
+    const Solids& solids = sim.solids;
+    if (what == Measure::crack_area) return area_of_sheets(solids);
+    if (what == Measure::fronts) return static_cast<double>(solids.cracks.fronts.size());
+    return static_cast<double>(std::ranges::count_if(solids.bodies, [](const SolidBody& b) { return !b.empty(); }));
 }
 
 std::string header(const Probes& probes) {
@@ -140,7 +192,7 @@ void warn_of_gap(const std::filesystem::path& file, const std::string& table, in
 
 }  // namespace
 
-Probes make_probes(const scene::Scene& scene) {
+Probes make_probes(const scene::Scene& scene, const Particles& particles) {
     Probes probes;
     for (const scene::Probe& p : scene.probes) {
         Probes::Entry e;
@@ -148,6 +200,7 @@ Probes make_probes(const scene::Scene& scene) {
         for (std::size_t m = 0; m < scene.materials.size(); ++m)
             if (scene.materials[m].name == p.material) e.material = static_cast<std::int32_t>(m);
         if (!std::holds_alternative<std::monostate>(p.region.kind)) e.region = make_shape(scene, p.region);
+        if (p.measure == Measure::follow) e.followed = nearest_id(e, particles);
         probes.list.push_back(std::move(e));
     }
     probes.passed.assign(probes.list.size(), 0);
@@ -181,6 +234,14 @@ std::vector<std::optional<double>> measure(Simulation& sim) {
                 values.push_back(span > 0 ? probes.passed[k] / span : 0);
                 break;
             }
+            case Measure::follow:
+                values.push_back(of_followed(sim, e));
+                break;
+            case Measure::bodies:
+            case Measure::crack_area:
+            case Measure::fronts:
+                values.push_back(count_of(sim, e.probe.measure));
+                break;
         }
     }
     std::fill(probes.passed.begin(), probes.passed.end(), 0.0);

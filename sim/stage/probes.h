@@ -9,8 +9,9 @@
 
 namespace thixo {
 
-/// Throws InputError where a region's shape is bad.
-Probes make_probes(const scene::Scene& scene);
+/// `particles` are those at the start, among which probes choose whom they follow. Throws InputError where a region's
+/// shape is bad.
+Probes make_probes(const scene::Scene& scene, const Particles& particles);
 
 /// The value of every probe at the present time, in the order of the scene; none where there is no mass to measure.
 /// Requires evaluate() at this time. Ends the interval of the flux probes.
@@ -18,6 +19,8 @@ Probes make_probes(const scene::Scene& scene);
 ///     mean    sum m a / sum m,   total  sum m a   over particles in the region, in double
 ///     extent  coordinate along the direction that the given share of the mass does not exceed [m]
 ///     flux    mass a second [kg/s]
+///     follow  a of one particle
+/// Counts and areas are those of the solids' tables.
 std::vector<std::optional<double>> measure(Simulation& sim);
 
 /// probes.csv has a line a frame: `frame,time` and one column a probe; an empty cell is no value. Where a run continues

@@ -318,7 +318,6 @@ Simulation make_simulation(const scene::Scene& in_world, SkinSetup skins) {
     calm_surfaces(strategy_of(scene.solver), smoothing, sim.problem.materials);
     choose_viscosity_solver(scene.solver, smoothing, speed, sim.problem.materials);
     sim.clock.frame = scene.frames.first;
-    sim.probes = make_probes(scene);
     sim.particles.has = {.surface = scene.surface.enabled,
                          .implicit_pressure = strategy.incompressible,
                          .implicit_viscosity = std::ranges::any_of(
@@ -329,6 +328,7 @@ Simulation make_simulation(const scene::Scene& in_world, SkinSetup skins) {
     PlacedBodies placed;
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
         add_body(scene.bodies[b], static_cast<int>(b), skins, placed, sim);
+    sim.probes = make_probes(scene, sim.particles);
     sim.solids = make_solids(scene, smoothing, sim.particles);
     make_phases(scene, sim.problem.materials, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);

@@ -115,6 +115,9 @@ TEST(Elasticity, ForcesAreMinusTheGradientOfTheEnergy) {
     for (std::size_t i = 0; i < e.size(); ++i) e.plastic[i] = {Real(0.05), Real(-0.02), 0, Real(0.03), 0, Real(0.01)};
     fixture::shake(e, kDistance, Real(0.2));
     expect_forces_of_energy({law}, e);
+    double of_elements = 0;
+    for (std::size_t i = 0; i < e.size(); ++i) of_elements += elastic_energy_of(law, e, i);
+    EXPECT_NEAR(of_elements, static_cast<double>(energy({law}, e)), 1e-9 * of_elements);
 }
 
 TEST(Elasticity, SupportsOfTheirOwnKeepForcesTheGradientOfTheEnergy) {

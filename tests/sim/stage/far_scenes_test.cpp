@@ -177,7 +177,7 @@ TEST(FarScenes, ProbesAndTotalsAreThoseOfTheWorld) {
     extent.measure = scene::Measure::extent;
     extent.direction = {2, 0, 0};
     sim.problem.scene.probes = {mean, extent};
-    sim.probes = make_probes(sim.problem.scene);
+    sim.probes = make_probes(sim.problem.scene, sim.particles);
     const auto values = measure(sim);
     EXPECT_NEAR(*values[0], -5e4, 1e-6);
     EXPECT_NEAR(*values[1], 2e5 + 0.025, 0.01);  // the outermost centres stand half a spacing within the face

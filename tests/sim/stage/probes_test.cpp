@@ -20,7 +20,7 @@ scene::Probe probe(scene::Measure measure, scene::Quantity quantity = scene::Qua
 
 double value(Simulation& s, const scene::Probe& p) {
     s.problem.scene.probes = {p};
-    s.probes = make_probes(s.problem.scene);
+    s.probes = make_probes(s.problem.scene, s.particles);
     return measure(s).at(0).value();
 }
 
@@ -60,8 +60,113 @@ TEST(Probes, ExtentIsTheFarthestParticleAndItsQuantileLeavesTheRestBelow) {
     p.quantile = 1;
     p.direction = {0, 0, -1};
     p.region = fixture::shape_at({0, 0, 0.05}, scene::BoxShape{{1, 1, 0.1}, 0});  // the upper half
-    EXPECT_LE(value(s, p), 1e-6);  // rounding of a layer in the middle
+    EXPECT_LE(value(s, p), 1e-6);                                                 // rounding of a layer in the middle
     EXPECT_GT(value(s, p), -0.01);
+}
+
+TEST(Probes, AngularMomentumOfASpinningCubeIsThatOfItsParticles) {
+    // A free cube at 10 rad/s about z, seen from its middle and from 1 m beside its way.
+    scene::Scene scene = fixture::empty_space();
+    scene.bodies = {
+        fixture::body("cube", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}), {0.5, 0, 0})};
+    scene.bodies[0].angular_velocity = {0, 0, 10};
+    Simulation s = make_simulation(scene);
+    evaluate(s);
+    Vec3d centre(0, 0, 0);
+    double spin = 0, mass = 0;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        centre += s.particles.mass[i] * s.particles.position[i].cast<double>();
+        mass += s.particles.mass[i];
+    }
+    centre /= mass;
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        const Vec3d x = s.particles.position[i].cast<double>() - centre;
+        spin += s.particles.mass[i] * 10 * (square(x.x()) + square(x.y()));
+    }
+    scene::Probe p = probe(scene::Measure::total, scene::Quantity::angular_z);
+    p.position = centre;
+    EXPECT_NEAR(value(s, p), spin, 1e-3 * spin);
+    p.position.y() += 1;
+    EXPECT_NEAR(value(s, p), spin + 0.5 * mass, 1e-3 * mass);
+}
+
+TEST(Probes, AFollowedParticleFallsFreely) {
+    scene::Scene scene = fixture::empty_space();
+    scene.world.gravity = {0, 0, -10};
+    scene.materials[0].elastic.youngs_modulus = 1e5;
+    scene.bodies = {fixture::body("cube", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))};
+    for (const scene::Quantity q : {scene::Quantity::x, scene::Quantity::z}) {
+        scene::Probe p = probe(scene::Measure::follow, q);
+        p.position = {0.1, 0, 0.1};  // the farthest corner
+        scene.probes.push_back(p);
+    }
+    Simulation s = make_simulation(scene);
+    evaluate(s);
+    const auto before = measure(s);
+    advance_frame(s);
+    const auto after = measure(s);
+    EXPECT_NEAR(after.at(1).value() - before.at(1).value(), -5 * square(1 / 24.0), 1e-5);
+    EXPECT_GT(after.at(0).value(), 0.02);
+}
+
+TEST(Probes, AFollowedParticleWithoutMatterHasNoValue) {
+    scene::Scene scene = fixture::empty_space();
+    scene.probes = {probe(scene::Measure::follow, scene::Quantity::z)};
+    Simulation s = make_simulation(scene);
+    evaluate(s);
+    EXPECT_FALSE(measure(s).at(0).has_value());
+}
+
+TEST(Probes, ElasticAndKineticEnergyOfAFreeBodyAreTheirSumAtTheStart) {
+    // A cube of rubber that begins to stretch: its motion goes into its strain, and back. Steps are short, because those
+    // of leapfrog conserve an energy that differs from this one by the square of the step.
+    scene::Scene scene = fixture::empty_space();
+    scene.materials[0].elastic.youngs_modulus = 1e5;
+    scene.materials[0].elastic.poisson_ratio = 0.3;
+    scene.materials[0].viscosity = 0;
+    scene.bodies = {fixture::body("cube", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))};
+    scene.bodies[0].velocity_gradient.x = {8, 0, 0};
+    scene.frames.fps = 1000;
+    scene.solver.time_step.maximum = 1e-5;
+    Simulation s = make_simulation(scene);
+    evaluate(s);
+    const scene::Probe kinetic = probe(scene::Measure::total, scene::Quantity::energy),
+                       elastic = probe(scene::Measure::total, scene::Quantity::elastic_energy);
+    const double first = value(s, kinetic);
+    EXPECT_EQ(value(s, elastic), 0);
+    double largest = 0;
+    for (int f = 0; f < 10; ++f) {
+        advance_frame(s);
+        const double stored = value(s, elastic);
+        largest = std::max(largest, stored);
+        EXPECT_NEAR(stored + value(s, kinetic), first, 0.01 * first) << f;
+    }
+    EXPECT_GT(largest, 0.3 * first);
+}
+
+TEST(Probes, CountBodiesAndFrontsAndTheAreaOfACut) {
+    scene::Scene scene = fixture::empty_space();
+    scene.materials[0].elastic.youngs_modulus = 1e5;
+    scene.frames.fps = 100;
+    scene.bodies = {fixture::body("cube", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.06, 0.06, 0.06}, 0}))};
+    scene.blades = {{.name = "knife",
+                     .body = "cube",
+                     .edge = {{{0.001, -0.1, 0.05}}, {{0.001, 0.1, 0.05}}},
+                     .motion = {{.time = 0}, {.time = 0.1, .position = {0, 0, -0.1}}}}};
+    Simulation s = make_simulation(scene);
+    evaluate(s);
+    const auto count = [&](scene::Measure m) { return value(s, probe(m)); };
+    EXPECT_EQ(count(scene::Measure::bodies), 1);
+    EXPECT_EQ(count(scene::Measure::crack_area), 0);
+    for (int f = 0; f < 5; ++f) advance_frame(s);
+    EXPECT_EQ(count(scene::Measure::fronts), 1);
+    // The edge is in the middle, to a row.
+    EXPECT_NEAR(count(scene::Measure::crack_area), 0.06 * 0.03, 0.06 * s.solids.breaking[0].row);
+    for (int f = 0; f < 8; ++f) advance_frame(s);
+    EXPECT_EQ(count(scene::Measure::bodies), 2);
+    EXPECT_EQ(count(scene::Measure::fronts), 0);
+    // Triangles across the rim count by their middles.
+    EXPECT_NEAR(count(scene::Measure::crack_area), square(0.06), 0.06 * s.solids.breaking[0].row);
 }
 
 TEST(Probes, APointOutsideOfAllMatterHasNoValue) {
@@ -70,7 +175,7 @@ TEST(Probes, APointOutsideOfAllMatterHasNoValue) {
     EXPECT_NEAR(value(s, p), 1000, 20);  // packed: the summation density within 2 %
     p.position = {1, 0, 0};
     s.problem.scene.probes = {p};
-    s.probes = make_probes(s.problem.scene);
+    s.probes = make_probes(s.problem.scene, s.particles);
     EXPECT_FALSE(measure(s).at(0).has_value());
 }
 
@@ -152,7 +257,7 @@ TEST(ProbeFile, ALineThatIsMissingOrCutIsToldWhereARunContinues) {
     const TemporaryFolder folder;
     Simulation s = falling_cube();
     s.problem.scene.probes = {probe(scene::Measure::total)};
-    s.probes = make_probes(s.problem.scene);
+    s.probes = make_probes(s.problem.scene, s.particles);
     const int first = s.problem.scene.frames.first;
     begin_probe_file(folder.path, s, first - 1);
     for (s.clock.frame = first; s.clock.frame < first + 4; ++s.clock.frame) append_probes(folder.path, s);

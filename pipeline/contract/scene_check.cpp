@@ -251,6 +251,11 @@ void check_fracture(const Scene& scene, const Checker& check) {
         const std::string path = fmt::format("materials.{}.fracture", m.name);
         check.require(m.fracture.any() || m.fracture.scores.empty(), path + ".scores",
                       "scores do nothing in a material that never breaks", "give it a \"strength\" above 0");
+        const auto& warm = m.fracture.by_temperature;
+        for (std::size_t k = 1; k < warm.size(); ++k)
+            check.require(warm[k].temperature > warm[k - 1].temperature,
+                          fmt::format("{}.by_temperature.{}.temperature", path, k),
+                          fmt::format("{} degC is not above the one before it", warm[k].temperature));
         if (!m.fracture.any()) continue;
         check.require(m.elastic.solid(), path, "only a solid can break",
                       "give the material a \"youngs_modulus\" above 0");

@@ -120,6 +120,17 @@ void visit(V& v, Score& s) {
     v.key("factor", s.factor, "1", required(above_to(0, 1e6)), "strength of the part over that of the material");
 }
 
+/// The strength at a temperature.
+struct StrengthAt {
+    double temperature = 0;  // degC
+    double factor = 1;       // of the strength [1]
+};
+template <class V>
+void visit(V& v, StrengthAt& s) {
+    v.key("temperature", s.temperature, "degC", required(between(-273.15, 1e5)), "ascending in the list");
+    v.key("factor", s.factor, "1", required(above_to(0, 1e6)), "strength at this temperature over `strength`");
+}
+
 /// How a solid breaks (dissertation 5.6).
 struct Fracture {
     double strength = 0;   // Pa; 0: it never breaks
@@ -129,6 +140,7 @@ struct Fracture {
     double history = 0.5;  // k_hist over a particle's width [1]
     double scatter = 0;    // part of the strength [1]
     std::vector<Score> scores;
+    std::vector<StrengthAt> by_temperature;
     bool any() const { return strength > 0; }
 };
 template <class V>
@@ -146,6 +158,10 @@ void visit(V& v, Fracture& f) {
     v.key("scatter", f.scatter, "1", {.low = 0, .high = 1, .open_high = true},
           "particles differ in strength by up to this part of it, either way");
     v.list("scores", f.scores, "parts that are weaker or stronger, such as a scored line");
+    v.list(
+        "by_temperature", f.by_temperature,
+        "the strength at some temperatures; linear in between, the same beyond the first and last. Left out: it does "
+        "not depend on the temperature");
 }
 
 struct CrackPoint {

@@ -21,6 +21,30 @@ namespace {
 
 constexpr std::uint64_t kScatter = 0x73636174746572;  // use of random numbers
 
+/// Linear between the entries, constant beyond the first and last.
+double factor_at(const std::vector<StrengthFactor>& table, double temperature) {
+    const auto above = std::ranges::upper_bound(table, temperature, {}, &StrengthFactor::temperature);
+    if (above == table.begin()) return table.front().factor;
+    if (above == table.end()) return table.back().factor;
+    const StrengthFactor &a = *(above - 1), &b = *above;
+    return a.factor + (temperature - a.temperature) / (b.temperature - a.temperature) * (b.factor - a.factor);
+}
+
+/// Strengths at the present temperatures.
+void warm_strengths(const Particles& particles, Solids& solids) {
+    Elements& e = solids.elements;
+    for (const SolidBody& body : solids.bodies) {
+        const auto breaking = std::ranges::find(solids.breaking, body.source, &Breaking::source);
+        if (breaking == solids.breaking.end() || breaking->by_temperature.empty()) continue;
+        parallel_for(body.elements.size(), [&](std::size_t k) {
+            const Index i = body.elements[k];
+            if (e.own_strength[i] == kUnbreakable) return;
+            const double temperature = particles.temperature[solids.particle_of[i]];
+            e.strength[i] = static_cast<Real>(factor_at(breaking->by_temperature, temperature)) * e.own_strength[i];
+        });
+    }
+}
+
 void see_matter(const Solids& solids, CrackScratch& scratch) {
     if (!scratch.matter.empty() && scratch.triangles == solids.cracks.triangles.size() &&
         scratch.elements == solids.elements.id)
@@ -100,6 +124,7 @@ CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Mat
     Cracks& cracks = solids.cracks;
     CrackReport report;
     if (solids.breaking.empty()) return report;
+    warm_strengths(matter.particles, solids);
     const double loaded = std::exchange(cracks.load, load_of(solids, scratch));
     cracks.step = step_to_the_strength(loaded, cracks.load, dt);
     see_matter(solids, scratch);
@@ -164,7 +189,7 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
 }
 
 void make_breaking(const scene::Scene& scene, const Materials& materials, const EmbeddedSurface& surface,
-                   Solids& solids) {
+                   const Particles& particles, Solids& solids) {
     Elements& e = solids.elements;
     if (!e.breaks) return;
     e.strength.assign(e.size(), kUnbreakable);
@@ -201,6 +226,8 @@ void make_breaking(const scene::Scene& scene, const Materials& materials, const 
                                    .shape = *body.shape,
                                    .origin = body.origin});
         if (!keys.any()) continue;
+        for (const scene::StrengthAt& at : keys.by_temperature)
+            solids.breaking.back().by_temperature.push_back({at.temperature, at.factor});
         std::vector<Shape> scored;
         for (const scene::Score& score : keys.scores) scored.push_back(make_shape(scene, score.region));
         for (const Index i : body.elements) {
@@ -211,6 +238,8 @@ void make_breaking(const scene::Scene& scene, const Materials& materials, const 
             e.strength[i] = static_cast<Real>(strength);
         }
     }
+    e.own_strength = e.strength;
+    warm_strengths(particles, solids);
     solids.blades = make_blades(scene, solids.breaking);
 }
 

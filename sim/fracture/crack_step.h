@@ -46,7 +46,7 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
 /// How every scene body breaks that can, and the strength of each element. A body of a material that never breaks can be
 /// cut by a blade. Requires the bodies' elements; surfels too, where the scene has them. Throws InputError.
 void make_breaking(const scene::Scene& scene, const Materials& materials, const EmbeddedSurface& surface,
-                   Solids& solids);
+                   const Particles& particles, Solids& solids);
 
 /// Cuts the cracks that the scene's bodies have from the start (painted.h): sheets, faces and bonds. Pieces become bodies
 /// in the first steps. Requires make_breaking. Throws InputError.

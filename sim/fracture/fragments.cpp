@@ -376,7 +376,10 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     e.acceleration[i] = e.acceleration[host];
     e.plastic[i] = e.plastic[host];
     if (e.hardens) e.hardened[i] = e.hardened[host];
-    if (e.breaks) e.strength[i] = e.strength[host];
+    if (e.breaks) {
+        e.strength[i] = e.strength[host];
+        e.own_strength[i] = e.own_strength[host];
+    }
     body.elements.push_back(i);
     number_element(particle, i, solids);
 

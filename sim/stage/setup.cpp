@@ -333,7 +333,7 @@ Simulation make_simulation(const scene::Scene& in_world, SkinSetup skins) {
     make_phases(scene, sim.problem.materials, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);
     if (scene.surface.enabled && skins == SkinSetup::make) sim.embedded = make_embedded_surface(scene, sim.solids);
-    make_breaking(scene, sim.problem.materials, sim.embedded, sim.solids);
+    make_breaking(scene, sim.problem.materials, sim.embedded, sim.particles, sim.solids);
     cut_painted_cracks(scene, matter_of(sim));
     for (std::size_t e = 0; e < scene.emitters.size(); ++e) {
         const int material = index_of(scene.materials, scene.emitters[e].material, "material");

@@ -12,6 +12,11 @@
 
 namespace thixo {
 
+/// The strength at a temperature [degC], over that of the material [1].
+struct StrengthFactor {
+    double temperature, factor;
+};
+
 /// How the matter of a scene body breaks, resolved at set-up.
 struct Breaking {
     std::int32_t source = 0;      // the scene body
@@ -24,6 +29,7 @@ struct Breaking {
     Real surfel = 0;              // radius of the body's surfels; 0: it has none [m]
     Shape shape;                  // of the whole body, in the world at time 0
     Vec3 origin{0, 0, 0};         // of the material frame there [m]
+    std::vector<StrengthFactor> by_temperature{};  // ascending; linear in between
     /// Signed distance of a place of the material frame to the surface of the whole body [m].
     Real distance(const Vec3& m) const { return shape.distance(m + origin); }
     Vec3 outward(const Vec3& m) const { return shape.gradient(m + origin, width / 16); }

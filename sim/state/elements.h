@@ -82,7 +82,8 @@ struct Elements {
     std::vector<Real> mass, volume;  // [kg], V of the rest shape [m^3]
     std::vector<Real> support;       // h [m]
     std::vector<Real> depth;         // of the particle below the body's surface, in the rest shape [m]
-    std::vector<Real> strength;      // tension at which a crack begins; the largest number: it never does [Pa]
+    // Tension at which a crack begins; the largest number: it never does. At the present temperature, and without it.
+    std::vector<Real> strength, own_strength;  // [Pa]
     // Copies of its particle's fields, written with them.
     std::vector<Phase> phase;
     std::vector<Real> melt;  // b [1]
@@ -120,7 +121,10 @@ void for_each_field(E& e, F&& f) requires requires {
     f("solid.volume", Life::made, e.volume);
     f("solid.support", Life::made, e.support);
     f("solid.depth", Life::made, e.depth);
-    if (e.breaks) f("solid.strength", Life::made, e.strength);
+    if (e.breaks) {
+        f("solid.strength", Life::made, e.strength);
+        f("solid.own_strength", Life::made, e.own_strength);
+    }
     if (e.softens) {
         f("solid.phase", Life::state, e.phase);
         f("solid.melt", Life::state, e.melt);

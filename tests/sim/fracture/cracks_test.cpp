@@ -43,29 +43,33 @@ TEST_P(Bars, PartWhereTheyAreWeakestAcrossThePull) {
     EXPECT_EQ(s.solids.bodies[1].parent, s.solids.bodies[0].id);
 }
 
+/// The mean tension in the middle of the bar when the first crack begins [Pa].
+double load_at_the_first_crack(Simulation& s) {
+    while (s.clock.time < 1 && !s.solids.cracks.any()) {
+        s.clock.next_frame = s.clock.time + 1;
+        step(s);
+    }
+    EXPECT_TRUE(s.solids.cracks.any());
+    std::vector<Symmetric> stress;
+    find_stress(s.solids, stress);
+    double sum = 0, count = 0;
+    for (Index i = 0; i < s.solids.elements.size(); ++i) {
+        const Real x = s.solids.elements.rest[i].x;
+        if (std::abs(x) > 0.025) continue;
+        sum += largest_tension(stress[i]).value;
+        ++count;
+    }
+    return sum / count;
+}
+
 TEST_P(Bars, AreAsStrongAsTheirMaterial) {
-    // The mean tension over the section when the first crack begins, by the strain of the middle.
     double load[3], strain[3];
     const double strength[3] = {0.5 * kStrength, kStrength, 1.5 * kStrength};
     for (int k = 0; k < 3; ++k) {
         scene::Scene scene = bar_scene(GetParam(), 0.9);
         scene.materials[0].fracture.strength = strength[k];
         Simulation s = make_simulation(scene);
-        while (s.clock.time < 1 && !s.solids.cracks.any()) {
-            s.clock.next_frame = s.clock.time + 1;
-            step(s);
-        }
-        ASSERT_TRUE(s.solids.cracks.any()) << strength[k];
-        std::vector<Symmetric> stress;
-        find_stress(s.solids, stress);
-        double sum = 0, count = 0;
-        for (Index i = 0; i < s.solids.elements.size(); ++i) {
-            const Real x = s.solids.elements.rest[i].x;
-            if (std::abs(x) > 0.025) continue;
-            sum += largest_tension(stress[i]).value;
-            ++count;
-        }
-        load[k] = sum / count;
+        load[k] = load_at_the_first_crack(s);
         strain[k] = s.clock.time;
     }
     // In proportion to the strength, to a twentieth: the issue of a load that is spread evenly.
@@ -73,6 +77,39 @@ TEST_P(Bars, AreAsStrongAsTheirMaterial) {
     EXPECT_NEAR(load[2] / load[1], 1.5, 0.075);
     EXPECT_LT(strain[0], strain[1]);
     EXPECT_LT(strain[1], strain[2]);
+}
+
+TEST(Cracks, BeginAtALowerLoadInWarmMatter) {
+    // The strength falls evenly to a half at 100 degC. The bounds are those of AreAsStrongAsTheirMaterial.
+    double load[3];
+    const double temperature[3] = {0, 60, 200};
+    for (int k = 0; k < 3; ++k) {
+        scene::Scene scene = bar_scene(scene::SolidSteps::leapfrog, 0.9);
+        scene.materials[0].fracture.by_temperature = {{20, 1}, {100, 0.5}};
+        scene.bodies[0].temperature = temperature[k];
+        Simulation s = make_simulation(scene);
+        load[k] = load_at_the_first_crack(s);
+    }
+    EXPECT_NEAR(load[1] / load[0], 0.75, 0.0375);
+    EXPECT_NEAR(load[2] / load[0], 0.5, 0.025);
+}
+
+TEST(Cracks, BeginWhereMatterHasBecomeHot) {
+    // Heat comes into one half of the bar while it is drawn: it parts there, though a band of the cold half is weaker.
+    scene::Scene scene = bar_scene();
+    scene.materials[0].fracture.by_temperature = {{20, 1}, {100, 0.3}};
+    scene.materials[0].thermal.conductivity = 0.1;
+    scene::HeatSource torch;
+    torch.region = fixture::shape_at({-0.025, 0, 0}, scene::BoxShape{{0.012, 1, 1}, 0});
+    torch.power = 3e9;
+    scene.world.heat_sources = {torch};
+    Simulation s = make_simulation(scene);
+    pull(s, 0.6);
+    ASSERT_GE(s.solids.bodies.size(), 2u);
+    const Vec3 origin = s.solids.bodies[0].origin;
+    double off = 0;
+    for (const Vec3& v : s.solids.cracks.vertex) off = std::max(off, std::abs((v + origin).x() + 0.025));
+    EXPECT_LT(off, 0.006 + 2 * 0.006);
 }
 
 TEST(Cracks, SeeALoadThatComesAndGoesWithinAStep) {

@@ -40,6 +40,7 @@ struct Cube {
                 }
         e.breaks = true;
         e.strength.assign(e.size(), 1);
+        e.own_strength = e.strength;
         solids.bodies = {body};
         find_rest_neighbours(solids.bodies, e);
         measure_moments(e);

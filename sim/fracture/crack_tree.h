@@ -22,7 +22,15 @@ class CrackTree {
     /// Calls f(triangle, place) for every triangle that the segment from `a` to `b` crosses or touches. The place is on
     /// it [m].
     template <class F>
-    void for_each_crossing(const Vec3& a, const Vec3& b, F&& f) const;
+    void for_each_crossing(const Vec3& a, const Vec3& b, F&& f) const {
+        (void)any_crossing(a, b, [&](Index row, const Vec3& place) {
+            f(row, place);
+            return false;
+        });
+    }
+    /// Calls f likewise, until it returns true. Returns whether it did.
+    template <class F>
+    bool any_crossing(const Vec3& a, const Vec3& b, F&& f) const;
     /// The nearest triangle that `accepted(row)` takes, closer than `reach` [m].
     struct Near {
         Index triangle;
@@ -62,8 +70,8 @@ class CrackTree {
 };
 
 template <class F>
-void CrackTree::for_each_crossing(const Vec3& a, const Vec3& b, F&& f) const {
-    if (nodes_.empty()) return;
+bool CrackTree::any_crossing(const Vec3& a, const Vec3& b, F&& f) const {
+    if (nodes_.empty()) return false;
     const Vec3 way = b - a;
     const Segment segment{a, way, way.cwiseInverse()};
     std::array<Index, 64> stack;  // a median tree of 2^32 faces is no deeper
@@ -79,8 +87,9 @@ void CrackTree::for_each_crossing(const Vec3& a, const Vec3& b, F&& f) const {
             continue;
         }
         for (Index k = node.begin; k < node.end; ++k)
-            if (const auto place = crossing(faces_[k], a, b)) f(faces_[k].row, *place);
+            if (const auto place = crossing(faces_[k], a, b); place && f(faces_[k].row, *place)) return true;
     }
+    return false;
 }
 
 }  // namespace thixo

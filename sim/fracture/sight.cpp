@@ -196,8 +196,9 @@ Real share_left(const CrackTree& sheets, const Cracks& cracks, const Vec3& from,
                 Real opaque) {
     const Real q = std::min((to - from).norm() / support, Real(0.999));
     Real left = 1;
-    sheets.for_each_crossing(from, to, [&](Index k, const Vec3&) {
+    (void)sheets.any_crossing(from, to, [&](Index k, const Vec3&) {
         left = std::min(left, transparency(q, cracks.triangles.behind[k], opaque));
+        return left <= 0;
     });
     return left;
 }

@@ -69,11 +69,8 @@ CrackedMatter::CrackedMatter(const Solids& solids, const Breaking& breaking) : s
 }
 
 bool CrackedMatter::hidden(const Vec3& from, const Vec3& to) const {
-    bool found = false;
-    sheets_.for_each_crossing(from, to, [&](Index k, const Vec3&) {
-        found = found || solids_->cracks.triangles.behind[k] > breaking_->opaque / 2;
-    });
-    return found;
+    return sheets_.any_crossing(
+        from, to, [&](Index k, const Vec3&) { return solids_->cracks.triangles.behind[k] > breaking_->opaque / 2; });
 }
 
 CrackedMatter::Local CrackedMatter::at(const Vec3& m, const std::vector<Symmetric>& stress) const {

@@ -17,7 +17,7 @@ constexpr Real kInside = Real(0.1);     // how far ahead of a sample the face it
 constexpr Real kSameFace = Real(0.99);  // cosine between its normals at that depth and at half of it
 // In widths: the shape of a body that has split is that of its surfels, and is good to this beside its new edges. Pieces
 // that part at rest would otherwise push each other.
-constexpr Real kRoomAtCuts = Real(0.05);
+constexpr Real kRoomAtCuts = Real(0.1);
 constexpr Real kFacing = Real(0.2);     // least cosine between one surface's normal and minus the other's
 
 /// The outward normal of the surface at a sample, J^-T n of the element with the largest weight. It is not a unit

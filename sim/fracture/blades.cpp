@@ -109,6 +109,24 @@ Edge edge_of(double time, const Blade& blade, const MaterialPlaces& places, cons
     return edge;
 }
 
+/// The longest next step in which the edge goes no farther than `reach` [m] by its own motion, to a factor of two [s].
+double step_within(double reach, double time, const Blade& blade) {
+    constexpr int kSamples = 8;
+    constexpr double kLongest = 0.1, kShortest = 1e-9;  // s
+    const RigidPose now = blade.motion.pose(time);
+    const auto goes_within = [&](double step) {
+        for (int k = 1; k <= kSamples; ++k) {
+            const RigidPose then = blade.motion.pose(time + step * k / kSamples);
+            for (const Vec3d& x : {blade.edge.front(), blade.edge.back()})
+                if ((then.apply(x) - now.apply(x)).norm() > reach) return false;
+        }
+        return true;
+    };
+    double step = kLongest;
+    while (step > kShortest && !goes_within(step)) step /= 2;
+    return step;
+}
+
 /// Begins a new cut where the edge is.
 void begin_row(const Edge& edge, Blade& blade, Cracks& cracks) {
     const std::size_t n = edge.place.size();
@@ -226,11 +244,13 @@ double advance_blades(double time, const CrackedMatter& matter, const Solids& so
     const auto cuts = [&](const Blade& b) { return b.source == breaking.source && b.active(time); };
     if (matter.elements().empty() || std::ranges::none_of(blades, cuts)) return 1e30;
     const MaterialPlaces places(solids, matter);
-    Real fastest = 0;
+    double longest = 1e30;
     for (Blade& blade : blades) {
         if (!cuts(blade)) continue;
         const Edge edge = edge_of(time, blade, places, breaking);
-        fastest = std::max(fastest, edge.fastest);
+        const Real reach = edge.near ? breaking.row / 2 : 2 * breaking.support;
+        longest = std::min(longest, step_within(static_cast<double>(reach), time, blade));
+        if (edge.fastest > 0) longest = std::min(longest, static_cast<double>(breaking.row / (2 * edge.fastest)));
         if (!edge.near)
             blade.row.clear();
         else if (blade.row.empty())
@@ -238,7 +258,7 @@ double advance_blades(double time, const CrackedMatter& matter, const Solids& so
         else
             advance_blade(edge, blade, breaking, cracks);
     }
-    return fastest > 0 ? static_cast<double>(breaking.row / (2 * fastest)) : 1e30;
+    return longest;
 }
 
 std::vector<Blade> make_blades(const scene::Scene& scene, const std::vector<Breaking>& breaking) {

@@ -11,7 +11,8 @@ namespace thixo {
 /// little outside of the body, as sheets of other cracks do. A point of an edge that is drawn back leaves the row where
 /// it is. An edge that has left the body begins a new cut the next time. The fronts of a cut lie along the edge, and
 /// along the ways of its ends: there the matter still holds. Stress does not move them. Requires the gradients of the
-/// present time. Returns the longest next step, in which no edge goes farther than half a row [s].
+/// present time. Returns the longest next step [s]. In it no edge goes farther than half a row, or two supports far from
+/// the matter.
 double advance_blades(double time, const CrackedMatter& matter, const Solids& solids, std::vector<Blade>& blades,
                       Cracks& cracks);
 

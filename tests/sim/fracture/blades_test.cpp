@@ -86,6 +86,17 @@ TEST(Blades, PartABodyInThePlaneOfTheirEdge) {
     EXPECT_LT(fastest(s), 1e-6);
 }
 
+TEST(Blades, CutFromTheSurfaceOnHoweverFastTheyCome) {
+    // 20 m/s from rest, at 24 frames a second: half a metre of way in a frame.
+    scene::Scene scene = bar_and_blade(0.011, 0.03, {{.time = 0.01}, {.time = 0.04, .position = {0, 0, -0.6}}});
+    for (scene::EdgePoint& p : scene.blades[0].edge) p.at.z() = 0.4;
+    scene.frames.fps = 24;
+    Simulation s = make_simulation(scene);
+    run_to(s, 0.1);
+    EXPECT_EQ(s.solids.bodies.size(), 2u);
+    EXPECT_GT(area_of(s.solids.cracks), 0.99 * square(kSide));
+}
+
 TEST(Blades, HoldWhatTheirEdgeHasNotReached) {
     constexpr double kBottom = 0.003;
     std::vector<scene::Key> motion = down(0.02 - kBottom);

@@ -252,6 +252,8 @@ void check_fracture(const Scene& scene, const Checker& check) {
         check.require(m.fracture.any() || m.fracture.scores.empty(), path + ".scores",
                       "scores do nothing in a material that never breaks", "give it a \"strength\" above 0");
         const auto& warm = m.fracture.by_temperature;
+        check.require(m.fracture.any() || warm.empty(), path + ".by_temperature",
+                      "it does nothing in a material that never breaks", "give it a \"strength\" above 0");
         for (std::size_t k = 1; k < warm.size(); ++k)
             check.require(warm[k].temperature > warm[k - 1].temperature,
                           fmt::format("{}.by_temperature.{}.temperature", path, k),

@@ -27,6 +27,17 @@ inline void draw_ends_apart(scene::Scene& s) {
     }
 }
 
+/// The area of all sheets, with what stands out of the body [m^2].
+inline double area_of(const Cracks& cracks) {
+    double sum = 0;
+    const CrackTriangles& t = cracks.triangles;
+    for (std::size_t k = 0; k < t.size(); ++k) {
+        const Vec3 &a = cracks.vertex[t.a[k]], &b = cracks.vertex[t.b[k]], &c = cracks.vertex[t.c[k]];
+        sum += 0.5 * static_cast<double>((b - a).cross(c - a).norm());
+    }
+    return sum;
+}
+
 /// Steps until the body has parted, or `most` seconds have passed.
 inline void pull(Simulation& s, double most) {
     while (s.clock.time < most && s.solids.bodies.size() < 2) {

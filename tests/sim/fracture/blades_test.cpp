@@ -37,15 +37,7 @@ double fastest(const Simulation& s) {
     return most;
 }
 
-double area_of(const Cracks& cracks) {
-    double sum = 0;
-    const CrackTriangles& t = cracks.triangles;
-    for (std::size_t k = 0; k < t.size(); ++k) {
-        const Vec3 &a = cracks.vertex[t.a[k]], &b = cracks.vertex[t.b[k]], &c = cracks.vertex[t.c[k]];
-        sum += 0.5 * static_cast<double>((b - a).cross(c - a).norm());
-    }
-    return sum;
-}
+using fixture::area_of;
 
 /// Where a body's matter was at the start.
 Vec3d at_start(const Simulation& s, Index element) {

@@ -38,15 +38,7 @@ scene::Scene pulled_bar(const scene::PaintedCrack& crack) {
 
 using fixture::pull;
 
-double area_of(const Cracks& cracks) {
-    double sum = 0;
-    const CrackTriangles& t = cracks.triangles;
-    for (std::size_t k = 0; k < t.size(); ++k) {
-        const Vec3 &a = cracks.vertex[t.a[k]], &b = cracks.vertex[t.b[k]], &c = cracks.vertex[t.c[k]];
-        sum += 0.5 * static_cast<double>((b - a).cross(c - a).norm());
-    }
-    return sum;
-}
+using fixture::area_of;
 
 TEST(PaintedCracks, HideOneSideFromTheOtherDownToTheirDepth) {
     // A cut 1 cm deep across the top of the bar. It is opaque within a tenth of a support behind its front.

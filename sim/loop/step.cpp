@@ -8,7 +8,6 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
 #include "sim/bonds/members.h"
-#include "sim/fracture/sheets.h"
 #include "sim/liquid/density.h"
 #include "sim/liquid/forces.h"
 #include "sim/liquid/leapfrog.h"
@@ -19,7 +18,6 @@
 #include "sim/loop/plan.h"
 #include "sim/loop/time_step.h"
 #include "sim/phase/phases.h"
-#include "sim/surface/contact_surface.h"
 
 namespace thixo {
 namespace {
@@ -269,8 +267,9 @@ double move_solids(const Plan& plan, double dt, Simulation& sim) {
 void break_solids(const Plan& plan, Simulation& sim) {
     if (!plan.solids || sim.solids.breaking.empty()) return;
     ScopedTimer timer(sim.stats.cracks_seconds);
-    const CrackReport report = advance_cracks(sim.clock.time, sim.clock.last_dt, static_cast<std::uint64_t>(sim.clock.step),
-                                              matter_of(sim), sim.crack_scratch);
+    const CrackReport report =
+        advance_cracks(sim.clock.time, sim.clock.last_dt, static_cast<std::uint64_t>(sim.clock.step), matter_of(sim),
+                       sim.crack_scratch);
     sim.stats.cracks_begun += static_cast<int>(report.begun);
     sim.stats.fragments += static_cast<int>(report.fragments);
 }
@@ -296,45 +295,6 @@ void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
             hold_off_walls(sim.walls, sim.particles, least_wall_distance(sim), sim.sweep.walls, dt, wall_speed);
     count_passages(sim.probes, sim.particles, sim.problem.periodic);
     wrap_particles(sim.problem.periodic, sim.particles);
-}
-
-/// The largest of term(i) [m^2] over all particles, as a length [m].
-template <class Term>
-double largest(const Simulation& sim, Term&& term) {
-    return std::sqrt(parallel_reduce(
-        sim.particles.size(), 0.0, [&](std::size_t i) { return static_cast<double>(term(i)); },
-        [](double a, double b) { return std::max(a, b); }));
-}
-
-/// Whether the surface has to be updated. Surfels are carried by the displacement of the particles about them. That is
-/// exact where the displacement is affine, so that a jet in free flight needs no update. What counts is therefore the
-/// displacement of a particle against the mean of its neighbours. The update is due when it is more than a quarter of
-/// the surfel support (dissertation 6.6) for one particle in twenty. A single one is not enough: in a splash some drop
-/// always moves that far. Its few surfels are made anew at the next update in any case. Matter that moves as a whole
-/// may move two supports.
-bool surface_due(const Plan& plan, const Simulation& sim) {
-    constexpr double kShare = 0.05;
-    const scene::Surface& params = sim.problem.scene.surface;
-    if (!params.enabled || !plan.liquid) return false;
-    const double support = params.support * params.radius * static_cast<double>(sim.problem.smoothing.spacing);
-    const auto& x = sim.particles.position;
-    const auto& x0 = sim.particles.surface_position;
-    const double moved = largest(sim, [&](std::size_t i) { return (x[i] - x0[i]).squaredNorm(); });
-    if (moved < support / 4) return false;
-    if (moved > 2 * support) return true;
-    const double stirred = parallel_sum(sim.particles.size(), [&](std::size_t i) {
-        const auto near = sim.neighbours[i];
-        if (near.empty()) return 0.0;
-        Vec3 sum(0, 0, 0);
-        for (const Index j : near) sum += x[j] - x0[j];
-        const Real against = (x[i] - x0[i] - sum / static_cast<Real>(near.size())).squaredNorm();
-        return against > square(static_cast<Real>(support / 4)) ? 1.0 : 0.0;
-    });
-    return stirred > kShare * static_cast<double>(sim.particles.size());
-}
-
-void update_surface_when_due(const Plan& plan, Simulation& sim) {
-    if (surface_due(plan, sim)) refresh_surface(sim);
 }
 
 void count_step(Simulation& sim) {
@@ -380,28 +340,6 @@ void step(Simulation& sim) {
     count_step(sim);
 }
 
-void refresh_surface(Simulation& sim) {
-    if (!sim.problem.scene.surface.enabled) return;
-    ScopedTimer timer(sim.stats.surface_seconds);
-    const Smoothing& smoothing = sim.problem.smoothing;
-    const scene::Surface& params = sim.problem.scene.surface;
-    const SurfaceSetting setting{sim.walls, params, smoothing.spacing, smoothing.support, sim.problem.moulds};
-    if (sim.solids.cracks.any()) refresh_sheets(CrackSight(sim.solids), matter_of(sim));
-    const SurfaceReport report = sim.solids.empty()
-                                     ? update_surface(sim.surface, sim.particles, setting)
-                                     : update_mixed_surface(sim.embedded, sim.solids, sim.particles, setting,
-                                                            sim.mixed_surface, sim.surface, sim.embedded_source);
-    if (!sim.solids.empty() && !sim.solids.softening.any)
-        draw_contacts(sim.embedded, sim.embedded_source, sim.walls, sim.solids, sim.surface);
-    SurfaceReport& sum = sim.stats.surface;
-    const SurfaceReport before = sum;
-    sum = report;
-    sum.inserted += before.inserted;
-    sum.deleted += before.deleted;
-    add(before.seconds, sum.seconds);
-    ++sim.stats.surface_updates;
-}
-
 bool advance_frame(Simulation& sim, const std::function<bool()>& stop) {
     const scene::Frames& frames = sim.problem.scene.frames;
     sim.clock.next_frame = frame_time(frames, sim.clock.frame + 1);
@@ -410,7 +348,7 @@ bool advance_frame(Simulation& sim, const std::function<bool()>& stop) {
         step(sim);
     }
     ++sim.clock.frame;
-    refresh_surface(sim);
+    make_frame_surface(sim);
     evaluate(sim);
     return true;
 }

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "sim/loop/simulation.h"
+#include "sim/loop/surface_updates.h"
 
 namespace thixo {
 
@@ -25,8 +26,5 @@ double frame_time(const scene::Frames& frames, int frame);
 /// `stop` becomes true.
 bool advance_frame(
     Simulation& sim, const std::function<bool()>& stop = [] { return false; });
-
-/// Brings the surface up to date with the particles, where the scene has one.
-void refresh_surface(Simulation& sim);
 
 }  // namespace thixo

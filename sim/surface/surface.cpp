@@ -123,7 +123,7 @@ SurfaceReport update_surface(SurfaceState& surface, Particles& particles, const 
     fit_axes(cloud, notes, shape, Real(params.support) * full_radius);
     book(report.seconds.fitting);
     const bool steady = 100 * (report.inserted + report.deleted) < surface.size();
-    hold_volume(surface, matter, notes, full_radius, spacing, steady);
+    report.volume_error = hold_volume(surface, matter, notes, full_radius, spacing, steady);
     book(report.seconds.volume);
     if (zombies) {
         project_zombies(surface, notes.component, notes.melt, Real(params.support) * full_radius, *zombies);

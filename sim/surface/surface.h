@@ -65,8 +65,9 @@ inline void add(const SurfaceSeconds& a, SurfaceSeconds& sum) {
 struct SurfaceReport {
     std::size_t inserted = 0, deleted = 0;
     int iterations = 0;
-    Real largest_move = 0;  // [m] of the last iteration
-    int unconverged = 0;    // projections that hit their cap on steps
+    Real largest_move = 0;    // [m] of the last iteration
+    int unconverged = 0;      // projections that hit their cap on steps
+    double volume_error = 0;  // relative, as hold_volume found it [1]
     SurfaceSeconds seconds;
 };
 

@@ -139,11 +139,11 @@ double matter_volume(const Particles& p, std::size_t j) {
     return b * unstrained + (1 - b) * std::clamp(now, 0.5 * unstrained, unstrained);
 }
 
-void hold_volume(SurfaceState& surface, const ParticleRows& particles, const SurfelNotes& notes, Real radius,
-                 Real spacing, bool steady) {
+double hold_volume(SurfaceState& surface, const ParticleRows& particles, const SurfelNotes& notes, Real radius,
+                   Real spacing, bool steady) {
     if (steady && surface.unmeasured > 0) {
         --surface.unmeasured;
-        return;
+        return 0;
     }
     const Real lowest = Real(-0.6) * spacing, highest = Real(0.3) * spacing, step = Real(0.08) * spacing;
     const std::vector<std::int32_t>& component = notes.component;
@@ -157,6 +157,7 @@ void hold_volume(SurfaceState& surface, const ParticleRows& particles, const Sur
     surface.lift.resize(std::max(surface.lift.size(), volume.size()), 0);
     const std::vector<Real> ones(component.size(), 1);
     Real largest = 0;
+    double wrong = 0, all = 0;
     for (std::size_t c = 0; c < volume.size(); ++c) {
         const auto in_c = static_cast<std::int32_t>(c);
         const double matter = parallel_sum(particles.size(), [&](std::size_t k) {
@@ -172,17 +173,23 @@ void hold_volume(SurfaceState& surface, const ParticleRows& particles, const Sur
         };
         const double area = area_of(ones), melted = area_of(notes.melt);
         if (!(area > 0) || !(matter > 0)) continue;
-        // An open surface, as where a floor is just wetted, has no meaningful volume.
-        if (std::abs(volume[c] - matter) > kOpen * matter) continue;
-        const Real missing = static_cast<Real>(0.7 * (matter - volume[c]) / area);
         // The small molten part of a body must not make up for all its missing volume.
         const Real share = clamp01(static_cast<Real>(3 * melted / area));
+        // An open surface, as where a floor is just wetted, has no meaningful volume. Its lift fades: one that stayed
+        // could keep the volume as wrong as that for ever.
+        const bool open = std::abs(volume[c] - matter) > kOpen * matter;
+        const Real missing = open ? -surface.lift[c] : static_cast<Real>(0.7 * (matter - volume[c]) / area);
+        if (!open) {
+            wrong += std::abs(volume[c] - matter);
+            all += matter;
+        }
         const Real lift =
             std::clamp(surface.lift[c] + std::clamp(missing, -step, step), share * lowest, share * highest);
         largest = std::max(largest, std::abs(lift - surface.lift[c]));
         surface.lift[c] = lift;
     }
     surface.unmeasured = largest < step / 20 ? kSkippedMeasurements : 0;
+    return all > 0 ? wrong / all : 0;
 }
 
 }  // namespace thixo

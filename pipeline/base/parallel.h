@@ -2,7 +2,6 @@
 // fixed order. Both give the same bits at any thread count.
 #pragma once
 
-#include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -21,17 +20,14 @@ int thread_count();
 /// cores.
 oneapi::tbb::task_arena& thread_arena();
 
-/// f(i) for i in [0, n), in parallel. f may write element i only, and reads nothing that another iteration writes.
-template <class F>
-void parallel_for(std::size_t n, F&& f, std::size_t grain = 256) {
-    thread_arena().execute([&] {
-        oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, n, grain), [&](const auto& range) {
-            for (std::size_t i = range.begin(); i != range.end(); ++i) f(i);
-        });
-    });
-}
-
 inline constexpr std::size_t kChunk = 1024;
+
+/// One copy of the machine code of a chunk. Inlined into TBB's ways to run a task it would exist several times, each with
+/// other sums fused and so rounded otherwise. Which of them runs depends on the threads.
+template <class F>
+__attribute__((noinline, noclone)) void run_chunk(F& f, std::size_t begin, std::size_t end, std::size_t chunk) {
+    f(begin, end, chunk);
+}
 
 /// f(begin, end, chunk) for fixed chunks of [0, n): chunk c is always the same range, whatever the thread count.
 template <class F>
@@ -39,8 +35,20 @@ void parallel_chunks(std::size_t n, F&& f, std::size_t chunk = kChunk) {
     const std::size_t chunks = (n + chunk - 1) / chunk;
     thread_arena().execute([&] {
         oneapi::tbb::parallel_for(std::size_t(0), chunks,
-                                  [&](std::size_t c) { f(c * chunk, std::min(n, (c + 1) * chunk), c); });
+                                  [&](std::size_t c) { run_chunk(f, c * chunk, std::min(n, (c + 1) * chunk), c); });
     });
+}
+
+/// f(i) for i in [0, n), in parallel. f may write element i only, and reads nothing that another iteration writes. The
+/// ranges are fixed: in a loop of lanes, the rest of a range may be rounded otherwise than the lanes.
+template <class F>
+void parallel_for(std::size_t n, F&& f, std::size_t grain = 256) {
+    parallel_chunks(
+        n,
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            for (std::size_t i = begin; i != end; ++i) f(i);
+        },
+        grain);
 }
 
 /// Reduction in a fixed order: combine(T, T) folds term(i) within fixed chunks, then the results of the chunks.

@@ -11,7 +11,7 @@ CrackTree::CrackTree(const Cracks& cracks, std::span<const Index> triangles) {
     faces_.reserve(triangles.size());
     for (const Index k : triangles) {
         const Vec3 &a = cracks.vertex[t.a[k]], &b = cracks.vertex[t.b[k]], &c = cracks.vertex[t.c[k]];
-        faces_.push_back({a, b, c, (b - a).cross(c - a).normalized(), std::max((b - a).norm(), (c - a).norm()), k});
+        faces_.push_back({WayTriangle(a, b, c), b, c, k});
     }
     if (!faces_.empty()) split(0, static_cast<Index>(faces_.size()));
 }
@@ -73,40 +73,6 @@ bool CrackTree::meets(const Node& node, const Segment& s) {
         if (from > to) return false;
     }
     return true;
-}
-
-std::optional<CrackTree> CrackTree::about(const Vec3& x, Real reach, std::size_t most) const {
-    CrackTree part;
-    if (nodes_.empty()) return part;
-    const auto far = [&](const Vec3& lower, const Vec3& upper) {
-        return ((lower - x).cwiseMax(x - upper).array() >= reach).any();
-    };
-    Node leaf{nodes_.front().upper, nodes_.front().lower, 0, 0};
-    std::array<Index, 64> stack;
-    std::size_t depth = 0;
-    stack[depth++] = 0;
-    while (depth > 0) {
-        const Index at = stack[--depth];
-        const Node& node = nodes_[at];
-        if (far(node.lower, node.upper)) continue;
-        if (node.right != 0) {
-            stack[depth++] = node.right;
-            stack[depth++] = at + 1;
-            continue;
-        }
-        for (Index k = node.begin; k < node.end; ++k) {
-            const Face& f = faces_[k];
-            const Vec3 lower = f.a.cwiseMin(f.b).cwiseMin(f.c), upper = f.a.cwiseMax(f.b).cwiseMax(f.c);
-            if (far(lower, upper)) continue;
-            if (part.faces_.size() == most) return std::nullopt;
-            part.faces_.push_back(f);
-            leaf.lower = leaf.lower.cwiseMin(lower);
-            leaf.upper = leaf.upper.cwiseMax(upper);
-        }
-    }
-    leaf.end = static_cast<Index>(part.faces_.size());
-    if (leaf.end > 0) part.nodes_.push_back(leaf);
-    return part;
 }
 
 std::optional<CrackTree::Near> CrackTree::nearest(const Vec3& x, Real reach,

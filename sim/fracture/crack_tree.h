@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/fracture/way_fan.h"
 #include "sim/state/cracks.h"
 
 namespace thixo {
@@ -38,19 +39,18 @@ class CrackTree {
         Real distance;
     };
     std::optional<Near> nearest(const Vec3& x, Real reach, const std::function<bool(Index)>& accepted) const;
-    /// The triangles that may come closer to x than `reach` [m], for many short segments about one place. None where
-    /// there are more than `most`: the whole hierarchy is faster then.
-    std::optional<CrackTree> about(const Vec3& x, Real reach, std::size_t most) const;
+    /// Calls f(way, triangle) for every way of the fan that crosses a triangle. A way goes to `to(way)`; those that are
+    /// not `open(way)` are left out. Returns whether any does.
+    template <class To, class Open, class F>
+    bool for_each_crossing(const WayFan& fan, To&& to, Open&& open, F&& f) const;
     /// The box about all triangles [m].
     const Vec3& lower() const { return nodes_.front().lower; }
     const Vec3& upper() const { return nodes_.front().upper; }
 
   private:
     static constexpr std::size_t kLeaf = 4;  // triangles
-    struct Face {
-        Vec3 a, b, c;
-        Vec3 normal;  // unit
-        Real size;    // of its longer edge at a [m]
+    struct Face : WayTriangle {
+        Vec3 b, c;
         Index row;
     };
     struct Node {
@@ -59,6 +59,9 @@ class CrackTree {
         Index right = 0;   // the left child follows its parent; 0: a leaf
     };
     void split(Index begin, Index end);
+    /// Calls f(face) for all faces that may come closer to x than `reach` [m], and for some beside them.
+    template <class F>
+    void for_each_near(const Vec3& x, Real reach, F&& f) const;
     static std::optional<Vec3> crossing(const Face& face, const Vec3& a, const Vec3& b);
     struct Segment {
         Vec3 from, way, inverse;  // of the way's components; any number where one is 0
@@ -90,6 +93,42 @@ bool CrackTree::any_crossing(const Vec3& a, const Vec3& b, F&& f) const {
             if (const auto place = crossing(faces_[k], a, b); place && f(faces_[k].row, *place)) return true;
     }
     return false;
+}
+
+template <class F>
+void CrackTree::for_each_near(const Vec3& x, Real reach, F&& f) const {
+    if (nodes_.empty()) return;
+    const auto far = [&](const Vec3& lower, const Vec3& upper) {
+        return ((lower - x).cwiseMax(x - upper).array() >= reach).any();
+    };
+    std::array<Index, 64> stack;
+    std::size_t depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+        const Index at = stack[--depth];
+        const Node& node = nodes_[at];
+        if (far(node.lower, node.upper)) continue;
+        if (node.right != 0) {
+            stack[depth++] = node.right;
+            stack[depth++] = at + 1;
+            continue;
+        }
+        for (Index k = node.begin; k < node.end; ++k) f(faces_[k]);
+    }
+}
+
+template <class To, class Open, class F>
+bool CrackTree::for_each_crossing(const WayFan& fan, To&& to, Open&& open, F&& f) const {
+    constexpr Real kRounding = Real(1e-4);
+    bool any = false;
+    for_each_near(fan.from(), (1 + kRounding) * fan.longest(), [&](const Face& face) {
+        fan.for_each_near_crossing(face, [&](std::size_t k) {
+            if (!open(k) || !crossing(face, fan.from(), to(k))) return;
+            any = true;
+            f(k, face.row);
+        });
+    });
+    return any;
 }
 
 }  // namespace thixo

@@ -77,15 +77,17 @@ void append_faces(const CrackSight& sight, const Breaking& breaking, const std::
 
 ElementSight element_sight(const CrackSight& sight) {
     if (sight.empty()) return {};
-    return [&sight](const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,
-                    std::vector<Real>& share) { return sight.shares(m, normal, reach, elements, share); };
+    return [&sight](const Vec3& m, const Vec3& normal, std::span<const Index> elements, std::vector<Real>& share) {
+        return sight.shares(m, normal, elements, share);
+    };
 }
 
 namespace {
 
-/// The middles of triangles that a front has passed since the surfels about them were bound, and how far from their
-/// middles they reach. A triangle that is opaque stays so.
+/// The triangles that a front has passed since the surfels about them were bound, their middles, and how far from these
+/// they reach. A triangle that is opaque stays so.
 struct PassedTriangles {
+    std::vector<Index> triangle;
     std::vector<Vec3> middle;
     Real widest = 0;  // [m]
 };
@@ -96,6 +98,7 @@ PassedTriangles passed_triangles(const Breaking& breaking, const Cracks& cracks)
         if (source_of(cracks, k) != breaking.source ||
             std::min(t.bound[k], breaking.opaque) == std::min(t.behind[k], breaking.opaque))
             continue;
+        passed.triangle.push_back(k);
         const Vec3 middle = passed.middle.emplace_back(middle_of(cracks, k));
         for (const Index v : {t.a[k], t.b[k], t.c[k]})
             passed.widest = std::max(passed.widest, (cracks.vertex[v] - middle).norm());
@@ -104,8 +107,9 @@ PassedTriangles passed_triangles(const Breaking& breaking, const Cracks& cracks)
 }
 
 /// Marks surfels that a front has passed since they were bound. The ways from a surfel to its elements decide: a run that
-/// continues binds all anew, and has to find the same weights.
-void mark_passed(const Breaking& breaking, const Matter& matter, std::vector<std::uint8_t>& marks) {
+/// continues binds all anew, and has to find the same weights. Elements that cracks hide from a surfel stay hidden.
+void mark_passed(const CrackSight& sight, const Breaking& breaking, const Matter& matter,
+                 std::vector<std::uint8_t>& marks) {
     constexpr Real kRoom = Real(0.1);  // supports: ways begin a little below the surfel
     const Solids& solids = matter.solids;
     const EmbeddedSurface& s = matter.embedded;
@@ -123,9 +127,12 @@ void mark_passed(const Breaking& breaking, const Matter& matter, std::vector<std
         if (of_source(i)) farthest = std::max(farthest, reach(i));
     PointGrid grid;
     grid.build(passed.middle, farthest);
+    const CrackTree triangles(solids.cracks, passed.triangle);
     parallel_for(s.size(), [&](std::size_t i) {
         if (!of_source(i)) return;
-        grid.for_each_neighbour(s.rest.position[i], reach(i), [&](Index, Real) { marks[i] = 1; });
+        bool near = false;
+        grid.for_each_neighbour(s.rest.position[i], reach(i), [&](Index, Real) { near = true; });
+        if (near && sight.crosses(triangles, s, static_cast<Index>(i))) marks[i] = 1;
     });
 }
 
@@ -178,7 +185,7 @@ void refresh_sheets(const CrackSight& sight, const Matter& matter) {
     lay_faces(sight, matter);
     std::vector<std::uint8_t> marks(matter.embedded.size(), 0);
     for (const Breaking& breaking : matter.solids.breaking)
-        if (breaking.surfel > 0 && sight.matter_of(breaking.source)) mark_passed(breaking, matter, marks);
+        if (breaking.surfel > 0 && sight.matter_of(breaking.source)) mark_passed(sight, breaking, matter, marks);
     CrackTriangles& t = matter.solids.cracks.triangles;
     t.bound = t.behind;
     bind_marked(sight, marks, matter);

@@ -230,18 +230,40 @@ Real CrackSight::share(const CrackedMatter& matter, const CrackTree& sheets, con
     return share_left(sheets, solids_->cracks, from, xyz(solids_->elements.rest[element]), b.support, b.opaque);
 }
 
-bool CrackSight::shares(const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,
+bool CrackSight::shares(const Vec3& m, const Vec3& normal, std::span<const Index> elements,
                         std::vector<Real>& share) const {
     const CrackedMatter* matter = elements.empty() ? nullptr : matter_of(solids_->owner(elements.front()).source);
     if (!matter) return false;
     const Vec3 from = looking_place(matter->breaking(), m, normal);
-    constexpr std::size_t kFew = 24;
-    const std::optional<CrackTree> near = matter->sheets().about(from, reach + (from - m).norm(), kFew);
-    if (near && near->empty()) return false;
-    const CrackTree& sheets = near ? *near : matter->sheets();
-    share.clear();
-    for (const Index element : elements) share.push_back(this->share(*matter, sheets, from, element));
-    return true;
+    const auto place = [&](std::size_t k) { return xyz(solids_->elements.rest[elements[k]]); };
+    thread_local WayFan fan;
+    fan.start(from);
+    for (std::size_t k = 0; k < elements.size(); ++k) fan.add(place(k));
+    fan.finish();
+    share.assign(elements.size(), 1);
+    const Breaking& b = matter->breaking();
+    return matter->sheets().for_each_crossing(
+        fan, place, [&](std::size_t k) { return share[k] > 0; },
+        [&](std::size_t k, Index triangle) {
+            const Real q = std::min((place(k) - from).norm() / b.support, Real(0.999));
+            share[k] = std::min(share[k], transparency(q, solids_->cracks.triangles.behind[triangle], b.opaque));
+        });
+}
+
+bool CrackSight::crosses(const CrackTree& triangles, const EmbeddedSurface& embedded, Index i) const {
+    const CrackedMatter* matter = matter_of(solids_->bodies[static_cast<std::size_t>(embedded.owner[i])].source);
+    if (!matter) return false;
+    const SurfelCloud& rest = embedded.rest;
+    const SurfelWeight* weight = embedded.weight.data() + embedded.begin[i];
+    const auto place = [&](std::size_t k) { return xyz(solids_->elements.rest[weight[k].element]); };
+    thread_local WayFan fan;
+    fan.start(looking_place(matter->breaking(), rest.position[i], rest.normal[i]));
+    for (std::size_t k = 0; k < embedded.begin[i + 1] - embedded.begin[i]; ++k) fan.add(place(k));
+    fan.finish();
+    bool any = false;
+    triangles.for_each_crossing(
+        fan, place, [&](std::size_t) { return !any; }, [&](std::size_t, Index) { any = true; });
+    return any;
 }
 
 Index CrackSight::nearest_seen(std::int32_t source, const Vec3& m, const Vec3& normal) const {

@@ -50,9 +50,10 @@ class CrackSight {
   public:
     explicit CrackSight(const Solids& solids);
     bool empty() const { return matter_.empty(); }
-    /// The shares of these elements, within `reach` of m, in their order [1]. False where nothing is in between: all are 1.
-    bool shares(const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,
-                std::vector<Real>& share) const;
+    /// The shares of these elements in their order [1]. False where nothing is in between: all are 1.
+    bool shares(const Vec3& m, const Vec3& normal, std::span<const Index> elements, std::vector<Real>& share) const;
+    /// Whether a way from a surfel to an element that moves it crosses one of these triangles of its body's cracks.
+    bool crosses(const CrackTree& triangles, const EmbeddedSurface& embedded, Index surfel) const;
     /// The nearest element that a place on the surface sees; the nearest of all where it sees none.
     Index nearest_seen(std::int32_t source, const Vec3& m, const Vec3& normal) const;
     const CrackedMatter* matter_of(std::int32_t source) const;

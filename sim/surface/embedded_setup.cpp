@@ -81,12 +81,12 @@ Real disc_of(const SurfelCloud& cloud, std::size_t i) { return std::max(cloud.ax
 
 /// Weakens the weights from row `begin` on by what stands between their elements and surfel i. Returns whether any is
 /// weakened. Where no element would be left, all stay.
-bool screen_weights(const SurfelCloud& rest, Index i, Real reach, const ElementSight& sight, std::size_t begin,
+bool screen_weights(const SurfelCloud& rest, Index i, const ElementSight& sight, std::size_t begin,
                     std::vector<SurfelWeight>& weights) {
     std::vector<Real> left;
     std::vector<Index> elements;
     for (std::size_t k = begin; k < weights.size(); ++k) elements.push_back(weights[k].element);
-    if (!sight(rest.position[i], rest.normal[i], reach, elements, left)) return false;
+    if (!sight(rest.position[i], rest.normal[i], elements, left)) return false;
     Real least = 1, sum[3] = {0, 0, 0};
     for (std::size_t k = begin; k < weights.size(); ++k) {
         const SurfelWeight& w = weights[k];
@@ -128,8 +128,7 @@ bool append_weights(const PointGrid& grid, const Solids& solids, const EmbeddedS
             weight = w.value(r2);
             sum[k] += weight;
         });
-    const bool screened =
-        sight && screen_weights(embedded.rest, i, support + disc_of(embedded.rest, i), sight, begin, out);
+    const bool screened = sight && screen_weights(embedded.rest, i, sight, begin, out);
     const bool breaks = solids.elements.breaks;
     if (breaks)
         std::sort(out.begin() + static_cast<std::ptrdiff_t>(begin), out.end(),

@@ -86,9 +86,9 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
 /// `cloud` is in the world at time 0, where `origin` is the origin of the material frame [m].
 void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& surface);
 
-/// What stands between a surfel at m and elements of its body, within `reach` of it [m]. It gives the shares of their
-/// weights with which they move the surfel, in their order [1]. False: nothing stands there. Empty: nothing anywhere.
-using ElementSight = std::function<bool(const Vec3& m, const Vec3& normal, Real reach, std::span<const Index> elements,
+/// What stands between a surfel at m and elements of its body. It gives the shares of their weights with which they move
+/// the surfel, in their order [1]. False: nothing stands there. Empty: nothing anywhere.
+using ElementSight = std::function<bool(const Vec3& m, const Vec3& normal, std::span<const Index> elements,
                                         std::vector<Real>& share)>;
 
 /// Finds the supports, grids and weights of all surfels of the bodies marked by 1 anew, from these bodies' elements.

@@ -40,6 +40,47 @@ CrackTree tree_of(const Cracks& cracks) {
     return CrackTree(cracks, rows);
 }
 
+/// Of a wavy sheet, as it is, or sheared so that its triangles are slivers.
+class FanOfWays : public testing::TestWithParam<double> {};
+
+TEST_P(FanOfWays, CrossesWhatEachWayDoes) {
+    Cracks cracks = wavy_sheet(20);
+    const auto shear = static_cast<Real>(GetParam());
+    for (Vec3& v : cracks.vertex) v.x() += shear * v.y();
+    const CrackTree tree = tree_of(cracks);
+    std::size_t crossings = 0;
+    for (std::uint64_t n = 0; n < 3000; ++n) {
+        // From lattice places too, on the sheet and beside it: there ways meet edges and vertices.
+        const bool exact = n % 3 == 0;
+        const auto place = [&](std::uint64_t use, double height) {
+            const auto along = [&](std::uint64_t axis) {
+                const double u = unit(n, 3 * use + axis);
+                return static_cast<Real>(exact ? std::floor(u * 19 + 1) / 20 : 0.01 + 0.98 * u);
+            };
+            const Real y = along(1);
+            return Vec3(along(0) + shear * y, y, static_cast<Real>(height * (2 * unit(n, 3 * use + 2) - 1)));
+        };
+        const Vec3 from = n % 2 == 0 ? cracks.vertex[n % cracks.vertex.size()] : place(0, 0.2);
+        std::vector<Vec3> to;
+        for (std::uint64_t k = 1; k <= 1 + n % 61; ++k) to.push_back(place(k, 0.3));
+        WayFan fan;
+        fan.start(from);
+        for (const Vec3& x : to) fan.add(x);
+        fan.finish();
+        std::set<std::pair<std::size_t, Index>> together, alone;
+        const bool any = tree.for_each_crossing(
+            fan, [&](std::size_t k) { return to[k]; }, [](std::size_t) { return true; },
+            [&](std::size_t k, Index row) { together.emplace(k, row); });
+        for (std::size_t k = 0; k < to.size(); ++k)
+            tree.for_each_crossing(from, to[k], [&](Index row, const Vec3&) { alone.emplace(k, row); });
+        ASSERT_EQ(together, alone) << "fan " << n;
+        ASSERT_EQ(any, !alone.empty());
+        crossings += alone.size();
+    }
+    EXPECT_GT(crossings, 10000u);
+}
+INSTANTIATE_TEST_SUITE_P(Sheared, FanOfWays, testing::Values(0.0, 30.0));
+
 TEST(CrackTree, NoSegmentSlipsThroughASheet) {
     const Cracks cracks = wavy_sheet(20);
     const CrackTree tree = tree_of(cracks);

@@ -108,6 +108,19 @@ class SameBytes(Case):
             with self.subTest(threads=threads):
                 self.assert_same(out)
 
+    def test_a_body_that_bursts_does_so_alike_at_any_thread_count(self):
+        scene = HERE.parents[1] / "configs/thesis/fig_5_07_hollow_stone.yaml"
+        words = ("--set=bodies.head.surfels=3000", "--set=frames.fps=4800", "--set=frames.last=10", "--quiet")
+        caches = {}
+        for threads in (1, 2, 3):
+            out = self.folder / f"burst {threads}"
+            call("thixo-sim", scene, "--out", out, f"--threads={threads}", *words)
+            caches[threads] = tree(out, "cache")
+        self.assertGreater(len(caches[1]), 20)
+        for threads in (2, 3):
+            with self.subTest(threads=threads):
+                self.assertEqual(caches[1], caches[threads])
+
     def test_another_seed_gives_another_cache(self):
         """Or equal bytes would prove nothing."""
         out = self.folder / "seed"

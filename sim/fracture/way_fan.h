@@ -21,7 +21,7 @@ struct WayTriangle {
     Vec3 a, e1, e2;  // corner, edges from there [m]
     Vec3 normal;     // unit
     Real size;       // of the longer edge at a [m]
-    Real area;       // twice it [m^2]
+    Real area;       // |e1 x e2|, twice the triangle's [m^2]
     Real doubt;      // how many times worse than rounding its normal is: slivers have hardly one
 };
 

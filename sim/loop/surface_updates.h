@@ -14,7 +14,8 @@ void refresh_surface(Simulation& sim);
 void update_surface_when_due(const Plan& plan, Simulation& sim);
 
 /// The surface of a frame. Where liquid has been stirred since the last update, surfels come from far. The surface is
-/// then brought up to date again, from nearer, until it holds its volume.
+/// then brought up to date again, from nearer, once at least and six times at most. It ends where the volume is within a
+/// hundredth, or where an update makes it no better.
 void make_frame_surface(Simulation& sim);
 
 }  // namespace thixo

@@ -35,8 +35,9 @@ double matter_volume(const Particles& particles, std::size_t j);
 /// iso-surface encloses a few per cent too little when it bends. Steps are small, so that nobody sees the surface swell
 /// and shrink. V_particles is the sum of matter_volume. With `steady`, the surface has hardly changed: after a very
 /// small step the next three updates are skipped. A volume that is wrong by more than 15 % belongs to an open surface,
-/// whose lift goes back to zero. Returns sum |V - V_particles| over sum V_particles of the other components as it found them; 0
-/// where it did not look.
+/// whose lift goes back to zero. Returns the relative error of the volume as it found it, over the other components:
+///     sum |V - V_particles|/sum V_particles      [1]
+/// It is 0 where it did not look.
 double hold_volume(SurfaceState& surface, const ParticleRows& particles, const SurfelNotes& notes, Real radius,
                    Real spacing, bool steady);
 

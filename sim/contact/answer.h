@@ -1,4 +1,4 @@
-// The force of one contact node between two bodies.
+// The force of one contact node between two bodies, or a body and a wall.
 #pragma once
 
 #include "pipeline/geometry/power_of_two.h"
@@ -14,32 +14,55 @@ struct NodeMotion {
     Vec3 displacement, velocity;  // of the owner relative to the partner, in the world [m], [m/s]
 };
 
+/// The frames of all that nodes join, at one instant.
+struct NodeFrames {
+    NodeFrames(const Solids& solids, const Walls& walls_) : poses(poses_of(solids.bodies)), walls(walls_) {}
+    std::vector<BodyPose> poses;  // by body
+    const Walls& walls;
+    const Wall& wall(std::int32_t partner) const { return walls.list[wall_of(partner)]; }
+    const Mat3& turn(std::int32_t partner) const {
+        return is_wall(partner) ? wall(partner).turn : poses[static_cast<std::size_t>(partner)].turn;
+    }
+};
+
 /// Sums what `add(element, weight, motion)` adds over a node's elements, in the world.
 template <class Add>
-NodeMotion sum_of_node(const ContactNodes& n, const std::vector<BodyPose>& poses, std::size_t k, Add&& add) {
+NodeMotion sum_of_node(const ContactNodes& n, const NodeFrames& frames, std::size_t k, Add&& add) {
     const auto sum = [&](std::size_t begin, std::size_t end, std::int32_t body) {
         NodeMotion m{Vec3::Zero(), Vec3::Zero()};
         for (std::size_t l = begin; l < end; ++l) add(n.weights.element[l], n.weights.weight[l], m);
-        const Mat3& turn = poses[static_cast<std::size_t>(body)].turn;
+        const Mat3& turn = frames.turn(body);
         return NodeMotion{turn * m.displacement, turn * m.velocity};
     };
     const NodeMotion a = sum(n.weights.begin[k], n.middle[k], n.owner[k]);
     const NodeMotion b = sum(n.middle[k], n.weights.begin[k + 1], n.partner[k]);
     return {a.displacement + b.displacement, a.velocity + b.velocity};
 }
-inline NodeMotion motion_of_node(const ContactNodes& n, const Elements& e, const std::vector<BodyPose>& poses,
+/// The part of a node's relative displacement that comes from `displacement` of elements. That of a wall is its motion
+/// since the node was found.
+inline Vec3 displacement_of_node(const ContactNodes& n, const std::vector<Quad>& displacement, const NodeFrames& frames,
                                  std::size_t k) {
-    return sum_of_node(n, poses, k, [&](Index i, Real w, NodeMotion& m) {
-        m.displacement += w * xyz(e.displacement[i]);
-        m.velocity += w * xyz(e.velocity[i]);
+    const auto add = [&](Index i, Real w, NodeMotion& m) { m.displacement += w * xyz(displacement[i]); };
+    return sum_of_node(n, frames, k, add).displacement;
+}
+inline NodeMotion motion_of_node(const ContactNodes& n, const Elements& e, const NodeFrames& frames, std::size_t k) {
+    NodeMotion m = sum_of_node(n, frames, k, [&](Index i, Real w, NodeMotion& sum) {
+        sum.displacement += w * xyz(e.displacement[i]);
+        sum.velocity += w * xyz(e.velocity[i]);
     });
+    if (!is_wall(n.partner[k])) return m;
+    const Wall& wall = frames.wall(n.partner[k]);
+    const Vec3 now = wall.turn * n.anchor[k] + wall.shift;
+    m.displacement -= now - n.place[k];
+    m.velocity -= wall.velocity_at(now);
+    return m;
 }
 
-/// What all nodes with one partner have in common at one instant.
+/// What nodes with one partner have in common at one instant.
 struct NodeConditions {
     Real brake, outwards;  // braking rate [1/s], most by which unexplained depth decreases [m]
     Real dt, last;         // the step that the force acts over, the step that led here [s]
-    Real width;            // of the partner's particles [m]
+    Real width;            // of the partner's particles; at a wall of the owner's [m]
     bool backwards;        // a step backwards in time, which needs forces without jumps
 };
 
@@ -57,8 +80,8 @@ inline SpringForce spring_force(Real k, Real c, Real d, Real v, Real last, bool 
     return {force, k + c * per_last};
 }
 
-/// What nodes with a partner share, for forces over `dt` that brake over `kick`, `last` after the state before [s].
-NodeConditions conditions_at(const Solids& solids, std::size_t partner, double kick, double dt, double last,
+/// The conditions at a node, for forces over `dt` that brake over `kick`, `last` after the state before [s].
+NodeConditions conditions_at(const Solids& solids, std::size_t node, double kick, double dt, double last,
                              bool backwards = false);
 
 /// The node's force, and its state afterwards.
@@ -124,7 +147,7 @@ inline void store_answer(const NodeAnswer& a, const Vec3& displacement, std::siz
 }
 
 /// Adds the nodes' forces to their elements, in the bodies' frames.
-void spread_forces(const std::vector<Vec3>& node_force, const std::vector<BodyPose>& poses, const Solids& solids,
+void spread_forces(const std::vector<Vec3>& node_force, const NodeFrames& frames, const Solids& solids,
                    std::vector<Vec3>& force);
 
 }  // namespace thixo

@@ -21,7 +21,7 @@ Mat3 node_stiffness(const BoundaryTerms::Node& n) {
 /// Force and stiffness of the walls on element i, in the frame of its body.
 Vec3 wall_force(const Walls& walls, const ElementBesideWalls& element, Real dt, bool frozen, WallCursor& cursor,
                 Real* drag, Mat3& stiffness) {
-    const auto& [law, pose, e, i] = element;
+    const auto& [law, pose, e, i, layer] = element;
     const Vec3 x = pose.turn * (xyz(e.rest[i]) + xyz(e.displacement[i])) + pose.place,
                v = pose.turn * xyz(e.velocity[i]);
     const Real spring = contact_stiffness(law, e.volume[i], e.mass[i]) * e.mass[i];
@@ -32,11 +32,11 @@ Vec3 wall_force(const Walls& walls, const ElementBesideWalls& element, Real dt, 
         const Wall& wall = walls.list[w];
         Vec3 n;
         const Real d = wall.map.distance(wall.to_wall(x), n, cursor.at[w]);
-        if (!(d < e.depth[i])) continue;
+        if (!(d < layer)) continue;
         n = wall.turn * n;
         const Vec3 against = v - wall.velocity_at(x);
         const Real speed = n.dot(against);
-        const auto [push, along] = spring_force(spring, damping, e.depth[i] - d, speed, dt, true);
+        const auto [push, along] = spring_force(spring, damping, layer - d, speed, dt, true);
         if (!(push > 0)) continue;
         const Vec3 slide = against - speed * n;
         const Real sliding = slide.norm();
@@ -55,21 +55,20 @@ void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, Bo
                          std::vector<Vec3>& force) {
     const ContactNodes& n = solids.contacts.nodes;
     const Elements& e = solids.elements;
-    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    const NodeFrames frames(solids, walls);
     terms.node.resize(n.size());
     terms.force.resize(n.size());
     parallel_for(
         n.size(),
         [&](std::size_t k) {
-            const auto partner = static_cast<std::size_t>(n.partner[k]);
-            const NodeAnswer a = answer_of(n, k, motion_of_node(n, e, poses, k), poses[partner].turn,
-                                           conditions_at(solids, partner, dt, dt, dt, true),
-                                           terms.frozen ? terms.node[k].part : Real(-1));
+            const NodeAnswer a =
+                answer_of(n, k, motion_of_node(n, e, frames, k), frames.turn(n.partner[k]),
+                          conditions_at(solids, k, dt, dt, dt, true), terms.frozen ? terms.node[k].part : Real(-1));
             terms.node[k] = {n.normal[k], a.along, a.across, a.part};
             terms.force[k] = a.force;
         },
         64);
-    if (n.size() > 0) spread_forces(terms.force, poses, solids, force);
+    if (n.size() > 0) spread_forces(terms.force, frames, solids, force);
     terms.walls = !walls.list.empty();
     if (!terms.walls) return;
     terms.wall.resize(e.size());
@@ -80,19 +79,21 @@ void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, Bo
             WallCursor cursor(walls);
             for (std::size_t i = begin; i < end; ++i) {
                 terms.wall[i].setZero();
-                if (solids.held[i] || !(e.depth[i] < std::cbrt(e.volume[i]))) continue;
+                const Real layer = layer_beside_walls(solids, i);
+                if (solids.held[i] || !(layer > 0)) continue;
                 const auto owner = static_cast<std::size_t>(e.owner[i]);
-                force[i] += wall_force(walls, {solids.laws[owner], poses[owner], e, i}, static_cast<Real>(dt),
-                                       terms.frozen, cursor, terms.drag.data() + i * walls.list.size(), terms.wall[i]);
+                force[i] +=
+                    wall_force(walls, {solids.laws[owner], frames.poses[owner], e, i, layer}, static_cast<Real>(dt),
+                               terms.frozen, cursor, terms.drag.data() + i * walls.list.size(), terms.wall[i]);
             }
         },
         256);
 }
 
-void multiply_boundaries(const Solids& solids, const std::vector<Quad>& du, BoundaryTerms& terms,
+void multiply_boundaries(const Walls& walls, const Solids& solids, const std::vector<Quad>& du, BoundaryTerms& terms,
                          std::vector<Vec3>& out) {
     const ContactNodes& n = solids.contacts.nodes;
-    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    const NodeFrames frames(solids, walls);
     if (n.size() > 0) {
         parallel_for(
             n.size(),
@@ -100,11 +101,10 @@ void multiply_boundaries(const Solids& solids, const std::vector<Quad>& du, Boun
                 terms.force[k].setZero();
                 const BoundaryTerms::Node& node = terms.node[k];
                 if (!(node.along > 0)) return;
-                const auto add = [&](Index i, Real w, NodeMotion& m) { m.displacement += w * xyz(du[i]); };
-                terms.force[k] = -(node_stiffness(node) * sum_of_node(n, poses, k, add).displacement);
+                terms.force[k] = -(node_stiffness(node) * displacement_of_node(n, du, frames, k));
             },
             64);
-        spread_forces(terms.force, poses, solids, out);
+        spread_forces(terms.force, frames, solids, out);
     }
     if (terms.walls)
         parallel_for(
@@ -137,16 +137,15 @@ void add_boundary_diagonal(const Solids& solids, const BoundaryTerms& terms, std
             diagonal.size(), [&](std::size_t i) { add(diagonal[i], terms.wall[i]); }, 1024);
 }
 
-void store_boundary_state(double dt, Solids& solids) {
+void store_boundary_state(const Walls& walls, double dt, Solids& solids) {
     ContactNodes& n = solids.contacts.nodes;
-    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    const NodeFrames frames(solids, walls);
     parallel_for(
         n.size(),
         [&](std::size_t k) {
-            const auto partner = static_cast<std::size_t>(n.partner[k]);
-            const NodeMotion m = motion_of_node(n, solids.elements, poses, k);
-            store_answer(answer_of(n, k, m, poses[partner].turn, conditions_at(solids, partner, dt, dt, dt, true)),
-                         m.displacement, k, n);
+            const NodeMotion m = motion_of_node(n, solids.elements, frames, k);
+            const NodeConditions conditions = conditions_at(solids, k, dt, dt, dt, true);
+            store_answer(answer_of(n, k, m, frames.turn(n.partner[k]), conditions), m.displacement, k, n);
         },
         64);
 }

@@ -29,14 +29,14 @@ void add_boundary_forces(const Walls& walls, double dt, const Solids& solids, Bo
                          std::vector<Vec3>& force);
 
 /// Adds -K du [N] of the terms to `out`.
-void multiply_boundaries(const Solids& solids, const std::vector<Quad>& du, BoundaryTerms& terms,
+void multiply_boundaries(const Walls& walls, const Solids& solids, const std::vector<Quad>& du, BoundaryTerms& terms,
                          std::vector<Vec3>& out);
 
 /// Adds the diagonal blocks of K [N/m].
 void add_boundary_diagonal(const Solids& solids, const BoundaryTerms& terms, std::vector<Symmetric>& diagonal);
 
 /// Writes the state that the nodes remember after the step.
-void store_boundary_state(double dt, Solids& solids);
+void store_boundary_state(const Walls& walls, double dt, Solids& solids);
 
 inline constexpr Real kHold = 1000;
 

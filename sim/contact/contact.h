@@ -24,7 +24,8 @@
 
 namespace thixo {
 
-/// Samples the surfaces of all bodies, three samples to a particle's width. Warns of bodies that overlap at the start.
+/// Samples the surfaces of all bodies that can meet others or walls, three samples to a particle's width. Warns of
+/// bodies that overlap at the start.
 void make_contacts(const scene::Scene& scene, Solids& solids);
 
 /// How densely those of a body stand. `seed` of their random numbers.
@@ -40,13 +41,15 @@ ContactSamples sample_bodies(const std::vector<std::uint8_t>& which, std::uint64
 ///     gap = D(m)/|G^T grad D|      [m], in the world
 ///     normal = unit(G^T grad D),   G = dm/dx
 /// Until `next` no surface comes nearer to another than the margin up to which gaps are listed.
-void find_contacts(double time, double dt, Solids& solids);
+/// A wall is a partner that is infinitely stiff and heavy. The gap of a sample is the wall's signed distance there.
+/// Bodies that others meet by their elements meet walls so too (push_off_walls).
+void find_contacts(const Walls& walls, double time, double dt, Solids& solids);
 
 /// Adds the nodes' forces to solids.force, for the sub-step dt [s] to come. The normal force is
 ///     f_n = max(k (excess - gap) - c v_n, 0)      [N]
 ///     k = k_1 k_2/(k_1 + k_2) |G^T grad D|^2 area/2
-/// Half of the area, as each surface has its own nodes; k_i are the bodies' contact_pressure. Without damping and
-/// excess this is minus the gradient of an energy that depends on the places of matter alone:
+/// Half of the area, as each surface has its own nodes, but all of it at a wall. k_i are the bodies' contact_pressure.
+/// Without damping and excess this is minus the gradient of an energy that depends on the places of matter alone:
 ///     E = K D^2/2,   K = k_1 k_2/(k_1 + k_2) area/2      [J]
 /// Contact without damping and friction therefore returns all its energy, even where matter is flattened meanwhile.
 /// Friction is a spring and damper (Kelvin and Voigt's), returned to the cone within the sub-step:
@@ -58,7 +61,7 @@ void find_contacts(double time, double dt, Solids& solids);
 /// sub-step permits. Soft bodies give way more slowly than fast ones come. Braking only takes energy. Depth that no
 /// approach explains has no force, but for kUnexplained widths: bodies placed into each other, or a fold of the
 /// distance. It is pushed out at no more than kOutwards widths a second, so that no body is ever launched by it.
-void add_contact_forces(double dt, Solids& solids);
+void add_contact_forces(const Walls& walls, double dt, Solids& solids);
 
 /// Lists the nodes by element. Finds what they add to the fastest motions (`rates`), and how hard they may brake. It
 /// must follow each change of the nodes, before the next sub-step.
@@ -69,7 +72,7 @@ void list_by_element(Solids& solids);
 bool near_matter(const Solids& solids, const SolidBody& body, const PointGrid& grid, const Vec3& x);
 
 /// Adds the last sub-step's motion to the slip of friction. It is called before frames change or nodes are found again.
-void follow_contacts(Solids& solids);
+void follow_contacts(const Walls& walls, Solids& solids);
 
 inline constexpr Real kOutwards = 4;                // speed of unexplained depth, in widths a second [1/s]
 inline constexpr Real kUnexplained = Real(0.02);    // unexplained depth that still has a force, in widths

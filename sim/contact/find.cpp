@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "pipeline/base/parallel.h"
+#include "sim/contact/answer.h"
 #include "sim/contact/contact.h"
 #include "sim/contact/narrow.h"
 #include "sim/contact/stiffness.h"
@@ -26,6 +27,7 @@ struct PairLaw {
     Real friction;       // [1]
     Real memory;         // [s]
 };
+/// A wall is infinitely stiff and heavy.
 PairLaw pair_law(const Solids& solids, std::int32_t a, std::int32_t b) {
     const auto layer = [&](std::int32_t body) {  // 1/k and 1/(mass per area)
         const Index i = solids.bodies[at(body)].typical;
@@ -34,8 +36,8 @@ PairLaw pair_law(const Solids& solids, std::int32_t a, std::int32_t b) {
                          square(std::cbrt(e.volume[i])) / e.mass[i]);
     };
     const auto [soft_a, light_a] = layer(a);
-    const auto [soft_b, light_b] = layer(b);
-    const StressLaw &la = solids.laws[at(a)], &lb = solids.laws[at(b)];
+    const auto [soft_b, light_b] = is_wall(b) ? std::pair(Real(0), Real(0)) : layer(b);
+    const StressLaw &la = solids.laws[at(a)], &lb = solids.laws[is_wall(b) ? at(a) : at(b)];
     PairLaw law{};
     law.pressure = 1 / (soft_a + soft_b);
     const Real rate = std::sqrt(law.pressure * (light_a + light_b));
@@ -53,7 +55,7 @@ void append(std::vector<T>& list, const std::vector<T>& more) {
 }
 
 /// Replaces the old nodes by those found. Nodes found again keep the state of the old ones.
-void take_over(const View& view, std::vector<Found>& found, Solids& solids) {
+void take_over(const View& view, const NodeFrames& frames, std::vector<Found>& found, Solids& solids) {
     const ContactNodes old = std::move(solids.contacts.nodes);
     ContactNodes& n = solids.contacts.nodes = {};
     std::vector<Index> order(found.size());
@@ -66,7 +68,7 @@ void take_over(const View& view, std::vector<Found>& found, Solids& solids) {
         while (before < old.size() && key(before) < f.key()) ++before;
         const bool known = before < old.size() && key(before) == f.key();
         const Real excess = known ? old.excess[before] : Real(0), depth = known ? old.depth[before] : Real(0);
-        const Real width = view.extents[at(f.partner)].width;
+        const Real width = view.extents[at(is_wall(f.partner) ? f.owner : f.partner)].width;
         const Real most = depth + kUnexplained * width + f.explained;
         n.sample.push_back(f.sample);
         n.partner.push_back(f.partner);
@@ -80,6 +82,8 @@ void take_over(const View& view, std::vector<Found>& found, Solids& solids) {
         n.owner.push_back(f.owner);
         n.normal.push_back(f.normal);
         n.gap.push_back(f.gap);
+        n.place.push_back(f.place);
+        n.anchor.push_back(f.anchor);
         const PairLaw law = pair_law(solids, f.owner, f.partner);
         n.stiffness.push_back(law.pressure * f.area * square(f.steepness));
         n.damping.push_back(law.damping * f.area * f.steepness);
@@ -94,16 +98,8 @@ void take_over(const View& view, std::vector<Found>& found, Solids& solids) {
     }
     n.start.resize(n.size());
     n.force.resize(n.size());
-    parallel_for(n.size(), [&](std::size_t k) {
-        const auto sum = [&](std::size_t begin, std::size_t end) {
-            Vec3 u(0, 0, 0);
-            for (std::size_t l = begin; l < end; ++l)
-                u += n.weights.weight[l] * xyz(solids.elements.displacement[n.weights.element[l]]);
-            return u;
-        };
-        n.start[k] = view.poses[at(n.owner[k])].turn * sum(n.weights.begin[k], n.middle[k]) +
-                     view.poses[at(n.partner[k])].turn * sum(n.middle[k], n.weights.begin[k + 1]);
-    });
+    parallel_for(n.size(),
+                 [&](std::size_t k) { n.start[k] = displacement_of_node(n, solids.elements.displacement, frames, k); });
     n.last = n.start;
 }
 
@@ -140,6 +136,13 @@ double shortest_time(const Solids& solids, const std::vector<Extent>& extents) {
         shortest = std::min(shortest, static_cast<double>(extents[b].width / sound));
     }
     return shortest / 100;
+}
+
+/// The largest speed of a body's matter relative to a wall [m/s].
+Real speed_beside(const Wall& wall, const Extent& body) {
+    const Vec3 middle = (body.box.lower + body.box.upper) / 2;
+    const Real radius = (body.box.upper - body.box.lower).norm() / 2;
+    return (body.mean - wall.velocity_at(middle)).norm() + body.spread + wall.spin.norm() * radius;
 }
 
 /// Pairs of bodies that may touch within a step of dt [s], or come so near that nodes must be found again before its
@@ -179,10 +182,11 @@ bool near_matter(const Solids& solids, const SolidBody& body, const PointGrid& g
     return near;
 }
 
-void find_contacts(double time, double dt, Solids& solids) {
+void find_contacts(const Walls& walls, double time, double dt, Solids& solids) {
     Contacts& c = solids.contacts;
     const std::size_t count = solids.bodies.size();
-    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    const NodeFrames frames(solids, walls);
+    const std::vector<BodyPose>& poses = frames.poses;
     c.place.resize(solids.elements.size());
     const std::vector<Meets> meets = ways_to_meet(solids);
     std::vector<Extent> extents(count);
@@ -229,8 +233,17 @@ void find_contacts(double time, double dt, Solids& solids) {
         find_samples(view, a, b, explained, found);
         find_samples(view, b, a, explained, found);
     }
+    c.by_samples.assign(count, 0);
+    for (std::int32_t a = 0; a < static_cast<std::int32_t>(count); ++a) {
+        c.by_samples[at(a)] = meets[at(a)] == Meets::by_shape && c.samples.first[at(a)] < c.samples.first[at(a) + 1];
+        if (!c.by_samples[at(a)]) continue;
+        for (std::size_t w = 0; w < walls.list.size(); ++w) {
+            const Real speed = speed_beside(walls.list[w], extents[at(a)]);
+            last_for(find_samples_at_wall(view, a, walls, w, speed * static_cast<Real>(solids.last_dt), found), speed);
+        }
+    }
     c.next = time + holds_for;
-    take_over(view, found, solids);
+    take_over(view, frames, found, solids);
     list_by_element(solids);
 }
 

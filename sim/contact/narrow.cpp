@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "pipeline/base/parallel.h"
@@ -18,7 +19,7 @@ constexpr Real kSameFace = Real(0.99);  // cosine between its normals at that de
 // In widths: the shape of a body that has split is that of its surfels, and is good to this beside its new edges. Pieces
 // that part at rest would otherwise push each other.
 constexpr Real kRoomAtCuts = Real(0.1);
-constexpr Real kFacing = Real(0.2);     // least cosine between one surface's normal and minus the other's
+constexpr Real kFacing = Real(0.2);  // least cosine between one surface's normal and minus the other's
 
 /// The outward normal of the surface at a sample, J^-T n of the element with the largest weight. It is not a unit
 /// vector.
@@ -32,6 +33,14 @@ Vec3 normal_of(const View& view, Index sample) {
     const Vec3 turned =
         j.col(1).cross(j.col(2)) * n.x() + j.col(2).cross(j.col(0)) * n.y() + j.col(0).cross(j.col(1)) * n.z();
     return view.poses[at(samples.owner[sample])].turn * turned;
+}
+
+void take_weights(const ContactSamples& samples, Index sample, Found& to) {
+    const auto first = static_cast<std::ptrdiff_t>(samples.weights.begin[sample]),
+               last = static_cast<std::ptrdiff_t>(samples.weights.begin[sample + 1]);
+    to.element.assign(samples.weights.element.begin() + first, samples.weights.element.begin() + last);
+    to.weight.assign(samples.weights.weight.begin() + first, samples.weights.weight.begin() + last);
+    to.middle = to.element.size();
 }
 
 /// The node of a sample at x with a body, where the body's surface is nearer than the margin or has been passed.
@@ -73,14 +82,16 @@ std::optional<Found> meet(const View& view, Index sample, const Vec3& x, std::in
     out.steepness = steepness;
     out.normal = slope / steep;
     out.area = samples.area[sample] / 2;
-    const auto first = static_cast<std::ptrdiff_t>(samples.weights.begin[sample]),
-               last = static_cast<std::ptrdiff_t>(samples.weights.begin[sample + 1]);
-    out.element.assign(samples.weights.element.begin() + first, samples.weights.element.begin() + last);
-    out.weight.assign(samples.weights.weight.begin() + first, samples.weights.weight.begin() + last);
-    out.middle = out.element.size();
+    take_weights(samples, sample, out);
     out.element.insert(out.element.end(), fit.element.begin(), fit.element.end());
     for (const Real w : fit.weight) out.weight.push_back(-w);
     return out;
+}
+
+/// The part of a sample's area that meets a wall with this normal. A side that stands on the wall has none. What faces
+/// the wall has all of it, so that contact has an energy.
+Real facing_part(const View& view, Index sample, const Vec3& normal) {
+    return std::clamp(-normal_of(view, sample).normalized().dot(normal) / kFacing, Real(0), Real(1));
 }
 
 /// The part of an element that meets others as a solid: its surface, or, where matter melts off, all its solid matter.
@@ -134,6 +145,56 @@ void find_samples(const View& view, std::int32_t owner, std::int32_t partner, Re
         m->explained = explained;
         found.push_back(std::move(*m));
     }
+}
+
+Real find_samples_at_wall(const View& view, std::int32_t owner, const Walls& walls, std::size_t wall, Real explained,
+                          std::vector<Found>& found) {
+    constexpr Real kRoom = Real(1.5);  // a sample's way from its first element over that at rest, without stretch
+    const Contacts& c = view.solids.contacts;
+    const ContactSamples& samples = c.samples;
+    const Wall& of = walls.list[wall];
+    const Real margin = kContactMargin * view.extents[at(owner)].width;
+    const Real room = kRoom * static_cast<Real>(std::sqrt(std::max(1.0, view.solids.stretch2)));
+    const Index first = samples.first[at(owner)];
+    const std::size_t count = samples.first[at(owner) + 1] - first;
+    std::vector<Real> apart(count);
+    std::vector<Found> met(count);
+    parallel_chunks(
+        count,
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallMap::Cursor cursor;
+            for (std::size_t k = begin; k < end; ++k) {
+                const Index sample = first + static_cast<Index>(k),
+                            near = samples.weights.element[samples.weights.begin[sample]];
+                Vec3 n;
+                // Most samples lie with an element that is far away.
+                const Real way = room * (samples.rest[sample] - xyz(view.solids.elements.rest[near])).norm();
+                apart[k] = of.map.distance(of.to_wall(c.place[near]), n, cursor) - way;
+                if (apart[k] > margin) continue;
+                const Vec3 x = view.place_of(sample);
+                Found& f = met[k];
+                apart[k] = f.gap = of.map.distance(of.to_wall(x), n, cursor);
+                if (!(f.gap < margin)) continue;
+                f.normal = of.turn * n;
+                f.area = samples.area[sample] * facing_part(view, sample, f.normal);
+                if (!(f.area > 0)) continue;
+                f.sample = sample;
+                f.place = x;
+                f.anchor = of.to_wall(x);
+            }
+        },
+        256);
+    Real nearest = std::numeric_limits<Real>::max();
+    for (std::size_t k = 0; k < count; ++k) {
+        nearest = std::min(nearest, std::max(apart[k], margin));
+        if (met[k].sample == kNone) continue;
+        met[k].owner = owner;
+        met[k].partner = partner_of_wall(wall);
+        met[k].explained = explained;
+        take_weights(samples, met[k].sample, met[k]);
+        found.push_back(std::move(met[k]));
+    }
+    return nearest;
 }
 
 void find_elements(const View& view, std::int32_t owner, std::int32_t partner, std::vector<Found>& found) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/contact/broad.h"
+#include "sim/space/walls.h"
 
 namespace thixo {
 
@@ -26,7 +27,8 @@ struct Found {
     std::vector<Index> element;  // those of the owner, then, from `middle` on, of the partner
     std::vector<Real> weight;
     std::size_t middle = 0;
-    Real explained = 0;  // most depth that the bodies' speeds can have made in the last sub-step [m]
+    Vec3 place{0, 0, 0}, anchor{0, 0, 0};  // as in ContactNodes
+    Real explained = 0;                    // most depth that the bodies' speeds can have made in the last sub-step [m]
 };
 
 /// The state from which nodes are found.
@@ -51,6 +53,11 @@ struct View {
 /// Finds the samples of one body that meet another one, ascending. Each node found gets `explained` [m].
 void find_samples(const View& view, std::int32_t owner, std::int32_t partner, Real explained,
                   std::vector<Found>& found);
+
+/// Finds the samples of a body that meet a wall, ascending. Each node found gets `explained` [m]. Returns a lower bound
+/// of the way from the wall to all samples that are not nodes, at least the margin [m].
+Real find_samples_at_wall(const View& view, std::int32_t owner, const Walls& walls, std::size_t wall, Real explained,
+                          std::vector<Found>& found);
 
 /// Finds elements of two bodies, or of one (5.9), that are near and are not neighbours in a rest shape.
 void find_elements(const View& view, std::int32_t owner, std::int32_t partner, std::vector<Found>& found);

@@ -149,8 +149,9 @@ ContactSamples sample_bodies(const std::vector<std::uint8_t>& which, std::uint64
     samples.first.assign(1, 0);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const auto number = static_cast<std::int32_t>(b);
-        // A single body meets nothing but itself, element by element.
-        const bool meets = solids.bodies.size() > 1 && solids.bodies[b].shape && !solids.bodies[b].empty();
+        // A single body without walls meets nothing but itself, element by element.
+        const bool others = solids.bodies.size() > 1 || solids.contacts.beside_walls;
+        const bool meets = others && solids.bodies[b].shape && !solids.bodies[b].empty();
         if (meets && which[b])
             sample_body(number, solids, seed, samples);
         else if (meets)
@@ -162,6 +163,7 @@ ContactSamples sample_bodies(const std::vector<std::uint8_t>& which, std::uint64
 }
 
 void make_contacts(const scene::Scene& scene, Solids& solids) {
+    solids.contacts.beside_walls = !scene.world.boundaries.empty();
     sample_bodies(std::vector<std::uint8_t>(solids.bodies.size(), 1), scene.solver.seed, solids);
     if (solids.bodies.size() > 1) warn_of_overlaps(scene, solids, solids.contacts.samples);
 }

@@ -143,7 +143,8 @@ void forget_nodes(const std::vector<std::uint8_t>& bodies, const ContactSamples&
             continue;
         }
         const auto owner = static_cast<std::size_t>(before.owner[old.sample[k]]);
-        if (bodies[owner] || bodies[static_cast<std::size_t>(old.partner[k])]) continue;
+        const std::int32_t partner = old.partner[k];
+        if (bodies[owner] || (!is_wall(partner) && bodies[static_cast<std::size_t>(partner)])) continue;
         rows.push_back(k);
         sample.push_back(old.sample[k] - before.first[owner] + c.samples.first[owner]);
     }

@@ -84,7 +84,8 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
                 Vec3 v = before + kick * (solids.force[i] / e.mass[i] + solids.external[i]);
                 Vec3 u = xyz(e.displacement[i]);
                 if (!walls.list.empty())
-                    push_off_walls(walls, {contact_law(solids, i), poses[owner], e, i}, kick, drift, cursor, u, v);
+                    push_off_walls(walls, {contact_law(solids, i), poses[owner], e, i, layer_beside_walls(solids, i)},
+                                   kick, drift, cursor, u, v);
                 else
                     u += drift * v;
                 e.acceleration[i] = (v - before) / kick;
@@ -130,10 +131,11 @@ void leapfrog_through(const SolidStep& whole, Walls& walls, Solids& solids, Soli
     const double time = whole.time, end = time + whole.dt;
     double now = time;
     while (now < end) {
+        move_walls(walls, now);
         if (now == time || now >= solids.contacts.next) {
-            if (now != time) follow_contacts(solids);
+            if (now != time) follow_contacts(walls, solids);
             ScopedTimer timer(report.contact_seconds);
-            find_contacts(now, end - now, solids);
+            find_contacts(walls, now, end - now, solids);
         }
         const double until = std::min(end, solids.contacts.next);
         const double stable = stable_sub_step(solids, !walls.list.empty());
@@ -143,11 +145,10 @@ void leapfrog_through(const SolidStep& whole, Walls& walls, Solids& solids, Soli
             return;
         }
         const double step = divide_evenly(until - now, stable);
-        move_walls(walls, now);
         find_elastic_forces(now == time, step, solids, scratch);
         {
             ScopedTimer timer(report.contact_seconds);
-            add_contact_forces(step, solids);
+            add_contact_forces(walls, step, solids);
         }
         leapfrog_elements(walls, step, solids);
         now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
@@ -196,7 +197,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
     while (now < end) {
         {
             ScopedTimer timer(report.contact_seconds);
-            find_contacts(now, end - now, solids);
+            find_contacts(walls, now, end - now, solids);
         }
         const SavedState saved(solids);
         double step = std::min(end, solids.contacts.next) - now;
@@ -243,7 +244,7 @@ SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& parti
         leapfrog_through(step, walls, solids, scratch, report);
     move_walls(walls, step.time + report.dt);
     if (report.stuck) return report;
-    follow_contacts(solids);
+    follow_contacts(walls, solids);
     if (solids.softening.any) absorb_flow(report.dt, particles, solids);
     fit_solids(solids);
     return report;

@@ -244,7 +244,7 @@ class Step {
     /// Computes product = (M/dt^2 + K) direction, and returns direction . product.
     double sweep() {
         multiply(e_, s_.stiffness, s_.direction, s_.product);
-        multiply_boundaries(solids_, s_.direction, s_.boundaries, s_.product);
+        multiply_boundaries(walls_, solids_, s_.direction, s_.boundaries, s_.product);
         const Real per = static_cast<Real>(1 / dt_);
         return parallel_sum(e_.size(), [&](std::size_t i) {
             const Vec3 d = xyz(s_.direction[i]);
@@ -389,16 +389,11 @@ void stay_out_of_walls(const Walls& walls, Solids& solids) {
 }
 
 /// Nodes' displacements are counted from where the elements are, in the present frames.
-void count_displacements_from(const std::vector<Quad>& start, Solids& solids) {
+void count_displacements_from(const std::vector<Quad>& start, const Walls& walls, Solids& solids) {
     ContactNodes& n = solids.contacts.nodes;
-    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    const NodeFrames frames(solids, walls);
     parallel_for(
-        n.size(),
-        [&](std::size_t k) {
-            const auto add = [&](Index i, Real w, NodeMotion& m) { m.displacement += w * xyz(start[i]); };
-            n.start[k] = n.last[k] = sum_of_node(n, poses, k, add).displacement;
-        },
-        64);
+        n.size(), [&](std::size_t k) { n.start[k] = n.last[k] = displacement_of_node(n, start, frames, k); }, 64);
 }
 
 }  // namespace
@@ -408,12 +403,12 @@ ImplicitReport step_implicitly(double time, double dt, double tolerance, Walls& 
     Elements& e = solids.elements;
     move_walls(walls, time + dt);
     go_ahead(dt, solids, scratch);
-    count_displacements_from(scratch.start, solids);
+    count_displacements_from(scratch.start, walls, solids);
     const std::vector<Quad> before = e.velocity;
     move_held(time + dt, dt);
     const ImplicitReport report = Step(dt, tolerance, walls, before, solids, scratch).solve();
     keep_momenta(dt, before, solids, scratch);
-    store_boundary_state(dt, solids);
+    store_boundary_state(walls, dt, solids);
     stay_out_of_walls(walls, solids);
     return report;
 }

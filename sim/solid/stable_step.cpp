@@ -96,7 +96,8 @@ double stable_sub_step(const Solids& solids, bool walls) {
             omega2 += solids.contacts.rates[b].stiffest;
             damping += solids.contacts.rates[b].damping;
         }
-        if (walls) {
+        const bool by_samples = b < solids.contacts.by_samples.size() && solids.contacts.by_samples[b];
+        if (walls && !by_samples) {
             const double spring =
                 contact_stiffness(law, solids.elements.volume[lightest], solids.elements.mass[lightest]);
             omega2 += spring;

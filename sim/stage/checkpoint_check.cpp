@@ -231,13 +231,14 @@ void check_embedded(const Check& check, const Simulation& sim) {
     check.require(e.size() == 0 || (!first.empty() && first.front() == 0), "embedded.families", "leaves surfels out");
 }
 
-void check_contacts(const Check& check, const Solids& solids) {
+void check_contacts(const Check& check, const Solids& solids, std::size_t walls) {
     const ContactNodes& c = solids.contacts.nodes;
     check.lengths(c, c.size());
     check_finite(check, c);
     const auto key = [&](std::size_t k) { return std::tuple(c.sample[k], c.partner[k], c.first[k], c.second[k]); };
     const std::size_t samples = solids.contacts.samples.size(), elements = solids.elements.size();
-    check.range("contact.partner", c.partner, 0, static_cast<std::int64_t>(solids.bodies.size()));
+    check.range("contact.partner", c.partner, -static_cast<std::int64_t>(walls),
+                static_cast<std::int64_t>(solids.bodies.size()));
     for (std::size_t k = 0; k < c.size(); ++k) {
         check.require(k == 0 || key(k - 1) < key(k), "contact.sample", "does not ascend with its ends");
         const bool between_elements = c.sample[k] == kNone;
@@ -393,7 +394,7 @@ void check_solids(const Simulation& sim, const std::string& file) {
         check.length_or_none("cracks.laws", solids.laws, solids.bodies.size());
         check.length_or_none("cracks.rates", solids.rates, solids.bodies.size());
     }
-    check_contacts(check, solids);
+    check_contacts(check, solids, sim.walls.list.size());
     if (solids.softening.any) check_softening(check, sim);
 }
 

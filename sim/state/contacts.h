@@ -34,7 +34,7 @@ struct ContactSamples {
 struct ContactNodes {
     // State; part of a checkpoint.
     std::vector<Index> sample;          // kNone: two elements meet
-    std::vector<std::int32_t> partner;  // index of the SolidBody
+    std::vector<std::int32_t> partner;  // index of the SolidBody, or partner_of_wall
     std::vector<Index> first, second;   // the two elements; kNone: a sample meets a body. Ascending by all four
     std::vector<Real> excess;           // the part of the depth, < 0, that no motion explains and that has no force [m]
     std::vector<Real> depth;            // the part of the depth with a force in the last sub-step [m]
@@ -47,6 +47,7 @@ struct ContactNodes {
     std::vector<Vec3> normal;         // from the partner, in the world
     std::vector<Real> gap;            // at that time, < 0: overlap [m]
     std::vector<Vec3> start, last;    // relative displacement when found, and a sub-step before [m]
+    std::vector<Vec3> place, anchor;  // at a wall: where it was found, in the world and in the wall's own frame [m]
     std::vector<Real> stiffness;      // [N/m]
     std::vector<Real> damping, drag;  // along the normal, tangential [kg/s]
     std::vector<Real> friction;       // [1]
@@ -75,6 +76,11 @@ void for_each_field(C& c, F&& f) requires requires {
     f("contact.duration", Life::state, c.duration);
 }
 
+/// Walls as partners of nodes, apart from bodies.
+inline std::int32_t partner_of_wall(std::size_t wall) { return -1 - static_cast<std::int32_t>(wall); }
+inline bool is_wall(std::int32_t partner) { return partner < 0; }
+inline std::size_t wall_of(std::int32_t partner) { return static_cast<std::size_t>(-1 - partner); }
+
 /// What contact adds to the rates of a body's fastest motions: bounds by the sums of rows.
 struct ContactRates {
     double stiffest = 0;  // [1/s^2]
@@ -84,7 +90,10 @@ struct ContactRates {
 struct Contacts {
     ContactSamples samples;
     ContactNodes nodes;
-    double next = 0;                  // when nodes must be found again [s]
+    double next = 0;            // when nodes must be found again [s]
+    bool beside_walls = false;  // the scene has walls
+    // By body, since the nodes were found: 1 where its samples meet walls, 0 where its elements do.
+    std::vector<std::uint8_t> by_samples;
     std::vector<ContactRates> rates;  // by body
     // Nodes by element, for gathering.
     std::vector<Index> touched;      // elements, ascending

@@ -90,8 +90,8 @@ void visit(V& v, Elastic& e) {
     v.key(
         "flow", e.flow, "", any(),
         "what becomes permanent; total: all of the strain, the volume too, as of snow and foam; deviatoric: the shape "
-        "alone, as of metals. A body that is flattened to less than half then needs maximum_plastic_strain and "
-        "volume_stiffness: its law softens");
+        "alone, as of metals and gum. Its stress at yield stays as it is drawn out, so that bars neck before they "
+        "tear");
     v.key("maximum_plastic_strain", e.maximum_plastic_strain, "1", between(0, 1e3),
           "permanent strain is no larger than this; 0: no limit");
     v.key("friction", e.friction, "1", between(0, 100),

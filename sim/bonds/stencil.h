@@ -17,8 +17,7 @@ struct alignas(16 * sizeof(Real)) StencilForce {
 /// Scratch of a force computation. Nothing of it lives longer than a sub-step.
 struct StressScratch {
     std::vector<StencilForce> stencil;
-    std::vector<Vec3> own;    // [N]
-    std::vector<Real> chunk;  // largest stretch of each chunk
+    std::vector<Vec3> own;  // [N]
 };
 
 /// sum_j w_ij (a_j - a_i) r_ij^T and sum_j w_ij (a_j - a_i) of a vector field.

@@ -74,7 +74,7 @@ void take_over(const View& view, const NodeFrames& frames, std::vector<Found>& f
         n.partner.push_back(f.partner);
         n.first.push_back(f.first);
         n.second.push_back(f.second);
-        n.excess.push_back(f.sample == kNone ? Real(0) : std::min(excess, f.gap + most));
+        n.excess.push_back(view.solids.softening.any && f.sample == kNone ? Real(0) : std::min(excess, f.gap + most));
         n.depth.push_back(depth);
         n.slip.push_back(known ? old.slip[before] : Vec3(0, 0, 0));
         n.normal_force.push_back(known ? old.normal_force[before] : Real(0));
@@ -210,7 +210,7 @@ void find_contacts(const Walls& walls, double time, double dt, Solids& solids) {
         const Extent& ea = extents[at(a)];
         if (meets[at(a)] == Meets::not_at_all || !(ea.shift > kStirred * ea.width)) continue;
         make_grid(a, solids);
-        find_elements(view, a, a, found);
+        find_elements(view, a, a, 2 * ea.spread * static_cast<Real>(solids.last_dt), found);
         last_for(kContactMargin * ea.width, 2 * ea.spread);
     }
     for (const auto& [a, b] : pairs_within_reach(view, meets, dt)) {
@@ -225,11 +225,11 @@ void find_contacts(const Walls& walls, double time, double dt, Solids& solids) {
         last_for(margin, speed);
         make_grid(a, solids);
         make_grid(b, solids);
+        const Real explained = speed * static_cast<Real>(solids.last_dt);
         if (meets[at(a)] == Meets::by_elements || meets[at(b)] == Meets::by_elements) {
-            find_elements(view, a, b, found);
+            find_elements(view, a, b, explained, found);
             continue;
         }
-        const Real explained = speed * static_cast<Real>(solids.last_dt);
         find_samples(view, a, b, explained, found);
         find_samples(view, b, a, explained, found);
     }

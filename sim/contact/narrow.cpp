@@ -101,6 +101,16 @@ Real solid_share(const View& view, Index i, Real width) {
     return e.solidity(i);
 }
 
+/// The part of its rest width that an element has along a direction in the world. Matter that has flowed is as thin as it
+/// was drawn. With the whole width a neck would burst once a crack parts what stands side by side in it.
+Real thinned(const View& view, Index i, const Vec3& direction) {
+    const Elements& e = view.solids.elements;
+    if (!(norm(e.plastic[i]) > 0)) return 1;
+    const Mat3 j = Mat3::Identity() + gradient_of(e, i);
+    const Vec3 own = view.poses[at(e.owner[i])].turn.transpose() * direction;
+    return std::min((j.transpose() * own).norm(), Real(1));
+}
+
 /// Whether two elements are neighbours in the rest shape, and no crack hides one from the other.
 bool neighbours(const Bonds& bonds, Index i, Index j) {
     for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k)
@@ -197,7 +207,8 @@ Real find_samples_at_wall(const View& view, std::int32_t owner, const Walls& wal
     return nearest;
 }
 
-void find_elements(const View& view, std::int32_t owner, std::int32_t partner, std::vector<Found>& found) {
+void find_elements(const View& view, std::int32_t owner, std::int32_t partner, Real explained,
+                   std::vector<Found>& found) {
     const Contacts& c = view.solids.contacts;
     const Elements& e = view.solids.elements;
     const SolidBody &body = view.solids.bodies[at(owner)], &other = view.solids.bodies[at(partner)];
@@ -223,8 +234,9 @@ void find_elements(const View& view, std::int32_t owner, std::int32_t partner, s
             f.owner = owner;
             f.partner = partner;
             f.normal = between / distance;
-            f.gap = distance - width;
+            f.gap = distance - width * (thinned(view, i, f.normal) + thinned(view, j, f.normal)) / 2;
             f.area = square(width) * std::min(solid_share(view, i, width), solid_share(view, j, width));
+            f.explained = explained;
             f.first = i;
             f.second = j;
             // Matter that melts or has frozen anew has contact without friction.

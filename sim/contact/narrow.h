@@ -59,7 +59,9 @@ void find_samples(const View& view, std::int32_t owner, std::int32_t partner, Re
 Real find_samples_at_wall(const View& view, std::int32_t owner, const Walls& walls, std::size_t wall, Real explained,
                           std::vector<Found>& found);
 
-/// Finds elements of two bodies, or of one (5.9), that are near and are not neighbours in a rest shape.
-void find_elements(const View& view, std::int32_t owner, std::int32_t partner, std::vector<Found>& found);
+/// Finds elements of two bodies, or of one (5.9), that are near and are not neighbours in a rest shape. Each node found
+/// gets `explained` [m].
+void find_elements(const View& view, std::int32_t owner, std::int32_t partner, Real explained,
+                   std::vector<Found>& found);
 
 }  // namespace thixo

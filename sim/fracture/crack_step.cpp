@@ -13,6 +13,7 @@
 #include "sim/fracture/painted.h"
 #include "sim/fracture/sheets.h"
 #include "sim/fracture/sight.h"
+#include "sim/solid/elasticity.h"
 #include "sim/solid/laws.h"
 #include "sim/space/scene_shapes.h"
 
@@ -62,12 +63,13 @@ void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     std::vector<WeakBond> weak = weak_bonds(solids.breaking, solids.elements, scratch.tension, solids.cracks);
     const std::vector<WeakBond> pinholes = pinhole_bonds(solids);
     weak.insert(weak.end(), pinholes.begin(), pinholes.end());
+    const KeptStrains strains(solids.laws, solids.elements, solids.gradients);
     weaken_bonds(weak, solids.elements);
     const std::vector<WeakBond> loose = loose_bonds(solids.elements);
-    if (loose.empty()) return;
     weaken_bonds(loose, solids.elements);
-    solids.elements.bonds
-        .changed();  // what was beside such an element may have become stiffer than sub-steps allow for
+    strains.restore(solids.laws, solids.elements);
+    // What was beside a loose element may have become stiffer than sub-steps allow for.
+    if (!loose.empty()) solids.elements.bonds.changed();
 }
 
 /// Stresses and tensions of the gradients, and the largest tension over strength [1].

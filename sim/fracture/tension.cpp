@@ -20,9 +20,7 @@ void find_stress(const Solids& solids, std::vector<Symmetric>& stress) {
     stress.assign(e.size(), {});
     parallel_for(e.size(), [&](std::size_t i) {
         if (e.strength[i] == kUnbreakable) return;
-        const Symmetric s = strain_of(e, i, solids.gradients[i]), &p = e.plastic[i];
-        const Symmetric elastic{s.xx - p.xx, s.yy - p.yy, s.zz - p.zz, s.xy - p.xy, s.yz - p.yz, s.zx - p.zx};
-        stress[i] = stress_of(solids.laws[static_cast<std::size_t>(e.owner[i])], e, elastic);
+        stress[i] = stress_of_shape(solids.laws[static_cast<std::size_t>(e.owner[i])], e, i, solids.gradients[i]);
     });
 }
 

@@ -16,8 +16,9 @@ struct Tension {
 };
 Tension largest_tension(const Symmetric& stress);
 
-/// The second Piola-Kirchhoff stress of the elements that can break, in their material frames, zero for others [Pa].
-/// Requires Solids::gradients and laws of the present time.
+/// The stress of the elements that can break, in their material frames, zero for others [Pa]. Where nothing is permanent
+/// it is the second Piola-Kirchhoff stress, else that of the permanent shape (stress_of_shape). It does not fall because
+/// matter was drawn out. Requires Solids::gradients and laws of the present time.
 void find_stress(const Solids& solids, std::vector<Symmetric>& stress);
 
 /// The part of the strength from which on a tension is watched [1].

@@ -104,10 +104,11 @@ bool any_flows(const Solids& solids) {
 void find_elastic_forces(bool first, double dt, Solids& solids, SolidScratch& scratch) {
     const std::vector<StressLaw>& laws = stencil_laws(solids);
     const FlowTimes times{first ? 0 : solids.last_dt / 2, dt / 2};
-    const Real stretch2 = any_flows(solids)
-                              ? flow_and_find_stress_forces(laws, times, solids.elements, scratch.stress, solids.force)
-                              : find_stress_forces(laws, solids.elements, scratch.stress, solids.force);
-    solids.stretch2 = static_cast<double>(std::max(stretch2, add_flow_forces(solids, scratch.flow_stress)));
+    StretchBounds bounds = any_flows(solids)
+                               ? flow_and_find_stress_forces(laws, times, solids.elements, scratch.stress, solids.force)
+                               : find_stress_forces(laws, solids.elements, scratch.stress, solids.force);
+    bounds.add(add_flow_forces(solids, scratch.flow_stress));
+    std::tie(solids.stretch2, solids.stiffening) = std::pair(bounds.stretch2, bounds.stiffening);
 }
 
 /// Plastic flow over dt at the present places. Leaves the gradients there.
@@ -269,13 +270,10 @@ void write_particles(Solids& solids, Particles& particles) {
         }
         const Mat3& h = solids.gradients[i];
         particles.density[k] = e.mass[i] / e.volume[i] / std::max(volume_ratio(e, i, h), Real(1e-3));
-        const Symmetric strain = strain_of(e, i, h), &p = e.plastic[i];
-        const Symmetric elastic{strain.xx - p.xx, strain.yy - p.yy, strain.zz - p.zz,
-                                strain.xy - p.xy, strain.yz - p.yz, strain.zx - p.zx};
         const Symmetric stress =
             solids.laws.empty()
                 ? Symmetric{}
-                : stress_of(solids.softening.any ? solids.softening.law[i] : solids.laws[owner], e, elastic);
+                : stress_of_shape(solids.softening.any ? solids.softening.law[i] : solids.laws[owner], e, i, h);
         particles.pressure[k] = -(stress.xx + stress.yy + stress.zz) / 3;
     });
 }

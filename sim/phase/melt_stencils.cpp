@@ -85,6 +85,7 @@ void set_laws(const Materials& materials, double time, const Particles& particle
             softening.law[i] = melting_law(materials[m].melting, cold[m], b);
             softening.rest_law[i] = scaled(softening.law[i], solidity);
             softening.flow_law[i] = scaled(softening.law[i], is_elastic(particles.phase[k]) ? 1 - solidity : Real(0));
+            softening.flow_law[i].keeps_volume = 0;  // liquid matter has no permanent shape
         },
         1024);
 }
@@ -237,19 +238,19 @@ Real flow_pressure(const Solids& solids, std::size_t i) {
     return (softening.law[i].lambda + 2 * softening.law[i].mu / 3) * (e.xx + e.yy + e.zz);
 }
 
-Real add_flow_forces(Solids& solids, StressScratch& scratch) {
+StretchBounds add_flow_forces(Solids& solids, StressScratch& scratch) {
     Softening& softening = solids.softening;
-    if (!softening.flows) return 1;
+    if (!softening.flows) return {};
     const Elements& e = solids.elements;
     std::vector<Mat3> turn;
     for (const SolidBody& body : solids.bodies) turn.push_back(body.turn.cast<Real>());
     const auto owner = [&](std::size_t i) { return static_cast<std::size_t>(e.owner[i]); };
     parallel_for(
         e.size(), [&](std::size_t i) { softening.flow.velocity[i] = quad(turn[owner(i)] * xyz(e.velocity[i])); }, 1024);
-    const Real stretch = find_stress_forces(softening.flow_law, softening.flow, scratch, softening.force);
+    const StretchBounds bounds = find_stress_forces(softening.flow_law, softening.flow, scratch, softening.force);
     parallel_for(
         e.size(), [&](std::size_t i) { solids.force[i] += turn[owner(i)].transpose() * softening.force[i]; }, 1024);
-    return stretch;
+    return bounds;
 }
 
 void drift_flow(double dt, Solids& solids) {

@@ -8,6 +8,7 @@
 #include "pipeline/geometry/neighbour_lists.h"
 #include "sim/bonds/stencil.h"
 #include "sim/external/outside.h"
+#include "sim/solid/elasticity.h"
 #include "sim/space/smoothing.h"
 #include "sim/state/materials.h"
 #include "sim/state/particles.h"
@@ -45,8 +46,8 @@ void find_refrozen_neighbours(Solids& solids);
 void prepare_stencils(const Materials& materials, double time, const Particles& particles,
                       const NeighbourLists& neighbours, Solids& solids);
 
-/// Adds the forces of D to those of R, which are in the bodies' frames. Returns D's largest squared stretch.
-Real add_flow_forces(Solids& solids, StressScratch& scratch);
+/// Adds the forces of D to those of R, which are in the bodies' frames. Returns D's bounds.
+StretchBounds add_flow_forces(Solids& solids, StressScratch& scratch);
 
 /// Drifts the elements of D over a sub-step [s].
 void drift_flow(double dt, Solids& solids);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "pipeline/base/parallel.h"
 #include "sim/contact/answer.h"
@@ -185,7 +187,8 @@ class Step {
                 e_.velocity[i] = quad(per * (xyz(e_.displacement[i]) - xyz(s_.base[i])) + xyz(s_.rigid[i]));
             },
             2048);
-        solids_.stretch2 = static_cast<double>(find_stress_forces(solids_.laws, e_, s_.stress, solids_.force));
+        const StretchBounds bounds = find_stress_forces(solids_.laws, e_, s_.stress, solids_.force);
+        std::tie(solids_.stretch2, solids_.stiffening) = std::pair(bounds.stretch2, bounds.stiffening);
         add_boundary_forces(walls_, dt_, solids_, s_.boundaries, solids_.force);
         return parallel_sum<Norms>(
             e_.size(),

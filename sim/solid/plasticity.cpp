@@ -1,5 +1,6 @@
 #include "sim/solid/plasticity.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,6 +25,27 @@ Symmetric sum(const Symmetric& a, Real factor, const Symmetric& b) {
 Mat3d metric_of(const Symmetric& plastic) {
     const Mat3d metric = Mat3d::Identity() + 2 * matrix(plastic).cast<double>();
     return metric.determinant() > kCrushed ? metric : Mat3d::Identity();
+}
+
+Symmetric flowing_strain(const StressLaw& law, const Symmetric& strain, const Symmetric& plastic) {
+    const Symmetric elastic = sum(strain, -1, plastic);
+    if (!law.keeps_volume) return elastic;
+    const Mat3d metric = metric_of(plastic);
+    const double mean = metric.inverse().cwiseProduct(matrix(elastic).cast<double>()).sum() / 3;
+    return sum(elastic, -1, symmetric(Mat3((mean * metric).cast<Real>())));
+}
+
+/// |U_p^-1 e U_p^-1|, by tr (C_p^-1 e)^2.
+Real size_of(const StressLaw& law, const Symmetric& flowing, const Symmetric& plastic) {
+    if (!law.keeps_volume) return norm(flowing);
+    const Mat3d mixed = metric_of(plastic).inverse() * matrix(flowing).cast<double>();
+    return static_cast<Real>(std::sqrt(std::max(0.0, mixed.cwiseProduct(mixed.transpose()).sum())));
+}
+
+Mat3 inverse_root(const Symmetric& plastic) {
+    Eigen::SelfAdjointEigenSolver<Mat3d> eigen;
+    eigen.computeDirect(metric_of(plastic));
+    return eigen.operatorInverseSqrt().cast<Real>();
 }
 
 /// The longest part of `step` in [0, 1] after which |plastic + part step| is at most `limit`.
@@ -65,17 +87,32 @@ Real remaining_part(const StressLaw& law, Real dt, Real size, Real hardened) {
     return std::max(std::exp(-law.creep * dt), surface / size);
 }
 
-Symmetric flowing_strain(const StressLaw& law, const Symmetric& strain, const Symmetric& plastic) {
-    const Symmetric elastic = sum(strain, -1, plastic);
-    if (!law.keeps_volume) return elastic;
-    const Mat3d metric = metric_of(plastic);
-    const double mean = metric.inverse().cwiseProduct(matrix(elastic).cast<double>()).sum() / 3;
-    return sum(elastic, -1, symmetric(Mat3((mean * metric).cast<Real>())));
+Real flowing_size(const StressLaw& law, const Symmetric& strain, const Symmetric& plastic) {
+    return size_of(law, flowing_strain(law, strain, plastic), plastic);
+}
+
+bool is_reshaped(const StressLaw& law, const Symmetric& plastic) { return law.keeps_volume && norm(plastic) > 0; }
+
+Mat3 inverse_metric(const Symmetric& plastic) { return metric_of(plastic).inverse().cast<Real>(); }
+
+Symmetric strain_of_shape(const Symmetric& elastic, const Symmetric& plastic) {
+    const Mat3 root = inverse_root(plastic);
+    return symmetric(Mat3(root * matrix(elastic) * root));
+}
+
+Symmetric plastic_beside(const StressLaw& law, const Symmetric& strain, const Symmetric& elastic) {
+    if (!law.keeps_volume) return sum(strain, -1, elastic);
+    const auto metric = [](const Symmetric& s) { return Mat3d(Mat3d::Identity() + 2 * matrix(s).cast<double>()); };
+    Eigen::SelfAdjointEigenSolver<Mat3d> eigen;
+    eigen.computeDirect(metric(strain));
+    const Mat3d root = eigen.operatorSqrt();
+    const Mat3d shape = root * metric(elastic).inverse() * root;
+    return symmetric(Mat3(((shape - Mat3d::Identity()) / 2).cast<Real>()));
 }
 
 bool flow_plastically(const StressLaw& law, Real dt, const Symmetric& strain, Symmetric& plastic, Real& hardened) {
     Symmetric flowing = flowing_strain(law, strain, plastic);
-    const Real first = norm(flowing), remaining = remaining_part(law, dt, first, hardened);
+    const Real first = size_of(law, flowing, plastic), remaining = remaining_part(law, dt, first, hardened);
     if (remaining >= 1) return false;
     const Real goal = remaining * first;
     const Real enough = std::max(kReturned * std::min(first - goal, goal), kRounding * (first + norm(strain)));
@@ -86,7 +123,7 @@ bool flow_plastically(const StressLaw& law, Real dt, const Symmetric& strain, Sy
         const Real part =
             law.keeps_volume ? flow_keeping_volume(law, step, plastic) : flow_as_a_whole(law, step, plastic);
         flowing = flowing_strain(law, strain, plastic);
-        size = norm(flowing);
+        size = size_of(law, flowing, plastic);
         if (!(part > 0) || std::abs(before - size) < enough / 2) break;  // the limit of eps^p holds it
         gain = std::clamp((before - size) / (part * length), Real(0.5), Real(2));
     }

@@ -19,13 +19,30 @@ Real remaining_part(const StressLaw& law, Real dt, Real size, Real hardened);
 /// `deviatoric` flow keeps the volume of the permanent shape, whose metric is C_p = 1 + 2 eps^p. It relaxes the part of
 /// e that changes no volume, and det C_p stays (von Mises' flow at any strain):
 ///     dev e = e - (C_p^-1 : e)/3 C_p
-/// |.| is the Frobenius norm, of e or of dev e. |eps^p| never exceeds its limit (O'Brien et al. 2002). Total flow then
+/// |e| is the Frobenius norm. |dev e| is that norm as the permanent shape sees it, |U_p^-1 dev e U_p^-1|. The Kirchhoff
+/// stress at yield then stays while a body is drawn out. |eps^p| never exceeds its limit (O'Brien et al. 2002). Total flow then
 /// only turns eps^p; deviatoric flow, which could not keep the volume, ends there.
 /// `hardened` is p: the size of all flow of the element so far [1]. Returns whether the strain is still beyond the yield
 /// surface, and would flow on.
 bool flow_plastically(const StressLaw& law, Real dt, const Symmetric& strain, Symmetric& plastic, Real& hardened);
 
-/// The elastic part that flow relaxes [1].
-Symmetric flowing_strain(const StressLaw& law, const Symmetric& strain, const Symmetric& plastic);
+/// The size of the elastic part that flow relaxes [1].
+Real flowing_size(const StressLaw& law, const Symmetric& strain, const Symmetric& plastic);
+
+/// Whether elasticity refers to a permanent shape that is not the rest shape. That of total flow always refers to the
+/// rest shape (O'Brien et al. 2002).
+bool is_reshaped(const StressLaw& law, const Symmetric& plastic);
+
+/// C_p^-1 = U_p^-2 of a permanent shape [1].
+Mat3 inverse_metric(const Symmetric& plastic);
+
+/// An elastic strain as the permanent shape sees it, without its rotation:
+///     e_p = U_p^-1 e U_p^-1      [1]
+Symmetric strain_of_shape(const Symmetric& elastic, const Symmetric& plastic);
+
+/// The plastic strain that leaves an elastic strain of the permanent shape as it is, where the strain itself is estimated
+/// anew. With C = 1 + 2 eps it is, of deviatoric flow, that of
+///     C_p = C^1/2 (1 + 2 e_p)^-1 C^1/2
+Symmetric plastic_beside(const StressLaw& law, const Symmetric& strain, const Symmetric& elastic);
 
 }  // namespace thixo

@@ -81,7 +81,7 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 }
 
 double stable_sub_step(const Solids& solids, bool walls) {
-    const double growth = std::max(1.0, 1.5 * solids.stretch2 - 0.5);
+    const double growth = std::max(1.0, solids.stiffening);
     double shortest = 1e30;
     const Softening& softening = solids.softening;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {

@@ -20,11 +20,10 @@ std::vector<FastestRates> find_fastest_rates(const std::vector<StressLaw>& laws,
 
 /// The longest sub-step [s]. Leapfrog is stable, with d the largest damping rate and velocities half a step old, for
 ///     omega^2 dt^2/4 + d dt/2 < 1
-/// The step uses 0.64 of this limit. Under the largest stretch s the tangent stiffness of sigma = C eps grows by
-///     growth = (3 s^2 - 1)/2
-/// The frequency is that of the rest shape with this growth, plus the springs of walls and contacts. The damping is
-/// that of viscosity times s^2, plus the damping of walls and contacts. Where samples meet walls these are contacts. Bounds of bodies and of the contacts between
-/// them add up body by body.
+/// The step uses 0.64 of this limit. The frequency is that of the rest shape, stiffened as the stiffest element is
+/// (stiffening_of), plus the springs of walls and contacts. The damping is that of viscosity times the largest squared
+/// stretch, plus the damping of walls and contacts. Where samples meet walls these are contacts. Bounds of bodies and of
+/// the contacts between them add up body by body.
 double stable_sub_step(const Solids& solids, bool walls);
 
 }  // namespace thixo

@@ -27,11 +27,16 @@ Stiffness::At tangent_of(const StressLaw& law, const Elements& e, std::size_t i,
     return at;
 }
 
-/// dP of element i for the gradient dh.
-Mat3 stress_change(const StressLaw& law, const Elements& e, const Stiffness::At& at, std::size_t i, const Mat3& dh) {
-    const Mat3 turned = at.j.transpose() * dh;
-    const Symmetric strain = symmetric(Mat3(Real(0.5) * (turned + turned.transpose())));
-    Mat3 change = dh * matrix(at.stress) + at.j * matrix(stress_of(law, e, strain));
+/// deps of the gradient dh.
+Symmetric strain_change(const Mat3& j, const Mat3& dh) {
+    const Mat3 turned = j.transpose() * dh;
+    return symmetric(Mat3(Real(0.5) * (turned + turned.transpose())));
+}
+
+/// dP of element i for the gradient dh, with the dsigma that it makes.
+Mat3 stress_change(const StressLaw& law, const Elements& e, const Stiffness::At& at, std::size_t i, const Mat3& dh,
+                   const Symmetric& stress) {
+    Mat3 change = dh * matrix(at.stress) + at.j * matrix(stress);
     if (law.volume_stiffness > 0 && e.bonds.moment[i].full) {
         const Mat3 cof = cofactors(at.j);
         change += law.volume_stiffness * cof.cwiseProduct(dh).sum() * cof;
@@ -92,7 +97,9 @@ void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<
             const Differences d = differences(elements, i, du.data());
             const Mat3 dh = d.outer * inverse;
             const StressLaw& law = stiffness.laws[elements.law_of(i)];
-            const Mat3 change = stress_change(law, elements, stiffness.at[i], i, dh);
+            const Stiffness::At& at = stiffness.at[i];
+            const Symmetric stress = stress_of(law, elements, i, strain_change(at.j, dh));
+            const Mat3 change = stress_change(law, elements, at, i, dh, stress);
             write_forces(elements, i, -elements.volume[i] * change * inverse, dh, d.sum, du[i], scratch);
         },
         kElements);
@@ -102,7 +109,8 @@ void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<
 }
 
 Mat3 stress_change_at_rest(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& dh) {
-    return stress_change(law, elements, {projection_of(elements, i), {}, 0}, i, dh);
+    const Stiffness::At at{projection_of(elements, i), {}, 0};
+    return stress_change(law, elements, at, i, dh, stress_of(law, elements, strain_change(at.j, dh)));
 }
 
 void find_diagonal(const std::vector<StressLaw>& laws, const Elements& elements, std::vector<Symmetric>& elastic,

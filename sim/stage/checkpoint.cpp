@@ -234,6 +234,7 @@ void visit_solids(Stream& stream, S& solids) {
     for (auto& handle : solids.handles) stream.array("solid.anchor", handle.anchor);
     stream.value("solid.last_dt", solids.last_dt);
     stream.value("solid.stretch2", solids.stretch2);
+    stream.value("solid.stiffening", solids.stiffening);
     if (solids.elements.breaks) visit_breaking(stream, solids);
     for_each_array_of(Life::state, solids.elements, [&](const char* name, auto& array) { stream.array(name, array); });
     for_each_array(solids.contacts.nodes, [&](const char* name, auto& array) { stream.array(name, array); });

@@ -387,6 +387,7 @@ void check_solids(const Simulation& sim, const std::string& file) {
     if (solids.empty()) return;
     check.require(solids.last_dt >= 0 && solids.last_dt <= sim.clock.time, "solid.last_dt", "is longer than the run");
     check.require(solids.stretch2 >= 0 && std::isfinite(solids.stretch2), "solid.stretch2", "is no stretch");
+    check.require(std::isfinite(solids.stiffening), "solid.stiffening", "is no stiffness");
     if (solids.elements.breaks) {
         check.require(solids.cracks.step > 0, "cracks.step", "is no time");
         check.require(solids.cracks.load >= 0, "cracks.load", "is no share of a strength");

@@ -66,8 +66,9 @@ struct Solids {
     std::int32_t next_body = 0;  // id of the next new body
     // Bodies have split, or elements have come or gone. A checkpoint then also holds what the scene no longer tells.
     bool altered = false;
-    double last_dt = 0;   // the last sub-step; 0: none yet [s]
-    double stretch2 = 1;  // largest squared stretch of any element in it [1]
+    double last_dt = 0;     // the last sub-step; 0: none yet [s]
+    double stretch2 = 1;    // largest squared stretch of any element in it [1]
+    double stiffening = 1;  // largest stiffness of any element in it, over that of its rest shape [1]
     // Of the present time.
     std::vector<StressLaw> laws;      // by body
     std::vector<FastestRates> rates;  // by body, of `rates_version` of the bonds

@@ -36,20 +36,11 @@ TEST(ClayBall, KeepsTheSameDentInStepsOfAnyLength) {
     }
 }
 
-/// The permanent stretch of a bar that was drawn out by `stretch` under tension alone, from the yield surface. In the
-/// drawn bar C_zz = stretch^2, the lateral e = -nu e_zz, det C_p = 1, and |dev e| = yield.
+/// The permanent stretch of a bar that was drawn out by `stretch` under tension alone, from the yield surface. Its
+/// permanent shape has the elastic strain a along it and -nu a across, and |dev e| = sqrt(2/3) (1 + nu) a = yield.
 double permanent_stretch(double stretch, double nu, double yield) {
-    const auto deviator = [&](double e) {
-        const double along = square(stretch) - 2 * e, across = 1 / std::sqrt(along);
-        const double mean = (e / along - 2 * nu * e / across) / 3;
-        return std::sqrt(square(e - mean * along) + 2 * square(-nu * e - mean * across));
-    };
-    double low = 0, high = 0.5 * (square(stretch) - 1);
-    for (int k = 0; k < 60; ++k) {
-        const double middle = (low + high) / 2;
-        (deviator(middle) < yield ? low : high) = middle;
-    }
-    return std::sqrt(square(stretch) - 2 * low);
+    const double a = yield / (1 + nu) / std::sqrt(2.0 / 3);
+    return stretch / std::sqrt(1 + 2 * a);
 }
 
 struct Drawn {

@@ -1,6 +1,7 @@
 // Small solid bodies for tests, without a scene around them.
 #pragma once
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "pipeline/base/random.h"
@@ -88,7 +89,11 @@ inline Real energy(const std::vector<StressLaw>& laws, const Elements& e) {
             b += w * (r + u) * r.transpose();
         });
         const Mat3 inverse = matrix(e.bonds.moment[i].inverse), j = b * inverse;
-        const Mat3 strain = Real(0.5) * (j.transpose() * j - a * inverse) - matrix(e.plastic[i]);
+        Mat3 strain = Real(0.5) * (j.transpose() * j - a * inverse) - matrix(e.plastic[i]);
+        if (law.keeps_volume) {  // elasticity refers to the permanent shape
+            Eigen::SelfAdjointEigenSolver<Mat3> shape(Mat3::Identity() + 2 * matrix(e.plastic[i]));
+            strain = shape.operatorInverseSqrt() * strain * shape.operatorInverseSqrt();
+        }
         const Mat3 stress = law.lambda * strain.trace() * Mat3::Identity() + 2 * law.mu * strain;
         total += e.volume[i] / 2 * strain.cwiseProduct(stress).sum();
         if (e.bonds.moment[i].full) total += e.volume[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);

@@ -120,6 +120,19 @@ TEST(Elasticity, ForcesAreMinusTheGradientOfTheEnergy) {
     EXPECT_NEAR(of_elements, static_cast<double>(energy({law}, e)), 1e-9 * of_elements);
 }
 
+TEST(Elasticity, ForcesAreMinusTheGradientOfTheEnergyOfAPermanentShape) {
+    StressLaw law = rubber();
+    law.keeps_volume = 1;
+    Elements e = prepared(block(5, 4, 5, kDistance, Real(0.3)), law);
+    for (std::size_t i = 0; i < e.size(); ++i)
+        e.plastic[i] = {Real(0.6), Real(-0.2), Real(-0.15), Real(0.1), 0, Real(0.05)};
+    fixture::shake(e, kDistance, Real(0.2));
+    expect_forces_of_energy({law}, e);
+    double of_elements = 0;
+    for (std::size_t i = 0; i < e.size(); ++i) of_elements += elastic_energy_of(law, e, i);
+    EXPECT_NEAR(of_elements, static_cast<double>(energy({law}, e)), 1e-9 * of_elements);
+}
+
 TEST(Elasticity, SupportsOfTheirOwnKeepForcesTheGradientOfTheEnergy) {
     Elements bare = block(5, 5, 4, kDistance, Real(0.2));
     for (std::size_t i = 0; i < bare.size(); ++i) bare.support[i] *= Real(i % 3 == 0 ? 1.4 : 1);

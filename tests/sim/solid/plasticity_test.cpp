@@ -18,9 +18,7 @@ Real determinant(const Symmetric& plastic) { return (Mat3::Identity() + 2 * matr
 struct State {
     Symmetric plastic;
     Real hardened = 0;
-    Real size(const StressLaw& law, const Symmetric& strain) const {
-        return norm(flowing_strain(law, strain, plastic));
-    }
+    Real size(const StressLaw& law, const Symmetric& strain) const { return flowing_size(law, strain, plastic); }
 };
 State flowed(const StressLaw& law, Real time, int steps, const Symmetric& strain) {
     State s;

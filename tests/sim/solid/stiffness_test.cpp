@@ -66,6 +66,12 @@ TEST(Stiffness, IsMinusTheDerivativeOfTheForces) {
     expect_derivative(rubber(), strained(rubber(), 1));
 }
 
+TEST(Stiffness, IsMinusTheDerivativeOfTheForcesOfAPermanentShape) {
+    StressLaw law = every_term();
+    law.keeps_volume = 1;
+    expect_derivative(law, strained(law, 5));
+}
+
 TEST(Stiffness, IsMinusTheDerivativeOfTheForcesOfAnAnisotropicLaw) {
     StressLaw law = every_term();
     Elements e = strained(law, 5);
@@ -74,6 +80,8 @@ TEST(Stiffness, IsMinusTheDerivativeOfTheForcesOfAnAnisotropicLaw) {
         for (int b = 0; b < 6; ++b) c(a, b) = Real(1e4) * (a == b ? 10 + a : 1 + a * b % 5);
     e.anisotropic = {Stiffness6(c + c.transpose())};
     law.anisotropy = 0;
+    expect_derivative(law, e);
+    law.keeps_volume = 1;
     expect_derivative(law, e);
 }
 

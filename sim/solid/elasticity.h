@@ -39,6 +39,7 @@ void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements);
 ///     eps = (J^T J - P)/2 = (P H + H^T P + H^T H)/2
 /// The second Piola-Kirchhoff stress of the elastic strain eps - eps^p, written eps here, with viscosity eta, is
 ///     sigma = lambda tr(eps) 1 + 2 mu eps + 2 eta d(eps)/dt      [Pa]
+/// Elasticity of a permanent shape is as in stress_of below.
 /// The forces of a stencil are those of (5.19), (5.21), (5.22), the volume term only where A has full rank:
 ///     F = -V (J sigma + k_v (|J| - 1) cof J) A+
 ///     on j:  F w_ij r_ij

@@ -38,13 +38,14 @@ NodeMotion sum_of_node(const ContactNodes& n, const NodeFrames& frames, std::siz
     const NodeMotion b = sum(n.middle[k], n.weights.begin[k + 1], n.partner[k]);
     return {a.displacement + b.displacement, a.velocity + b.velocity};
 }
-/// The part of a node's relative displacement that comes from `displacement` of elements. That of a wall is its motion
-/// since the node was found.
+
+/// The part of a node's relative displacement that comes from `displacement` of elements [m].
 inline Vec3 displacement_of_node(const ContactNodes& n, const std::vector<Quad>& displacement, const NodeFrames& frames,
                                  std::size_t k) {
     const auto add = [&](Index i, Real w, NodeMotion& m) { m.displacement += w * xyz(displacement[i]); };
     return sum_of_node(n, frames, k, add).displacement;
 }
+/// At the present displacement and velocity. A wall's displacement is its motion since the node was found.
 inline NodeMotion motion_of_node(const ContactNodes& n, const Elements& e, const NodeFrames& frames, std::size_t k) {
     NodeMotion m = sum_of_node(n, frames, k, [&](Index i, Real w, NodeMotion& sum) {
         sum.displacement += w * xyz(e.displacement[i]);

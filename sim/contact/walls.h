@@ -24,8 +24,8 @@ struct ElementBesideWalls {
     Real layer;  // layer_beside_walls [m]
 };
 
-/// The end of a kick, and the drift, of an element beside walls. The body's surface
-/// lies `layer` before the element. A wall at distance d < layer compresses that layer, and pushes with
+/// The end of a kick, and the drift, of an element beside walls. The body's surface lies `layer` before the element. A
+/// wall at distance d < layer compresses that layer, and pushes with
 ///     f_n = max(k (layer - d) - 2 zeta sqrt(k m) v_n, 0),   k = (lambda + 2 mu) V^(1/3)      [N]
 /// Friction acts against the sliding velocity that all other forces of the step leave:
 ///     f_t <= mu f_n

@@ -108,7 +108,8 @@ void find_elastic_forces(bool first, double dt, Solids& solids, SolidScratch& sc
                                ? flow_and_find_stress_forces(laws, times, solids.elements, scratch.stress, solids.force)
                                : find_stress_forces(laws, solids.elements, scratch.stress, solids.force);
     bounds.add(add_flow_forces(solids, scratch.flow_stress));
-    std::tie(solids.stretch2, solids.stiffening) = std::pair(bounds.stretch2, bounds.stiffening);
+    solids.stretch2 = static_cast<double>(bounds.stretch2);
+    solids.stiffening = static_cast<double>(bounds.stiffening);
 }
 
 /// Plastic flow over dt at the present places. Leaves the gradients there.

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <tuple>
-#include <utility>
 
 #include "pipeline/base/parallel.h"
 #include "sim/contact/answer.h"
@@ -188,7 +186,8 @@ class Step {
             },
             2048);
         const StretchBounds bounds = find_stress_forces(solids_.laws, e_, s_.stress, solids_.force);
-        std::tie(solids_.stretch2, solids_.stiffening) = std::pair(bounds.stretch2, bounds.stiffening);
+        solids_.stretch2 = static_cast<double>(bounds.stretch2);
+        solids_.stiffening = static_cast<double>(bounds.stiffening);
         add_boundary_forces(walls_, dt_, solids_, s_.boundaries, solids_.force);
         return parallel_sum<Norms>(
             e_.size(),

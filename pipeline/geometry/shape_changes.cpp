@@ -213,30 +213,70 @@ Shape shell(Shape shape, double thickness) {
 }
 Shape inverted(Shape shape) { return Shape(std::make_shared<Inverted>(std::move(shape))); }
 
-double volume(const Shape& shape, double cell) {
+namespace {
+
+/// Cells of a box that grow from its lower corner.
+struct Cells {
+    Vec3d lower, edges;  // [m]
+    Eigen::Array3d count;
+};
+
+Box3 bounds_of(const Shape& shape, double cell) {
     positive_size(cell, "volume cell");
     const auto bounds = shape.bounds();
     if (!bounds) throw InputError("the volume of an unbounded shape is not finite; intersect it with a box");
-    const Box3 box = grown(*bounds, Real(cell));
-    const Eigen::Array3d count = ((box.upper - box.lower).cast<double>().array() / cell).ceil();
-    if (count.prod() > double(1ull << 36))
-        throw InputError("volume cell {} m is too fine for this shape; use a larger one", cell);
-    const std::size_t nx = std::size_t(count.x()), ny = std::size_t(count.y()), nz = std::size_t(count.z());
+    return *bounds;
+}
+
+/// Sums term(centre, part) over cells, with the part that each is filled to. See `volume`.
+template <class Sum, class Term>
+Sum sum_over_cells(const Shape& shape, const Cells& cells, Term&& term) {
+    if (cells.count.prod() > double(1ull << 36))
+        throw InputError("volume cell {} m is too fine for this shape; use a larger one", cells.edges.minCoeff());
+    const std::size_t nx = std::size_t(cells.count.x()), ny = std::size_t(cells.count.y()),
+                      nz = std::size_t(cells.count.z());
+    const double width = cells.edges.minCoeff();
     const auto column = [&](std::size_t k) {
-        double sum = 0;
+        const auto centre = [&](std::size_t x) {
+            return Vec3d(cells.lower +
+                         cells.edges.cwiseProduct(Vec3d(double(x) + 0.5, double(k % ny) + 0.5, double(k / ny) + 0.5)));
+        };
+        Sum sum{};
         for (std::size_t x = 0; x < nx;) {
             const std::size_t x0 = x;
-            const Vec3d centre =
-                box.lower.cast<double>() + cell * Vec3d(x + 0.5, double(k % ny) + 0.5, double(k / ny) + 0.5);
-            const double distance = double(shape.distance(centre.cast<Real>())) / cell;
-            sum += clamp01(0.5 - distance);
+            const double distance = double(shape.distance(centre(x0).template cast<Real>())) / width;
+            if (const double part = clamp01(0.5 - distance); part > 0) sum += term(centre(x0), part);
             // The distance changes by at most twice the way. So far everything is inside, or everything is outside.
-            const double clear = (std::abs(distance) - 0.5) / 2;
-            for (++x; x < nx && double(x) < double(x0) + clear; ++x) sum += distance < 0 ? 1 : 0;
+            const double clear = (std::abs(distance) - 0.5) / 2 * width / cells.edges.x();
+            for (++x; x < nx && double(x) < double(x0) + clear; ++x)
+                if (distance < 0) sum += term(centre(x), 1.0);
         }
         return sum;
     };
-    return parallel_sum(ny * nz, column) * cube(cell);
+    return parallel_sum(ny * nz, column, Sum{});
+}
+
+}  // namespace
+
+double volume(const Shape& shape, double cell) {
+    const Box3 box = grown(bounds_of(shape, cell), Real(cell));
+    const Cells cells{box.lower.cast<double>(), Vec3d::Constant(cell),
+                      ((box.upper - box.lower).cast<double>().array() / cell).ceil()};
+    return cube(cell) * sum_over_cells<double>(shape, cells, [](const Vec3d&, double part) { return part; });
+}
+
+ShapeMoments moments(const Shape& shape, double cell) {
+    const Box3 box = bounds_of(shape, cell);
+    const Vec3d size = (box.upper - box.lower).cast<double>();
+    const Eigen::Array3d count = (size.array() / cell).ceil().max(1);
+    const Cells cells{box.lower.cast<double>(), size.cwiseQuotient(count.matrix()), count};
+    ShapeMoments sum = sum_over_cells<ShapeMoments>(shape, cells, [](const Vec3d& x, double part) {
+        return ShapeMoments{part, part * x, part * x * x.transpose()};
+    });
+    // A cell has a second moment about its own centre.
+    sum.second.diagonal() += sum.volume / 12 * cells.edges.cwiseAbs2();
+    const double unit = cells.edges.prod();
+    return {unit * sum.volume, unit * sum.first, unit * sum.second};
 }
 
 Quatd rotation_from_degrees(const Vec3d& degrees) {

@@ -92,6 +92,22 @@ Shape inverted(Shape shape);
 /// This is of second order for smooth surfaces. Throws InputError where the shape is unbounded.
 double volume(const Shape& shape, double cell);
 
+/// Volume [m^3], and the integrals of x [m^4] and x x^T [m^5] over it.
+struct ShapeMoments {
+    double volume = 0;
+    Vec3d first = Vec3d::Zero();
+    Mat3d second = Mat3d::Zero();
+    ShapeMoments& operator+=(const ShapeMoments& b) {
+        volume += b.volume;
+        first += b.first;
+        second += b.second;
+        return *this;
+    }
+    ShapeMoments operator+(const ShapeMoments& b) const { return ShapeMoments(*this) += b; }
+};
+/// By cells as in `volume`, of the edge `cell` [m] at most, so that whole cells fill the shape's box.
+ShapeMoments moments(const Shape& shape, double cell);
+
 /// Rotation by degrees about the fixed axes x, then y, then z (as scenes give it).
 Quatd rotation_from_degrees(const Vec3d& degrees);
 

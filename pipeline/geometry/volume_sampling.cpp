@@ -143,22 +143,6 @@ std::vector<Leaf> octree_leaves(const Shape& shape, const Grid& grid) {
     return leaves;
 }
 
-/// Volume of the part of a cube that is inside. It is the sum over small cubes, each filled to the part
-///     clamp(1/2 - d/edge, 0, 1)
-double volume_inside(const Shape& shape, const Vec3& centre, double edge) {
-    const double d = static_cast<double>(shape.distance(centre));
-    if (d < -0.8661 * edge) return cube(edge);
-    if (d > 0.8661 * edge) return 0;
-    const double part = edge / kParts;
-    double sum = 0;
-    for (int i = 0; i < cube(kParts); ++i) {
-        const Vec3d at(i % kParts, i / kParts % kParts, i / kParts / kParts);
-        const Vec3 x = (centre.cast<double>() + part * (at + Vec3d::Constant(0.5 - 0.5 * kParts))).cast<Real>();
-        sum += clamp01(0.5 - static_cast<double>(shape.distance(x)) / part);
-    }
-    return sum * cube(part);
-}
-
 /// Adds the volume in cells without a particle to the nearest particle.
 void share_out(const std::vector<Vec3>& places, const std::vector<double>& volumes, Real spacing, SampledVolume& result,
                std::vector<double>& volume) {
@@ -179,7 +163,7 @@ SampledVolume sample_octree(const Shape& shape, const Box3& box, double spacing,
     std::vector<char> particle(leaves.size());
     parallel_for(leaves.size(), [&](std::size_t i) {
         const Vec3 centre = grid.centre(leaves[i].key, leaves[i].level);
-        inside[i] = volume_inside(shape, centre, grid.edge(leaves[i].level));
+        inside[i] = volume_inside(shape, centre, Vec3d::Constant(grid.edge(leaves[i].level)));
         particle[i] = shape.distance(centre) < 0;
     });
     SampledVolume result;
@@ -220,7 +204,8 @@ SampledVolume sample_packing(const Shape& shape, const Box3& box, double spacing
             for (int j = -1; j <= count.y(); ++j)
                 for (int i = -1; i <= count.x(); ++i) {
                     const Vec3 site = origin + packing_site(i, j, static_cast<int>(k), static_cast<Real>(spacing));
-                    if (shape.distance(site) < 0) layers[k].emplace_back(site, volume_inside(shape, site, spacing));
+                    if (shape.distance(site) < 0)
+                        layers[k].emplace_back(site, volume_inside(shape, site, Vec3d::Constant(spacing)));
                 }
         },
         1);
@@ -261,6 +246,21 @@ SampledVolume sample_counted(const Shape& shape, const Box3& box, const VolumeSa
 }
 
 }  // namespace
+
+double volume_inside(const Shape& shape, const Vec3& centre, const Vec3d& edges) {
+    const double d = static_cast<double>(shape.distance(centre)), reach = 0.50001 * edges.norm();
+    if (d < -reach) return edges.prod();
+    if (d > reach) return 0;
+    const Vec3d part = edges / kParts;
+    const double width = std::cbrt(part.prod());
+    double sum = 0;
+    for (int i = 0; i < cube(kParts); ++i) {
+        const Vec3d at(i % kParts, i / kParts % kParts, i / kParts / kParts);
+        const Vec3d x = centre.cast<double>() + part.cwiseProduct(at + Vec3d::Constant(0.5 - 0.5 * kParts));
+        sum += clamp01(0.5 - static_cast<double>(shape.distance(x.cast<Real>())) / width);
+    }
+    return sum * part.prod();
+}
 
 SampledVolume sample_volume(const Shape& shape, const VolumeSampling& sampling) {
     size_not_negative(sampling.spacing, "particle spacing");

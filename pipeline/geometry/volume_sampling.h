@@ -39,4 +39,9 @@ struct SampledVolume {
 /// where not exactly one of count and spacing is given.
 SampledVolume sample_volume(const Shape& shape, const VolumeSampling& sampling);
 
+/// Volume [m^3] of the part of a box along the axes that is inside. It is the sum over small boxes, each filled to the
+/// part
+///     clamp(1/2 - d/width, 0, 1)
+double volume_inside(const Shape& shape, const Vec3& centre, const Vec3d& edges);
+
 }  // namespace thixo

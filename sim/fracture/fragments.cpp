@@ -369,7 +369,7 @@ Index add_element(std::size_t b, const NewElement& given, std::int64_t particle,
     }
     e.rest[i] = quad(given.place, e.rest[host].w);
     e.mass[i] = given.mass;
-    e.volume[i] = given.volume;
+    e.volume[i] = e.quadrature[i] = given.volume;
     e.support[i] = given.support;
     e.depth[i] = given.depth;
     e.displacement[i] = quad(xyz(e.displacement[host]) + h * way);

@@ -142,7 +142,7 @@ void build_flow(const Particles& particles, const NeighbourLists& neighbours, So
     flow.id = e.id;
     flow.owner.assign(n, 0);
     flow.law = e.law;
-    flow.volume = e.volume;
+    flow.volume = flow.quadrature = e.volume;
     flow.mass = e.mass;
     flow.support = e.support;
     flow.rest.resize(n);
@@ -184,6 +184,7 @@ void calibrate_rates(const Smoothing& smoothing, Softening& phases) {
                 e.owner.push_back(0);
                 e.rest.push_back(quad(packing_site(i, j, k, smoothing.spacing)));
                 e.volume.push_back(cube(smoothing.spacing));
+                e.quadrature.push_back(e.volume.back());
                 e.mass.push_back(cube(smoothing.spacing));
                 e.support.push_back(smoothing.support);
             }

@@ -197,7 +197,7 @@ void adopt_particles(const Materials& materials, const Smoothing& smoothing, con
         append_element(e, id, static_cast<std::int32_t>(emitted - solids.bodies.begin()));
         // Matter of emitters has no rest shape: its place there is the origin of the frame.
         e.mass[i] = particles.mass[k];
-        e.volume[i] = particles.rest_volume[k];
+        e.volume[i] = e.quadrature[i] = particles.rest_volume[k];
         e.support[i] = smoothing.support;
         e.depth[i] = smoothing.spacing / 2;
         e.law[i] = i;

@@ -201,7 +201,7 @@ void add_stencil(const StressLaw& law, const Elements& e, std::size_t i, bool ze
         std::array<Mat3d, 3> change;
         for (int a = 0; a < 3; ++a)
             change[static_cast<std::size_t>(a)] =
-                static_cast<double>(e.volume[i]) *
+                static_cast<double>(e.quadrature[i]) *
                 stress_change_at_rest(law, e, i, Vec3::Unit(a) * seen.slope[b].cast<Real>().transpose()).cast<double>();
         for (std::size_t a = 0; a < n; ++a) {
             Mat3d& block = to.at(lattice, seen.node[a], seen.node[b]);

@@ -40,7 +40,7 @@ StretchBounds write_stencil(const StressLaw& law, const Elements& e, std::size_t
     if (flows_on) flow(law, i, h, &FlowTimes::after);
     Mat3 piola = j * stress;
     if (law.volume_stiffness > 0 && moment.full) piola += law.volume_stiffness * dilatation(h) * cofactors(j);
-    const Mat3 force = -e.volume[i] * piola * inverse;
+    const Mat3 force = -e.quadrature[i] * piola * inverse;
     write_forces(e, i, force, h, u.sum, e.displacement[i], out);
     return bounds_of(law, e.plastic[i], j);
 }
@@ -89,7 +89,7 @@ void set_zero_energy(const std::vector<StressLaw>& laws, Elements& elements) {
     parallel_for(elements.size(), [&](std::size_t i) {
         const Real trace = elements.bonds.moment[i].trace;
         const Real modulus = laws[elements.law_of(i)].zero_energy;
-        elements.rest[i].w = trace > 0 ? modulus * elements.volume[i] / trace : Real(0);
+        elements.rest[i].w = trace > 0 ? modulus * elements.quadrature[i] / trace : Real(0);
     });
 }
 
@@ -160,7 +160,7 @@ double elastic_energy_of(const StressLaw& law, const Elements& e, std::size_t i)
         const Vec3 r = xyz(e.rest[j]) - xyz(e.rest[i]), u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
         residual += static_cast<double>(e.bonds.weight[k] * (u - h * r).squaredNorm());
     }
-    return static_cast<double>(e.volume[i]) * density + 0.5 * static_cast<double>(e.rest[i].w) * residual;
+    return static_cast<double>(e.quadrature[i]) * density + 0.5 * static_cast<double>(e.rest[i].w) * residual;
 }
 
 Symmetric stress_of_shape(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& gradient) {

@@ -49,7 +49,7 @@ Mat3 stress_change(const StressLaw& law, const Elements& e, const Stiffness::At&
 /// Adds, by way of one stencil with H = du b^T, how an element's displacement du changes the element's own force.
 void add_block(const StressLaw& law, const Elements& e, std::size_t stencil, const Vec3& b, Mat3& block) {
     for (int a = 0; a < 3; ++a)
-        block.col(a) += e.volume[stencil] * (stress_change_at_rest(law, e, stencil, Vec3::Unit(a) * b.transpose()) * b);
+        block.col(a) += e.quadrature[stencil] * (stress_change_at_rest(law, e, stencil, Vec3::Unit(a) * b.transpose()) * b);
 }
 
 /// Sum over the stencils with element i: its own, in which du moves the middle, and those it is a neighbour in.
@@ -100,7 +100,7 @@ void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<
             const Stiffness::At& at = stiffness.at[i];
             const Symmetric stress = stress_of(law, elements, i, strain_change(at.j, dh));
             const Mat3 change = stress_change(law, elements, at, i, dh, stress);
-            write_forces(elements, i, -elements.volume[i] * change * inverse, dh, d.sum, du[i], scratch);
+            write_forces(elements, i, -elements.quadrature[i] * change * inverse, dh, d.sum, du[i], scratch);
         },
         kElements);
     parallel_for(

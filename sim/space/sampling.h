@@ -6,6 +6,7 @@
 
 #include "pipeline/geometry/packing.h"
 #include "pipeline/geometry/shape.h"
+#include "pipeline/geometry/volume_sampling.h"
 #include "sim/space/periodic.h"
 #include "sim/space/smoothing.h"
 
@@ -29,6 +30,13 @@ struct FittedPacking {
 /// mass of its shape. Along periodic axes the packing is as in pack_shape, and no scale is sought.
 FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
                           const Periodic& periodic = {});
+
+/// The sites of a solid's packing, in the shape. Its layers lie across the shortest side of the shape's box. It is
+/// stretched along each axis, so that the outermost rows stand a fifth to a third of a step inside the box. The strain
+/// of an element at a surface is that of a place about a third of a step deeper: so the strains sample the body evenly.
+/// A site's volume is that of its cell's part inside. Along periodic axes, and where there is one, the packing lies as
+/// in pack_shape.
+SampledVolume pack_solid(const Shape& shape, Real spacing, const Periodic& periodic = {});
 
 /// The factor by which a packing is stretched along each axis, so that whole rows fill the period; 1 where there is
 /// none.

@@ -145,6 +145,7 @@ void check_sizes(const Check& check, const Simulation& sim) {
     const Real spacing = static_cast<Real>(sim.problem.scene.solver.spacing);
     require_like("solid.support", e.support, static_cast<Real>(sim.problem.smoothing.support), kApart);
     require_like("solid.volume", e.volume, cube(spacing), cube(kApart));
+    require_like("solid.quadrature", e.quadrature, cube(spacing), cube(kApart));
     for (Index i = 0; i < e.size(); ++i) {
         const auto material = static_cast<std::size_t>(sim.solids.owner(i).material);
         const Real density = e.mass[i] / e.volume[i];

@@ -8,6 +8,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/contract/scene_extent.h"
+#include "pipeline/geometry/match_moments.h"
 #include "pipeline/geometry/shapes.h"
 #include "pipeline/geometry/volume_sampling.h"
 #include "sim/bonds/members.h"
@@ -25,6 +26,7 @@ namespace {
 
 constexpr Real kWallRoom = Real(0.1);               // spacings between a wall and the first particles
 constexpr Real kBodyRoom = Real(0.7);               // spacings between the particles of two bodies
+constexpr double kMomentCell = 0.25;                // spacings; of the cells that a shape's moments are summed over
 constexpr double kSlowest = 0.1;                    // m/s
 constexpr std::size_t kMostParticles = 2147483647;  // indices of particles and their ghosts are of 32 bits
 
@@ -139,40 +141,59 @@ void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, con
                              body.name, place_text(sim.problem.scene, x));
 }
 
-/// A liquid's particles. They have the volume of the shape, but for the parts of it that are not free.
-SampledVolume pack_liquid(const Shape& shape, const std::function<bool(const Vec3&)>& free, const Simulation& sim) {
+/// Places that stand for one volume each [m^3].
+SampledVolume equal_sites(std::vector<Vec3> places, double volume, Real spacing) {
+    const std::size_t count = places.size();
+    SampledVolume sites;
+    sites.position = std::move(places);
+    sites.volume.assign(count, static_cast<Real>(volume));
+    sites.spacing.assign(count, spacing);
+    return sites;
+}
+
+/// Particles on a hexagonal lattice that is fitted to the shape. They have its volume, but for the parts that are not
+/// free.
+SampledVolume pack(const Shape& shape, const std::function<bool(const Vec3&)>& free, const Simulation& sim) {
     const Real d = sim.problem.smoothing.spacing;
     FittedPacking packing = fit_packing(shape, d, free, sim.problem.periodic);
-    SampledVolume sites;
-    sites.position = std::move(packing.position);
-    sites.volume.assign(sites.position.size(), static_cast<Real>(packing.volume));
-    sites.spacing.assign(sites.position.size(), d);
-    return sites;
+    return equal_sites(std::move(packing.position), packing.volume, d);
 }
 
-/// A solid's particles on a hexagonal lattice. They share the volume of the shape; where no skins are made, that is not
-/// summed.
-SampledVolume pack_solid(const Shape& shape, SkinSetup skins, const Simulation& sim) {
-    const Real d = sim.problem.smoothing.spacing;
-    SampledVolume sites;
-    sites.position = pack_shape(
-        shape, d, [](const Vec3&) { return true; }, sim.problem.periodic);
-    const std::size_t count = sites.position.size();
-    if (count == 0) return sites;
-    const double shared = skins == SkinSetup::make
-                              ? volume(shape, static_cast<double>(d) / 4) / static_cast<double>(count)
-                              : cube(static_cast<double>(d));
-    sites.volume.assign(count, static_cast<Real>(shared));
-    sites.spacing.assign(count, d);
-    return sites;
-}
-
-/// A solid's particles on another lattice (dissertation 5.7).
-SampledVolume sample_solid(const scene::Body& body, const Shape& shape, Real spacing) {
+/// The particles of a solid on another lattice than the hexagonal one (dissertation 5.7).
+SampledVolume sample_cells(const scene::Body& body, const Shape& shape, Real spacing) {
     const bool octree = body.sampling.lattice == scene::Lattice::octree;
     return sample_volume(shape, {.lattice = octree ? Lattice::octree : Lattice::uniform,
                                  .spacing = static_cast<double>(spacing),
                                  .levels = body.sampling.levels});
+}
+
+/// A solid's particles on a hexagonal lattice, in the shape's own frame: the same however the body is turned.
+SampledVolume pack_turned(const scene::Body& body, const Shape& shape, const Simulation& sim) {
+    const Real d = sim.problem.smoothing.spacing;
+    if (sim.problem.periodic.any() || body.shape.rotate.isZero()) return pack_solid(shape, d, sim.problem.periodic);
+    scene::Shape own = body.shape;
+    own.rotate = own.translate = Vec3d::Zero();
+    SampledVolume sites = pack_solid(make_shape(sim.problem.scene, own), d);
+    const Quatd turn = rotation_from_degrees(body.shape.rotate);
+    for (Vec3& x : sites.position) x = (turn * x.cast<double>() + body.shape.translate).cast<Real>();
+    return sites;
+}
+
+/// A solid's particles. Their volumes have the moments of the shape, so that its mass and its inertia are right. Matter
+/// that melts keeps the shares of its lattice, for a liquid's pressure is that of equal particles. Where no skins are
+/// made, nothing is summed: places and number are about right.
+SampledVolume sample_solid(const scene::Body& body, const ResolvedMaterial& matter, const Shape& shape, SkinSetup skins,
+                           const Simulation& sim) {
+    const auto anywhere = [](const Vec3&) { return true; };
+    const Real d = sim.problem.smoothing.spacing;
+    const bool hexagonal = body.sampling.lattice == scene::Lattice::hexagonal;
+    if (hexagonal && skins != SkinSetup::make)
+        return equal_sites(pack_shape(shape, d, anywhere, sim.problem.periodic), cube(static_cast<double>(d)), d);
+    if (hexagonal && matter.melting.any()) return pack(shape, anywhere, sim);
+    SampledVolume sites = hexagonal ? pack_turned(body, shape, sim) : sample_cells(body, shape, d);
+    if (sites.position.empty() || skins != SkinSetup::make) return sites;
+    match_moments(sites.position, moments(shape, kMomentCell * static_cast<double>(d)), sites.volume);
+    return sites;
 }
 
 Vec3d centre_of_mass(const SampledVolume& sites) {
@@ -238,9 +259,7 @@ void add_body(const scene::Body& body, int number, SkinSetup skins, PlacedBodies
         return !taken;
     };
     const SampledVolume sites = named_in_scene(body.shape, "body", body.name, [&] {
-        if (!solid) return pack_liquid(shape, free, sim);
-        return body.sampling.lattice == scene::Lattice::hexagonal ? pack_solid(shape, skins, sim)
-                                                                  : sample_solid(body, shape, d);
+        return solid ? sample_solid(body, matter, shape, skins, sim) : pack(shape, free, sim);
     });
     const std::size_t count = sites.position.size();
     if (count == 0)

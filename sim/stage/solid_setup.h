@@ -8,8 +8,8 @@
 
 namespace thixo {
 
-/// Makes elements for all solid particles, with rest shapes, handles and laws. A body's volume is shared evenly among
-/// its elements. Throws InputError where a handle holds nothing.
+/// Makes elements for all solid particles, with rest shapes, handles and laws. Elements integrate
+/// stress by volumes that make a body as stiff in bending as its shape. Throws InputError where a handle holds nothing.
 Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles);
 
 }  // namespace thixo

@@ -80,8 +80,11 @@ struct Elements {
     std::vector<Index> law;           // index of its own law; empty: its owner's
     std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
     std::vector<Real> mass, volume;  // [kg], V of the rest shape [m^3]
-    std::vector<Real> support;       // h [m]
-    std::vector<Real> depth;         // of the particle below the body's surface, in the rest shape [m]
+    // The volume by which the element integrates stress [m^3]. In a body it differs from V, so that bending is as stiff as
+    // it should be (solid_setup.h).
+    std::vector<Real> quadrature;
+    std::vector<Real> support;  // h [m]
+    std::vector<Real> depth;    // of the particle below the body's surface, in the rest shape [m]
     // Tension at which a crack begins; the largest number: it never does. At the present temperature, and without it.
     std::vector<Real> strength, own_strength;  // [Pa]
     // Copies of its particle's fields, written with them.
@@ -119,6 +122,7 @@ void for_each_field(E& e, F&& f) requires requires {
     f("solid.rest", Life::made, e.rest);
     f("solid.mass", Life::made, e.mass);
     f("solid.volume", Life::made, e.volume);
+    f("solid.quadrature", Life::made, e.quadrature);
     f("solid.support", Life::made, e.support);
     f("solid.depth", Life::made, e.depth);
     if (e.breaks) {

@@ -3,7 +3,11 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <string>
 
+#include "pipeline/geometry/packing.h"
+#include "pipeline/geometry/shapes.h"
 #include "tests/physics/gate.h"
 
 namespace thixo {
@@ -58,6 +62,75 @@ TEST(OscillatingPlate, SwingsInItsPeriodAndKeepsItsEnergy) {
                  last = amplitude(series, z, zeros.back() - period, zeros.back());
     gate::expect({"oscillating plate", "energy lost a period", "1",
                   (1 - square(last / first)) * period / (zeros.back() - period), 0, 0.005, "5 % in ten periods"});
+}
+
+// ---- a free beam ------------------------------------------------------------------------------------------------------
+
+constexpr double kFreeFirst = 4.730041;  // k L of the first mode of a free beam: cos(k L) cosh(k L) = 1
+
+/// That mode at x in [-L/2, L/2], 1 in its middle.
+double free_mode(double x) {
+    const double k = kFreeFirst, s = k * x / kLength;
+    const auto shape = [&](double a) { return std::cos(a) * std::cosh(k / 2) + std::cosh(a) * std::cos(k / 2); };
+    return shape(s) / shape(0);
+}
+
+/// Young's modulus by the first frequency f [1/s] of a free beam of square section, for Poisson's ratio nu. ASTM
+/// E 1876 (9.1), a fit to Timoshenko's beam for any ratio of thickness to length.
+double modulus_by_ringing(double f, double nu) {
+    const double r2 = square(kHeight / kLength), mass = kDensity * kLength * square(kHeight);
+    const double correction = 1 + 6.585 * (1 + 0.0752 * nu + 0.8109 * square(nu)) * r2 - 0.868 * square(r2) -
+                              8.340 * (1 + 0.2023 * nu + 2.173 * square(nu)) * square(r2) /
+                                  (1 + 6.338 * (1 + 0.1408 * nu + 1.536 * square(nu)) * r2);
+    return 0.9465 * mass * square(f) / kHeight * cube(kLength / kHeight) * correction;
+}
+
+/// Modulus over the material's by how a beam of a spacing [m] rings, turned by degrees about x, y, z.
+double stiffness_in_bending(double spacing, const Vec3d& degrees) {
+    const auto turn =
+        std::to_string(degrees.x()) + "," + std::to_string(degrees.y()) + "," + std::to_string(degrees.z());
+    Simulation s = make_simulation(gate::load(
+        "free_beam", {"solver.spacing=" + std::to_string(spacing), "bodies.beam.shape.rotate=[" + turn + "]"}));
+    Elements& e = s.solids.elements;
+    const Quatd rotation = rotation_from_degrees(degrees);
+    const Vec3d along = rotation * Vec3d::UnitX(), up = rotation * Vec3d::UnitZ();
+    std::vector<double> weight(e.size());  // of an element's displacement in the mode's
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        const Vec3d rest = xyz(e.rest[i]).cast<double>();
+        const double phi = free_mode(along.dot(rest));
+        weight[i] = static_cast<double>(e.mass[i]) * phi;
+        e.velocity[i] = quad((0.05 * phi * up).cast<Real>());
+    }
+    const auto deflection = [&] {
+        double sum = 0;
+        for (std::size_t i = 0; i < e.size(); ++i) sum += weight[i] * up.dot(xyz(e.displacement[i]).cast<double>());
+        return sum;
+    };
+    std::vector<double> zeros;
+    double last = 0, since = 0;
+    while (s.clock.frame < s.problem.scene.frames.last) {
+        advance_frame(s);
+        const double now = deflection(), time = s.clock.time;
+        if (last * now < 0) zeros.push_back(since + (time - since) * last / (last - now));
+        last = now;
+        since = time;
+    }
+    if (zeros.size() < 3) return 0;
+    return modulus_by_ringing(1 / (zeros[2] - zeros[0]), 0.3) / kModulus;
+}
+
+TEST(FreeBeam, IsAsStiffInBendingAtAnySpacing) {
+    // Four to nine layers, at spacings chosen at random; three beams lie across the axes besides.
+    std::mt19937 random(1876);
+    std::uniform_real_distribution<double> layers(3.6, 9.4), angle(0, 90);
+    for (int k = 0; k < 13; ++k) {
+        const double spacing = kHeight / layers(random) / static_cast<double>(packing_layer(1));
+        const bool across = k >= 10;
+        const Vec3d turn = across ? Vec3d(angle(random), angle(random), angle(random)) : Vec3d(0, 0, 0);
+        const std::string law = "free beam, spacing " + std::to_string(1000 * spacing).substr(0, 5) + " mm";
+        gate::expect({across ? law + ", across the axes" : law, "stiffness in bending over the law's", "1",
+                      stiffness_in_bending(spacing, turn), 1, 0.03, "ASTM E 1876"});
+    }
 }
 
 }  // namespace

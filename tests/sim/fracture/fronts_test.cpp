@@ -34,7 +34,7 @@ struct Cube {
                     const auto at = [](int c) { return (static_cast<Real>(c) + Real(0.5)) * kWidth - kHalf; };
                     e.id[n] = static_cast<std::int64_t>(n);
                     e.rest[n] = quad(Vec3(at(i), at(k), at(l)));
-                    e.mass[n] = e.volume[n] = cube(kWidth);
+                    e.mass[n] = e.volume[n] = e.quadrature[n] = cube(kWidth);
                     e.support[n] = kSupport;
                     body.elements.push_back(static_cast<Index>(n));
                 }

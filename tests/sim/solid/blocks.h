@@ -25,6 +25,7 @@ inline Elements block(int nx, int ny, int nz, Real distance, Real jitter, Real d
                 e.rest.push_back({distance * (Real(i) + shift(0)), distance * (Real(j) + shift(1)),
                                   distance * (Real(k) + shift(2)), 0});
                 e.volume.push_back(cube(distance));
+                e.quadrature.push_back(cube(distance));
                 e.mass.push_back(density * cube(distance));
                 e.support.push_back(2 * distance);
                 e.depth.push_back(distance / 2);
@@ -95,10 +96,10 @@ inline Real energy(const std::vector<StressLaw>& laws, const Elements& e) {
             strain = shape.operatorInverseSqrt() * strain * shape.operatorInverseSqrt();
         }
         const Mat3 stress = law.lambda * strain.trace() * Mat3::Identity() + 2 * law.mu * strain;
-        total += e.volume[i] / 2 * strain.cwiseProduct(stress).sum();
-        if (e.bonds.moment[i].full) total += e.volume[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);
+        total += e.quadrature[i] / 2 * strain.cwiseProduct(stress).sum();
+        if (e.bonds.moment[i].full) total += e.quadrature[i] / 2 * law.volume_stiffness * square(j.determinant() - 1);
         if (!(a.trace() > 0)) continue;
-        const Real c = law.zero_energy * e.volume[i] / a.trace();
+        const Real c = law.zero_energy * e.quadrature[i] / a.trace();
         neighbours([&](Real w, const Vec3& r, const Vec3& u) {
             total += c / 2 * w * (r + u - j * r - (r - a * inverse * r)).squaredNorm();
         });

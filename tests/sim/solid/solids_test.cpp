@@ -214,6 +214,7 @@ TEST(Solids, TheLastElementsOfAThinLimbTurnWithIt) {
         e.owner.push_back(0);
         e.rest.push_back({0.04f + 0.01f * static_cast<float>(k), 0.015f, 0.015f, 0});
         e.volume.push_back(one.volume[0]);
+        e.quadrature.push_back(one.quadrature[0]);
         e.mass.push_back(one.mass[0]);
         e.support.push_back(one.support[0]);
         e.depth.push_back(one.depth[0]);

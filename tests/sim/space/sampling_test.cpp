@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "pipeline/base/error.h"
+#include "pipeline/geometry/match_moments.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "pipeline/geometry/mesh_repair.h"
 #include "pipeline/geometry/shapes.h"
@@ -106,6 +108,48 @@ TEST(Sampling, ABodyHasTheMassOfItsShape) {
             for (const Real m : make_simulation(scene).particles.mass) mass += static_cast<double>(m);
             EXPECT_NEAR(mass / right, 1, 2e-3) << spacing;
         }
+}
+
+TEST(Sampling, ASolidHasTheMassAndInertiaOfItsShape) {
+    for (const scene::Shape& shape : shapes_of_all_kinds())
+        for (const scene::Lattice lattice : {scene::Lattice::hexagonal, scene::Lattice::octree}) {
+            scene::Scene scene = fixture::empty_space();
+            scene.solver.spacing = 0.0083;
+            scene.materials[0].elastic.youngs_modulus = 1e5;
+            scene.bodies = {fixture::body("body", shape)};
+            scene.bodies[0].sampling.lattice = lattice;
+            const ShapeMoments whole = moments(make_shape(scene, shape), 0.001);
+            const Vec3d centre = whole.first / whole.volume;
+            const ShapeMoments right = moments_about(centre, whole);
+            const Simulation s = make_simulation(scene);
+            ShapeMoments sum;
+            for (std::size_t i = 0; i < s.particles.size(); ++i) {
+                const Vec3d x = s.particles.position[i].cast<double>() - centre;
+                const double m = static_cast<double>(s.particles.mass[i]);
+                sum += {m, m * x, m * x * x.transpose()};
+            }
+            EXPECT_NEAR(sum.volume / (1000 * right.volume), 1, 2e-3);
+            EXPECT_LT(sum.first.norm(), 1e-4 * sum.volume * 0.0083);
+            EXPECT_LT((sum.second - 1000 * right.second).norm(), 5e-3 * 1000 * right.second.norm());
+        }
+}
+
+TEST(Sampling, ASolidIsSampledAlikeHoweverItIsTurned) {
+    const auto places = [](const Vec3d& turn) {
+        scene::Scene scene = fixture::empty_space();
+        scene.materials[0].elastic.youngs_modulus = 1e5;
+        scene::Shape bar = fixture::shape_at({0.1, 0, 0}, scene::BoxShape{{0.3, 0.04, 0.07}, 0});
+        bar.rotate = turn;
+        scene.bodies = {fixture::body("bar", bar)};
+        std::vector<double> out;
+        for (const Vec3& x : make_simulation(scene).particles.position)
+            out.push_back(static_cast<double>((x - Vec3(Real(0.1), 0, 0)).norm()));
+        std::ranges::sort(out);
+        return out;
+    };
+    const auto straight = places({0, 0, 0}), turned = places({20, 30, 50});
+    ASSERT_EQ(straight.size(), turned.size());
+    for (std::size_t k = 0; k < straight.size(); ++k) EXPECT_NEAR(straight[k], turned[k], 1e-6);
 }
 
 TEST(Sampling, RefusesAShapeWithoutBounds) { EXPECT_THROW(pack_shape(plane({0, 0, 1}, 0), 1, anywhere), InputError); }

@@ -32,10 +32,10 @@ FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<
                           const Periodic& periodic = {});
 
 /// The sites of a solid's packing, in the shape. Its layers lie across the shortest side of the shape's box. It is
-/// stretched along each axis, so that the outermost rows stand a fifth to a third of a step inside the box. The strain
-/// of an element at a surface is that of a place about a third of a step deeper: so the strains sample the body evenly.
-/// A site's volume is that of its cell's part inside. Along periodic axes, and where there is one, the packing lies as
-/// in pack_shape.
+/// stretched along each axis, so that the outermost rows stand a fifth to a third of a step inside the box. An element at
+/// a surface is strained as a place about a third of a step deeper is. So the strains sample the body evenly. A site's
+/// volume is that of its cell's part inside. Along periodic axes, and where there is one, the packing lies as in
+/// pack_shape.
 SampledVolume pack_solid(const Shape& shape, Real spacing, const Periodic& periodic = {});
 
 /// The factor by which a packing is stretched along each axis, so that whole rows fill the period; 1 where there is

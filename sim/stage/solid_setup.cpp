@@ -118,8 +118,8 @@ Handle make_handle(const scene::Scene& scene, const scene::Handle& given, const 
 /// In the field u_a = x_a x_b, matter along axis a is strained by x_b. The stencil finds
 ///     H_aa = x_b + sum_j w_ij (A+ r)_a r_a r_b
 /// Inside, the sum is zero. At a surface it sees neighbours on one side alone, and stands for a place a third of a
-/// spacing deeper. The second moments of b and c are means over the axes a across both, weighed by how far the body
-/// reaches along a: it bends along its long sides.
+/// spacing deeper. The second moments of b and c are means over the axes a across both. How far the body reaches
+/// along a weighs them, for it bends along its long sides.
 PointMoments moments_of_strain(const Elements& e, Index i, const Mat3d& axes, const Vec3d& reach2) {
     const Mat3d inverse = axes.transpose() * matrix(e.bonds.moment[i].inverse).cast<double>() * axes;
     const Vec3d x = axes.transpose() * xyz(e.rest[i]).cast<double>();

@@ -33,7 +33,8 @@ Vec3d reach_of(const std::vector<PointMoments>& points) {
 double match_moments(const std::vector<PointMoments>& points, const ShapeMoments& shape, std::vector<Real>& volume) {
     double sum = 0;
     for (const Real v : volume) sum += static_cast<double>(v);
-    const double share = shape.volume / sum;
+    const bool all_free = std::ranges::all_of(points, [](const PointMoments& p) { return p.freedom == 1; });
+    const double share = all_free ? shape.volume / sum : 1;
     const Vec3d reach = reach_of(points);
     const auto terms_at = [&](std::size_t k) { return terms_of(1, points[k].first, points[k].second, reach); };
     Eigen::Matrix<double, 10, 10> products = Eigen::Matrix<double, 10, 10>::Zero();
@@ -41,7 +42,7 @@ double match_moments(const std::vector<PointMoments>& points, const ShapeMoments
     for (std::size_t k = 0; k < points.size(); ++k) {
         const double v = share * static_cast<double>(volume[k]);
         const Terms t = terms_at(k);
-        products.noalias() += v * t * t.transpose();
+        products.noalias() += points[k].freedom * v * t * t.transpose();
         missing -= v * t;
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 10, 10>> modes(products);
@@ -51,19 +52,21 @@ double match_moments(const std::vector<PointMoments>& points, const ShapeMoments
         if (const double e = modes.eigenvalues()[a]; e > least)
             change += modes.eigenvectors().col(a) * (modes.eigenvectors().col(a).dot(missing) / e);
     double most = 0;
-    for (std::size_t k = 0; k < points.size(); ++k) most = std::max(most, std::abs(change.dot(terms_at(k))));
+    const auto change_of = [&](std::size_t k) { return points[k].freedom * change.dot(terms_at(k)); };
+    for (std::size_t k = 0; k < points.size(); ++k) most = std::max(most, std::abs(change_of(k)));
     const double part = most > kMostChange ? kMostChange / most : 1;
     for (std::size_t k = 0; k < points.size(); ++k)
-        volume[k] = static_cast<Real>(share * static_cast<double>(volume[k]) * (1 + part * change.dot(terms_at(k))));
+        volume[k] = static_cast<Real>(share * static_cast<double>(volume[k]) * (1 + part * change_of(k)));
     return part;
 }
 
-double match_moments(const std::vector<Vec3>& places, const ShapeMoments& shape, std::vector<Real>& volume) {
+double match_moments(const std::vector<Vec3>& places, const std::vector<double>& freedom, const ShapeMoments& shape,
+                     std::vector<Real>& volume) {
     const Vec3d centre = shape.first / shape.volume;
     std::vector<PointMoments> points(places.size());
     for (std::size_t k = 0; k < places.size(); ++k) {
         const Vec3d x = places[k].cast<double>() - centre;
-        points[k] = {x, x * x.transpose()};
+        points[k] = {x, x * x.transpose(), freedom.empty() ? 1 : freedom[k]};
     }
     return match_moments(points, moments_about(centre, shape), volume);
 }

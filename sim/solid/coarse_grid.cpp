@@ -11,10 +11,12 @@
 namespace thixo {
 namespace {
 
-constexpr double kCell = 3;          // least size of a cell, in particle widths
-constexpr double kMostNodes = 300;   // of a body: more nodes cost more time than they save
-constexpr double kFewest = 64;       // elements of a body for which a grid pays
-constexpr double kShift = 1e-9;      // added to the diagonal, relative to the diagonal
+constexpr double kCell = 3;         // least size of a cell, in particle widths
+constexpr double kMostNodes = 300;  // of a body: more nodes cost more time than they save
+constexpr double kFewest = 64;      // elements of a body for which a grid pays
+// Added to the diagonal, relative to it: rounding of the blocks leaves eigenvalues below zero. Ten times as much until
+// the matrix has a factor.
+constexpr double kShift = 1e-9, kMostShift = 1e-3;
 constexpr std::size_t kCorners = 8;  // of a cell
 
 using Sparse = Eigen::SparseMatrix<double>;
@@ -313,12 +315,15 @@ void CoarseGrid::factor(double dt, const std::vector<Symmetric>& boundary) {
                 [&](std::size_t i) { return Mat3d(matrix(boundary[i]).cast<double>()); }, walls);
         state.matrix += sparse(walls, state.lattice, state.nodes);
     }
-    for (Eigen::Index k = 0; k < state.matrix.rows(); ++k) {
-        double& d = state.matrix.coeffRef(k, k);
-        d = d > 0 ? (1 + kShift) * d : 1;
+    state.usable = false;
+    for (double shift = kShift; !state.usable && shift <= kMostShift; shift *= 10) {
+        for (Eigen::Index k = 0; k < state.matrix.rows(); ++k) {
+            double& d = state.matrix.coeffRef(k, k);
+            d = d > 0 ? (1 + shift) * d : 1;
+        }
+        state.factor.factorize(state.matrix);
+        state.usable = state.factor.info() == Eigen::Success;
     }
-    state.factor.factorize(state.matrix);
-    state.usable = state.factor.info() == Eigen::Success;
 }
 
 void CoarseGrid::add_correction(const std::vector<Vec3>& r, std::vector<Vec3>& z) {

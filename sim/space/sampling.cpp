@@ -117,29 +117,58 @@ Fit fit_to_box(const Box3& box, Real spacing, const Vec3d& margin, const Periodi
     Fit best{packing_stretch(spacing, periodic), margin};
     double least = std::numeric_limits<double>::infinity();
     for (int choice = 0; choice < 8; ++choice) {
-        Vec3d stretch = packing_stretch(spacing, periodic);
+        Fit fit{packing_stretch(spacing, periodic), margin};
         for (int a = 0; a < 3; ++a) {
             if (periodic.axis[static_cast<std::size_t>(a)].on) continue;
             const double between = 2 * margin[a] - 1;  // steps across the box over rows
             const double rows = std::floor(size[a] / steps[a] - between) + (choice >> a & 1);
-            stretch[a] = size[a] / ((rows > 1 ? rows + between : 1) * steps[a]);
+            if (!(rows > 1)) fit.margin[a] = 0.5;  // a single row stands in the middle
+            fit.stretch[a] = size[a] / ((rows > 1 ? rows + between : 1) * steps[a]);
         }
-        const Vec3d logarithm = stretch.array().log();
+        const Vec3d logarithm = fit.stretch.array().log();
         const double change = 4 * square(logarithm.sum()) + logarithm.squaredNorm();
         if (!(change < least)) continue;
         least = change;
-        best.stretch = stretch;
+        best = fit;
     }
     return best;
 }
 
-/// The rotation that lays a box's shortest side along z.
+/// The fit of a solid's packing. Layers are stretched alike along x and y, as the shorter of the two asks. A site then has
+/// its neighbours evenly about it. So a uniform stress has no force in the packing.
+Fit fit_solid(const Box3& box, Real spacing) {
+    const Vec3d steps = packing_steps(spacing), size = (box.upper - box.lower).cast<double>();
+    const int shorter = size.y() < size.x() ? 1 : 0;
+    Fit best;
+    double least = std::numeric_limits<double>::infinity();
+    for (int choice = 0; choice < 4; ++choice) {
+        Fit fit{.margin = kSolidMargin};
+        for (const int a : {shorter, 2}) {
+            const double between = 2 * kSolidMargin[a] - 1;  // steps across the box over rows
+            const double rows = std::floor(size[a] / steps[a] - between) + (choice >> (a / 2) & 1);
+            if (rows > 1)
+                fit.stretch[a] = size[a] / ((rows + between) * steps[a]);
+            else
+                fit.margin[a] = 0.5;  // a single row stands in the middle
+        }
+        fit.stretch[1 - shorter] = fit.stretch[shorter];
+        fit.margin[1 - shorter] = 0.5;
+        const Vec3d logarithm = fit.stretch.array().log();
+        const double change = 4 * square(logarithm.sum()) + logarithm.squaredNorm();
+        if (!(change < least)) continue;
+        least = change;
+        best = fit;
+    }
+    return best;
+}
+
+/// The rotation that lays the short side of a flat box along z.
 Quatd upright(const Box3& box) {
     const Vec3 size = box.upper - box.lower;
     const auto turned = [](int times) {
         return Quatd(Eigen::AngleAxisd(times * 2 * kPi / 3, Vec3d(1, 1, 1).normalized()));
     };
-    constexpr Real kShorter = Real(0.999);  // of a side, so that a cube is not turned by rounding
+    constexpr Real kShorter = Real(0.5);  // of both others
     if (size.x() < kShorter * std::min(size.y(), size.z())) return turned(2);
     if (size.y() < kShorter * std::min(size.x(), size.z())) return turned(1);
     return Quatd::Identity();
@@ -182,7 +211,8 @@ SampledVolume pack_solid(const Shape& shape, Real spacing, const Periodic& perio
     const Quatd turn = periodic.any() ? Quatd::Identity() : upright(*box);
     const Vec3d centre = (0.5 * (box->lower + box->upper)).cast<double>();
     const Shape lying = periodic.any() ? shape : transformed(shape, 1, turn, turn * -centre);
-    const Fit fit = fit_to_box(*lying.bounds(), spacing, kSolidMargin, periodic);
+    const Fit fit = periodic.any() ? fit_to_box(*lying.bounds(), spacing, kSolidMargin, periodic)
+                                   : fit_solid(*lying.bounds(), spacing);
     const Vec3d cell = packing_steps(spacing).cwiseProduct(fit.stretch);
     SampledVolume sites;
     sites.position = sites_in(lying, spacing, fit, anywhere, periodic).position;

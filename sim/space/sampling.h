@@ -31,7 +31,7 @@ struct FittedPacking {
 FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
                           const Periodic& periodic = {});
 
-/// The sites of a solid's packing, in the shape. Its layers lie across the shortest side of the shape's box. It is
+/// The sites of a solid's packing, in the shape. In a flat box its layers lie across the short side. It is
 /// stretched along each axis, so that the outermost rows stand a fifth to a third of a step inside the box. An element at
 /// a surface is strained as a place about a third of a step deeper is. So the strains sample the body evenly. A site's
 /// volume is that of its cell's part inside. Along periodic axes, and where there is one, the packing lies as in

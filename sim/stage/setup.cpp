@@ -179,20 +179,30 @@ SampledVolume pack_turned(const scene::Body& body, const Shape& shape, const Sim
     return sites;
 }
 
-/// A solid's particles. Their volumes have the moments of the shape, so that its mass and its inertia are right. Matter
-/// that melts keeps the shares of its lattice, for a liquid's pressure is that of equal particles. Where no skins are
-/// made, nothing is summed: places and number are about right.
-SampledVolume sample_solid(const scene::Body& body, const ResolvedMaterial& matter, const Shape& shape, SkinSetup skins,
-                           const Simulation& sim) {
-    const auto anywhere = [](const Vec3&) { return true; };
+/// The particles of matter that melts: equal ones, for a liquid's pressure is that of equal particles. Where no skins are
+/// made, their volume is not summed.
+SampledVolume sample_melting(const Shape& shape, SkinSetup skins, const Simulation& sim) {
     const Real d = sim.problem.smoothing.spacing;
-    const bool hexagonal = body.sampling.lattice == scene::Lattice::hexagonal;
-    if (hexagonal && skins != SkinSetup::make)
-        return equal_sites(pack_shape(shape, d, anywhere, sim.problem.periodic), cube(static_cast<double>(d)), d);
-    if (hexagonal && matter.melting.any()) return pack(shape, anywhere, sim);
-    SampledVolume sites = hexagonal ? pack_turned(body, shape, sim) : sample_cells(body, shape, d);
+    std::vector<Vec3> places = pack_shape(
+        shape, d, [](const Vec3&) { return true; }, sim.problem.periodic);
+    const double volume =
+        skins == SkinSetup::make && !places.empty()
+            ? thixo::volume(shape, kMomentCell * static_cast<double>(d)) / static_cast<double>(places.size())
+            : cube(static_cast<double>(d));
+    return equal_sites(std::move(places), volume, d);
+}
+
+/// A solid's particles. Their volumes have the moments of the shape, so that its mass and its inertia are right. Where no
+/// skins are made, nothing is summed.
+SampledVolume sample_solid(const scene::Body& body, const Shape& shape, SkinSetup skins, const Simulation& sim) {
+    const Real d = sim.problem.smoothing.spacing;
+    SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_turned(body, shape, sim)
+                                                                             : sample_cells(body, shape, d);
     if (sites.position.empty() || skins != SkinSetup::make) return sites;
-    match_moments(sites.position, moments(shape, kMomentCell * static_cast<double>(d)), sites.volume);
+    std::vector<double> freedom;
+    for (std::size_t k = 0; k < sites.position.size(); ++k)
+        freedom.push_back(outer_freedom(static_cast<double>(-shape.distance(sites.position[k]) / sites.spacing[k])));
+    match_moments(sites.position, freedom, moments(shape, kMomentCell * static_cast<double>(d)), sites.volume);
     return sites;
 }
 
@@ -259,7 +269,8 @@ void add_body(const scene::Body& body, int number, SkinSetup skins, PlacedBodies
         return !taken;
     };
     const SampledVolume sites = named_in_scene(body.shape, "body", body.name, [&] {
-        return solid ? sample_solid(body, matter, shape, skins, sim) : pack(shape, free, sim);
+        if (!solid) return pack(shape, free, sim);
+        return matter.melting.any() ? sample_melting(shape, skins, sim) : sample_solid(body, shape, skins, sim);
     });
     const std::size_t count = sites.position.size();
     if (count == 0)

@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kRounding = 2e-5;  // of places in a body, in its sizes
 constexpr double kCoarse = 0.5;     // part of the right change of volumes: below it bending is several per cent off
+constexpr double kSlender = 0.1;    // second moment across over that along a body that bends
 constexpr double kThread = 1e-9;    // of the largest second moment: the least that a body without extent is given
 
 /// Particles of one body in the order of their elements.
@@ -141,7 +142,8 @@ PointMoments moments_of_strain(const Elements& e, Index i, const Mat3d& axes, co
             out.second(b, c) /= weights;
             if (b == c) out.first[b] /= weights;
         }
-    return {axes * out.first, axes * out.second * axes.transpose()};
+    return {axes * out.first, axes * out.second * axes.transpose(),
+            outer_freedom(static_cast<double>(e.depth[i] / std::cbrt(e.volume[i])))};
 }
 
 /// Sets the volumes by which elements integrate stress: with them a body is as stiff in bending as its shape. A plate of n
@@ -168,7 +170,8 @@ void weigh_elements(const scene::Scene& scene, Solids& s) {
         parallel_for(count, [&](std::size_t k) {
             points[k] = moments_of_strain(e, body.elements[k], principal.eigenvectors(), reach2);
         });
-        if (match_moments(points, shape, volume) < kCoarse)
+        const double part = match_moments(points, shape, volume);
+        if (part < kCoarse && reach2.minCoeff() < kSlender * reach2.maxCoeff())
             log_warning("{}: body '{}' is so few particles thick that it bends too easily; lower solver.spacing",
                         source.shape.where, source.name);
         for (std::size_t k = 0; k < count; ++k) e.quadrature[body.elements[k]] = volume[k];

@@ -48,7 +48,7 @@ TEST(MatchedMoments, OfAPlateAreThoseOfItsShape) {
         const std::vector<Vec3> cells = plate(layers, at);
         std::vector<Real> volume(cells.size(), 2);  // their sum is twice the shape's
         const ShapeMoments shape = moments(translated(box({12, 10, double(layers)}), at.cast<double>()), 0.25);
-        EXPECT_EQ(match_moments(cells, shape, volume), 1);
+        EXPECT_EQ(match_moments(cells, {}, shape, volume), 1);
         const ShapeMoments met = moments_about(at.cast<double>(), moments_of(cells, volume)),
                            right = moments_about(at.cast<double>(), shape);
         EXPECT_NEAR(met.volume / right.volume, 1, 1e-6);
@@ -63,14 +63,14 @@ TEST(MatchedMoments, OfAPlateAreThoseOfItsShape) {
 TEST(MatchedMoments, OfASingleLayerStayAcrossIt) {
     const std::vector<Vec3> cells = plate(1, {0, 0, 0});
     std::vector<Real> volume(cells.size(), 1);
-    EXPECT_EQ(match_moments(cells, moments(box({12, 10, 1}), 0.25), volume), 1);
+    EXPECT_EQ(match_moments(cells, {}, moments(box({12, 10, 1}), 0.25), volume), 1);
     for (const Real v : volume) EXPECT_NEAR(v, 1, 0.05);
 }
 
 TEST(MatchedMoments, ChangeNoVolumeByMoreThanThreeQuarters) {
     const std::vector<Vec3> cells = plate(3, {0, 0, 0});
     std::vector<Real> volume(cells.size(), 1);
-    const double part = match_moments(cells, moments(box({12, 10, 6}), 0.25), volume);
+    const double part = match_moments(cells, {}, moments(box({12, 10, 6}), 0.25), volume);
     EXPECT_LT(part, 1);
     EXPECT_NEAR(moments_of(cells, volume).volume, 12 * 10 * 6, 1e-3 * 12 * 10 * 6);
     for (const Real v : volume) EXPECT_NEAR(v / 2, 1, 0.7501);

@@ -116,7 +116,7 @@ std::pair<double, double> folded_strip(double friction) {
             end.push_back(s.particles.id[i]);
             before += static_cast<double>(s.particles.position[i].y());
         }
-    for (int frame = 0; frame < 36; ++frame) advance_frame(s);
+    for (int frame = 0; frame < 48; ++frame) advance_frame(s);
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
         fastest = std::max(fastest, static_cast<double>(s.particles.velocity[i].norm()));
         if (std::ranges::find(end, s.particles.id[i]) != end.end())
@@ -156,7 +156,7 @@ TEST(Contact, ABodyDoesNotPassThroughItself) {
     std::map<std::int64_t, int> side;  // of the prongs' particles
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         if (s.particles.position[i].z() > 0.06f) side[s.particles.id[i]] = s.particles.position[i].x() < 0 ? -1 : 1;
-    const Real width = std::cbrt(s.particles.rest_volume[0]);
+    const Real width = s.problem.smoothing.spacing;
     Real nearest = 1;
     for (int k = 0; k < 24; ++k) {
         advance_frame(s);

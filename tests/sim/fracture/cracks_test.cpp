@@ -1,6 +1,7 @@
 // Solids that break: where, at what load, into what. Dissertation 5.6.
 #include <gtest/gtest.h>
 
+#include <set>
 #include <tuple>
 
 #include "pipeline/contract/scene_io.h"
@@ -33,13 +34,16 @@ class Bars : public testing::TestWithParam<scene::SolidSteps> {};
 TEST_P(Bars, PartWhereTheyAreWeakestAcrossThePull) {
     Simulation s = make_simulation(bar_scene(GetParam()));
     pull(s, 0.6);
-    ASSERT_EQ(s.solids.bodies.size(), 2u);
+    ASSERT_GE(s.solids.bodies.size(), 2u);
     // Across the pull, in the weak band: within two spacings of its plane.
     const Cracks& cracks = s.solids.cracks;
     ASSERT_FALSE(cracks.vertex.empty());
     const Vec3 origin = s.solids.bodies[0].origin;
     for (const Vec3& v : cracks.vertex) EXPECT_NEAR((v + origin).x(), 0.01, 2 * 0.006);
-    for (const SolidBody& body : s.solids.bodies) EXPECT_GT(body.size(), s.particles.size() / 4);
+    // Two halves. Crumbs of an element may fall from between them.
+    for (const SolidBody& body : s.solids.bodies)
+        EXPECT_TRUE(body.size() > s.particles.size() / 4 || body.size() == 1) << body.size();
+    EXPECT_LE(s.solids.bodies.size(), 4u);
     EXPECT_EQ(s.solids.bodies[1].parent, s.solids.bodies[0].id);
 }
 
@@ -113,7 +117,7 @@ TEST(Cracks, BeginWhereMatterHasBecomeHot) {
 }
 
 TEST(Cracks, SeeALoadThatComesAndGoesWithinAStep) {
-    // A ball of 3 cm strikes the floor at 4 m/s and bounces within 10 ms, in the middle of a step of 42 ms. It breaks as
+    // A ball of 3 cm strikes the floor at 5 m/s and bounces within 10 ms, in the middle of a step of 42 ms. It breaks as
     // with steps of a fifth of a millisecond: at the same time, but for the sub-steps between two looks at the load.
     double begun[2];
     for (const double longest : {0.04, 2e-4}) {
@@ -122,14 +126,14 @@ TEST(Cracks, SeeALoadThatComesAndGoesWithinAStep) {
         scene.solver.time_step.maximum = longest;
         scene.materials[0].fracture.strength = kStrength;
         scene.world.boundaries = {fixture::floor_at(0)};
-        scene.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0.06}, scene::Sphere{0.03}), {0, 0, -4})};
+        scene.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0.06}, scene::Sphere{0.03}), {0, 0, -5})};
         Simulation s = make_simulation(scene);
         s.clock.next_frame = 1;
         while (s.clock.time < 0.05 && !s.solids.cracks.any()) step(s);
         ASSERT_TRUE(s.solids.cracks.any()) << longest;
         begun[longest < 1e-3 ? 1 : 0] = s.clock.time;
     }
-    EXPECT_GT(begun[1], 0.03 / 4);
+    EXPECT_GT(begun[1], 0.03 / 5);
     // Eight sub-steps of some a sixth of the time in which a wave crosses a spacing, and a step of cracks.
     EXPECT_NEAR(begun[0], begun[1], 1e-3);
 }
@@ -232,10 +236,11 @@ TEST(Cracks, ConductNoHeatAcross) {
         Simulation s = make_simulation(scene);
         if (parted) pull(s, 0.6);
         ASSERT_EQ(s.solids.bodies.size(), parted ? 2u : 1u);
-        const auto right = [&](std::size_t i) {
-            const Index e = s.solids.element(s.particles.id[i]);
-            return parted ? s.solids.elements.owner[e] != 0 : s.solids.elements.rest[e].x > 0;
-        };
+        std::set<std::int64_t> right_half;  // by ids: pieces may part once more
+        for (Index e = 0; e < s.solids.elements.size(); ++e)
+            if (parted ? s.solids.elements.owner[e] != 0 : s.solids.elements.rest[e].x > 0)
+                right_half.insert(s.solids.elements.id[e]);
+        const auto right = [&](std::size_t i) { return right_half.contains(s.particles.id[i]); };
         for (std::size_t i = 0; i < s.particles.size(); ++i) s.particles.temperature[i] = right(i) ? 0 : 100;
         for (Index i = 0; i < s.solids.elements.size(); ++i) s.solids.elements.velocity[i] = quad(Vec3::Zero());
         s.clock.next_frame = s.clock.time + 1;
@@ -273,12 +278,12 @@ TEST(Cracks, FacesStandInTheFrameWithTheirTrimTrees) {
     scene.surface.enabled = true;
     Simulation s = make_simulation(scene);
     pull(s, 0.6);
-    ASSERT_EQ(s.solids.bodies.size(), 2u);
+    ASSERT_GE(s.solids.bodies.size(), 2u);  // two halves; a crumb may fall from between them
     refresh_surface(s);
     evaluate(s);
     const Frame frame = make_frame(s, {});
-    ASSERT_EQ(frame.bodies.size(), 2u);
-    std::vector<double> area(2, 0);
+    ASSERT_EQ(frame.bodies.size(), s.solids.bodies.size());
+    std::vector<double> area(s.solids.bodies.size(), 0);
     double across = 0;  // surfels that look along the pull
     for (std::size_t i = 0; i < s.surface.size(); ++i) {
         if (s.embedded.sheet[s.embedded_source[i]] < kFirstCrackSheet) continue;

@@ -152,6 +152,19 @@ TEST(Sampling, ASolidIsSampledAlikeHoweverItIsTurned) {
     for (std::size_t k = 0; k < straight.size(); ++k) EXPECT_NEAR(straight[k], turned[k], 1e-6);
 }
 
+TEST(Sampling, ASolidOfOneLayerHasItInTheMiddle) {
+    for (const int thin : {0, 1, 2}) {
+        scene::Scene scene = fixture::empty_space();
+        scene.materials[0].elastic.youngs_modulus = 1e5;
+        Vec3d size(0.1, 0.1, 0.1);
+        size[thin] = 0.01;
+        scene.bodies = {fixture::body("plate", fixture::shape_at({0, 0, 0}, scene::BoxShape{size, 0}))};
+        const Simulation s = make_simulation(scene);
+        EXPECT_GT(s.particles.size(), 80u);
+        for (const Vec3& x : s.particles.position) EXPECT_NEAR(x[thin], 0, 1e-6);
+    }
+}
+
 TEST(Sampling, RefusesAShapeWithoutBounds) { EXPECT_THROW(pack_shape(plane({0, 0, 1}, 0), 1, anywhere), InputError); }
 
 TEST(Sampling, BodiesDoNotOverlap) {

@@ -24,7 +24,7 @@ made, and tells only that something has changed. Most of them are of four kinds:
   surfels at its foot move by more.
 
 Waves and outflow are reported without a verdict, for `dfsph` misses what they should be. The pressure of particles resists
-a change of their arrangement, as a packing of grains does. At the usual support of two spacings a standing wave is 5 %
+a change of their arrangement, as a packing of grains does. At the usual support of two spacings a standing wave is 4 to 5 %
 short in period and loses most of its height in five periods. Neither the lattice at the start, nor the step, nor the
 solver's tolerance changes that. A support of 2.5 spacings halves the error of the period.
 

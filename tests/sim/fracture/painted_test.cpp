@@ -96,7 +96,7 @@ TEST(PaintedCracks, PartTheBodyAlongTheirLine) {
 
 TEST(PaintedCracks, RunSoonerWhereTheyAreWeaker) {
     double parted[2];
-    for (const double strength : {0.4, 1.0}) {
+    for (const double strength : {0.2, 1.0}) {
         Simulation s = make_simulation(pulled_bar(along({{0, -0.015, 0.015}, {0, 0.015, 0.015}}, 0.006, strength)));
         pull(s, 0.6);
         ASSERT_EQ(s.solids.bodies.size(), 2u) << strength;

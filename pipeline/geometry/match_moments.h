@@ -17,11 +17,11 @@ struct PointMoments {
 
 /// Changes the volumes v_k of points, so that they have the moments of a shape:
 ///     sum v_k = V,   sum v_k first_k = int x dV,   sum v_k second_k = int x x^T dV
-/// Of all such volumes, those with the least sum of squares of the changes, each over its v_k and freedom. Moments that the points
-/// cannot tell apart, as across a single layer, stay as they are. No volume changes by more than a half: where that
-/// would be needed, all changes are scaled down, and the sum alone is met. Returns that scale: 1 where all are met as
-/// far as the points go. All places are from about the shape's
-/// centre. Where every point is free, the volumes may begin as shares of any sum.
+/// Of all such volumes, those with the least sum of squares of the changes, each over its v_k and freedom. Moments that
+/// the points cannot tell apart, as across a single layer, stay as they are. No volume changes by more than three
+/// quarters. Where that would be needed, all changes are scaled down. Returns that scale: 1 where all are met as far as the
+/// points go. Places are from about the shape's centre. Where every point is free, the volumes may begin as shares of any
+/// sum.
 double match_moments(const std::vector<PointMoments>& points, const ShapeMoments& shape, std::vector<Real>& volume);
 
 /// The same of points that stand for their own places, wherever the shape is. `freedom` may be empty: each is free then.

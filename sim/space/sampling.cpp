@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
@@ -111,48 +112,29 @@ Sites sites_in(const Shape& shape, Real spacing, const Fit& fit, const std::func
 
 /// The stretch by which rows fill the box up to the margin; that of the period along periodic axes. Along each axis there
 /// are two numbers of rows next to what would fit. Those are taken that change a site's volume least, and then its
-/// proportions.
-Fit fit_to_box(const Box3& box, Real spacing, const Vec3d& margin, const Periodic& periodic) {
+/// proportions. With `even`, layers are stretched alike along x and y, as the shorter of the two asks. A site then has its
+/// neighbours evenly about it. So a uniform stress has no force in the packing.
+Fit fit_to_box(const Box3& box, Real spacing, const Vec3d& margin, const Periodic& periodic, bool even) {
     const Vec3d steps = packing_steps(spacing), size = (box.upper - box.lower).cast<double>();
+    const int longer = size.y() < size.x() ? 0 : 1;
+    std::vector<int> axes;
+    for (int a = 0; a < 3; ++a)
+        if (!periodic.axis[static_cast<std::size_t>(a)].on && !(even && a == longer)) axes.push_back(a);
     Fit best{packing_stretch(spacing, periodic), margin};
     double least = std::numeric_limits<double>::infinity();
-    for (int choice = 0; choice < 8; ++choice) {
+    for (int choice = 0; choice < 1 << axes.size(); ++choice) {
         Fit fit{packing_stretch(spacing, periodic), margin};
-        for (int a = 0; a < 3; ++a) {
-            if (periodic.axis[static_cast<std::size_t>(a)].on) continue;
+        for (std::size_t k = 0; k < axes.size(); ++k) {
+            const int a = axes[k];
             const double between = 2 * margin[a] - 1;  // steps across the box over rows
-            const double rows = std::floor(size[a] / steps[a] - between) + (choice >> a & 1);
-            if (!(rows > 1)) fit.margin[a] = 0.5;  // a single row stands in the middle
-            fit.stretch[a] = size[a] / ((rows > 1 ? rows + between : 1) * steps[a]);
-        }
-        const Vec3d logarithm = fit.stretch.array().log();
-        const double change = 4 * square(logarithm.sum()) + logarithm.squaredNorm();
-        if (!(change < least)) continue;
-        least = change;
-        best = fit;
-    }
-    return best;
-}
-
-/// The fit of a solid's packing. Layers are stretched alike along x and y, as the shorter of the two asks. A site then has
-/// its neighbours evenly about it. So a uniform stress has no force in the packing.
-Fit fit_solid(const Box3& box, Real spacing) {
-    const Vec3d steps = packing_steps(spacing), size = (box.upper - box.lower).cast<double>();
-    const int shorter = size.y() < size.x() ? 1 : 0;
-    Fit best;
-    double least = std::numeric_limits<double>::infinity();
-    for (int choice = 0; choice < 4; ++choice) {
-        Fit fit{.margin = kSolidMargin};
-        for (const int a : {shorter, 2}) {
-            const double between = 2 * kSolidMargin[a] - 1;  // steps across the box over rows
-            const double rows = std::floor(size[a] / steps[a] - between) + (choice >> (a / 2) & 1);
-            if (rows > 1)
-                fit.stretch[a] = size[a] / ((rows + between) * steps[a]);
+            const double rows = std::floor(size[a] / steps[a] - between) + (choice >> k & 1);
+            if (rows > 1 || between == 0)
+                fit.stretch[a] = size[a] / ((std::max(1.0, rows) + between) * steps[a]);
             else
                 fit.margin[a] = 0.5;  // a single row stands in the middle
         }
-        fit.stretch[1 - shorter] = fit.stretch[shorter];
-        fit.margin[1 - shorter] = 0.5;
+        if (even) fit.stretch[longer] = fit.stretch[1 - longer];
+        if (even) fit.margin[longer] = 0.5;
         const Vec3d logarithm = fit.stretch.array().log();
         const double change = 4 * square(logarithm.sum()) + logarithm.squaredNorm();
         if (!(change < least)) continue;
@@ -185,7 +167,7 @@ FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<
                           const Periodic& periodic) {
     const auto box = shape.bounds();
     if (!box) throw InputError("a body's shape has no bounds; intersect it with a box");
-    const Fit fitted = fit_to_box(*box, spacing, kLiquidMargin, periodic);
+    const Fit fitted = fit_to_box(*box, spacing, kLiquidMargin, periodic, false);
     const double site = cube(static_cast<double>(spacing)) * fitted.stretch.prod();
     Sites sites = sites_in(shape, spacing, fitted, allowed, periodic);
     const double volume = thixo::volume(shape, kVolumeCell * static_cast<double>(spacing));
@@ -211,8 +193,7 @@ SampledVolume pack_solid(const Shape& shape, Real spacing, const Periodic& perio
     const Quatd turn = periodic.any() ? Quatd::Identity() : upright(*box);
     const Vec3d centre = (0.5 * (box->lower + box->upper)).cast<double>();
     const Shape lying = periodic.any() ? shape : transformed(shape, 1, turn, turn * -centre);
-    const Fit fit = periodic.any() ? fit_to_box(*lying.bounds(), spacing, kSolidMargin, periodic)
-                                   : fit_solid(*lying.bounds(), spacing);
+    const Fit fit = fit_to_box(*lying.bounds(), spacing, kSolidMargin, periodic, !periodic.any());
     const Vec3d cell = packing_steps(spacing).cwiseProduct(fit.stretch);
     SampledVolume sites;
     sites.position = sites_in(lying, spacing, fit, anywhere, periodic).position;

@@ -31,11 +31,11 @@ struct FittedPacking {
 FittedPacking fit_packing(const Shape& shape, Real spacing, const std::function<bool(const Vec3&)>& allowed,
                           const Periodic& periodic = {});
 
-/// The sites of a solid's packing, in the shape. In a flat box its layers lie across the short side. It is
-/// stretched along each axis, so that the outermost rows stand a fifth to a third of a step inside the box. An element at
-/// a surface is strained as a place about a third of a step deeper is. So the strains sample the body evenly. A site's
-/// volume is that of its cell's part inside. Along periodic axes, and where there is one, the packing lies as in
-/// pack_shape.
+/// The sites of a solid's packing, in the shape. In a flat box its layers lie across the short side. It is stretched
+/// across the layers, and alike along both axes within them. The outermost rows then stand a fifth to a third of a step
+/// inside the box. Along the longer axis of the layers they stand as it comes. An element at a surface is strained as a
+/// place about a third of a step deeper is. So the strains sample the body evenly. A site's volume is that of its cell's
+/// part inside. Where an axis is periodic, the packing is not turned, and fits its period there.
 SampledVolume pack_solid(const Shape& shape, Real spacing, const Periodic& periodic = {});
 
 /// The factor by which a packing is stretched along each axis, so that whole rows fill the period; 1 where there is

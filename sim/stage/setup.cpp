@@ -193,7 +193,7 @@ SampledVolume sample_melting(const Shape& shape, SkinSetup skins, const Simulati
 }
 
 /// A solid's particles. Their volumes have the moments of the shape, so that its mass and its inertia are right. Where no
-/// skins are made, nothing is summed.
+/// skins are made, moments are not summed.
 SampledVolume sample_solid(const scene::Body& body, const Shape& shape, SkinSetup skins, const Simulation& sim) {
     const Real d = sim.problem.smoothing.spacing;
     SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_turned(body, shape, sim)

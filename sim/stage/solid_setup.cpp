@@ -146,8 +146,8 @@ PointMoments moments_of_strain(const Elements& e, Index i, const Mat3d& axes, co
             outer_freedom(static_cast<double>(e.depth[i] / std::cbrt(e.volume[i])))};
 }
 
-/// Sets the volumes by which elements integrate stress: with them a body is as stiff in bending as its shape. A plate of n
-/// layers of equal volumes is too soft by about 3.4/n^2. Matter that melts keeps its own volumes, for its stencils do not
+/// Sets the volumes by which elements integrate stress: with them a body is as stiff in bending as its shape. By the
+/// volumes of matter a plate of n layers is too soft by about 3.4/n^2. Matter that melts keeps its own volumes, for its stencils do not
 /// stay.
 void weigh_elements(const scene::Scene& scene, Solids& s) {
     Elements& e = s.elements;

@@ -17,7 +17,7 @@
 namespace thixo::render {
 namespace {
 
-constexpr int kTile = 16;
+constexpr int kTileSide = 16;
 
 /// Denormals count as zero while this lives: on every thread that traces, or results and speed would depend on who
 /// traces what.
@@ -142,8 +142,8 @@ void sample(const World& world, const FilmSettings& settings, const Part& part,
             const std::function<bool(int, int)>& progress, Store&& store) {
     const PixelFilter filter;
     // Tiles of the whole picture, whatever is cut out of it: a tile's pixels decide together how long to go on.
-    const int first_column = part.x0 / kTile, first_row = part.y0 / kTile;
-    const int columns = (part.x1 - 1) / kTile - first_column + 1, rows = (part.y1 - 1) / kTile - first_row + 1;
+    const int first_column = part.x0 / kTileSide, first_row = part.y0 / kTileSide;
+    const int columns = (part.x1 - 1) / kTileSide - first_column + 1, rows = (part.y1 - 1) / kTileSide - first_row + 1;
     std::atomic<int> done{0};
     std::atomic<bool> stopped{false};
     parallel_chunks(
@@ -151,10 +151,10 @@ void sample(const World& world, const FilmSettings& settings, const Part& part,
         [&](std::size_t tile, std::size_t, std::size_t) {
             if (stopped) return;
             const FlushDenormals flush;
-            const int left = (first_column + int(tile) % columns) * kTile,
-                      top = (first_row + int(tile) / columns) * kTile;
-            const int right = std::min(left + kTile, world.camera.width),
-                      bottom = std::min(top + kTile, world.camera.height);
+            const int left = (first_column + int(tile) % columns) * kTileSide,
+                      top = (first_row + int(tile) / columns) * kTileSide;
+            const int right = std::min(left + kTileSide, world.camera.width),
+                      bottom = std::min(top + kTileSide, world.camera.height);
             std::vector<Samples> pixels(std::size_t(right - left) * std::size_t(bottom - top),
                                         Samples(world.light_groups.names.size()));
             sample_tile(pixels, world, filter, settings, left, top, right - left);

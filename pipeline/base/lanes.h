@@ -16,6 +16,8 @@ namespace thixo {
 struct alignas(4 * sizeof(Real)) Quad {
     Real x, y, z, w;
 };
+inline Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
+inline Quad quad(const Vec3& v, Real w = 0) { return {v.x(), v.y(), v.z(), w}; }
 
 inline constexpr int kFloatLanes = 8;
 typedef float FloatLanes __attribute__((vector_size(32)));

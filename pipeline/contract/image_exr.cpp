@@ -24,7 +24,7 @@ namespace {
 constexpr const char* kChecksumKey = "thixo_checksum";
 constexpr std::size_t kDigits = 32;
 // Of deflate: pixels that need more bytes than this times the file cannot be in it.
-constexpr std::size_t kLargestRatio = 1100;
+constexpr std::size_t kLargestShrink = 1100;
 constexpr double kMostBlank = 1 << 26;  // values of a picture of which a file of few bytes may hold a crop: 256 MiB
 constexpr std::int64_t kMostPixels = 1 << 28;
 constexpr int kLongestSide = 1 << 20;
@@ -126,7 +126,7 @@ double pixels_of(const Imath::Box2i& window) {
 Image placed(const Image& data, const Imath::Box2i& data_window, const Imath::Box2i& display_window,
              std::size_t file_size) {
     const double values = pixels_of(display_window) * double(data.channels.size());
-    if (values > std::max(kMostBlank, double(kLargestRatio) / sizeof(Imath::half) * double(file_size)))
+    if (values > std::max(kMostBlank, double(kLargestShrink) / sizeof(Imath::half) * double(file_size)))
         throw std::runtime_error("it is too short for its display window");
     Image shown = blank(display_window);
     shown.attributes = data.attributes;
@@ -193,7 +193,7 @@ Image read_pixels(std::string_view bytes, const std::string& name) {
             throw std::runtime_error("a channel is subsampled");
         stored += image.pixels() * (c.channel().type == Imf::HALF ? 2 : 4);
     }
-    if (stored / kLargestRatio > bytes.size()) throw std::runtime_error("it is too short for its size in pixels");
+    if (stored / kLargestShrink > bytes.size()) throw std::runtime_error("it is too short for its size in pixels");
     for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
         image.add(c.name(), c.channel().type == Imf::HALF);
     Imf::FrameBuffer buffer;

@@ -183,7 +183,7 @@ Growing matter_of(const Scene& scene, Extents& extents) {
     return all;
 }
 
-constexpr double kNear = 4;  // sizes of the matter
+constexpr double kNearSizes = 4;  // sizes of the matter
 
 }  // namespace
 
@@ -206,7 +206,7 @@ std::optional<Extent> extent_of(const Scene& scene) {
     Growing all = matter_of(scene, extents);
     if (!all.sized()) return std::nullopt;
     const Vec3d middle = 0.5 * (all.lower + all.upper);
-    const double near = kNear * std::max((all.upper - all.lower).norm(), 10 * scene.solver.spacing);
+    const double near = kNearSizes * std::max((all.upper - all.lower).norm(), 10 * scene.solver.spacing);
     for (const Boundary& b : scene.world.boundaries) {
         if (!b.visible) continue;
         if (const Growing part = extents.of(b.shape); part.sized() && (part.upper - part.lower).norm() <= near)

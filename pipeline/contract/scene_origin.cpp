@@ -8,10 +8,10 @@
 namespace thixo::scene {
 namespace {
 
-constexpr double kNear = 1024;  // spacings; a float of this size is good to a sixteen thousandth of a spacing
-constexpr double kGain = 4;     // of the matter's own half size: nearer than this, moving it gains less than two bits
-constexpr double kStep = 100;   // spacings, the least step of origins
-constexpr int kDeepest = 64;    // of shapes within shapes
+constexpr double kNearSpacings = 1024;  // spacings; a float of this size is good to a sixteen thousandth of a spacing
+constexpr double kGain = 4;    // of the matter's own half size: nearer than this, moving it gains less than two bits
+constexpr double kStep = 100;  // spacings, the least step of origins
+constexpr int kDeepest = 64;   // of shapes within shapes
 
 /// Moves shapes. What can take a shift into its own numbers does: distance functions are of single precision. Taking
 /// two large shifts of them away from each other would leave little.
@@ -86,7 +86,8 @@ Vec3d origin_for(const Scene& scene, const MeshExtent& mesh_extent) {
     if (!matter) return Vec3d::Zero();
     const Vec3d middle = 0.5 * (matter->lower + matter->upper);
     const double half = 0.5 * (matter->upper - matter->lower).maxCoeff(), away = middle.cwiseAbs().maxCoeff();
-    if (!(away > kNear * scene.solver.spacing) || !(away > kGain * half) || !std::isfinite(away)) return Vec3d::Zero();
+    if (!(away > kNearSpacings * scene.solver.spacing) || !(away > kGain * half) || !std::isfinite(away))
+        return Vec3d::Zero();
     const double step = std::pow(10, std::ceil(std::log10(kStep * scene.solver.spacing) - 1e-9));
     return Vec3d(std::round(middle.x() / step), std::round(middle.y() / step), std::round(middle.z() / step)) * step;
 }

@@ -19,7 +19,7 @@ constexpr float kUnknown = -1;
 // the surface cuts. No path from face to face of other cells then crosses the surface.
 constexpr Real kBand = Real(1.3);
 constexpr int kBits = 21;  // of a cell's coordinate in its key
-constexpr double kMostCells = (1 << kBits) - 1;
+constexpr double kMostCellsAcross = (1 << kBits) - 1;
 constexpr std::uint64_t kRowMask = (std::uint64_t(1) << kBits) - 1;
 
 /// Cells of half a support along the axes, from below the cloud on.
@@ -42,7 +42,7 @@ Lattice lattice_around(std::span<const Vec3> positions, Real support) {
     lattice.edge = support / 2;
     lattice.origin = lower - Vec3::Constant(Real(1.5) * support);
     const Vec3 extent = (upper - lower + Vec3::Constant(3 * support)) / lattice.edge;
-    if (!(double(extent.maxCoeff()) < kMostCells))
+    if (!(double(extent.maxCoeff()) < kMostCellsAcross))
         throw ResourceError(
             "the enclosed volume of {} surfels spread over {} x {} x {} cells is too large to compute; does matter fly "
             "away? Keep it in with boundaries",

@@ -19,8 +19,8 @@ constexpr Real kStep = Real(0.05);    // for differences, in spacings
 constexpr Real kBeside = Real(0.05);  // how far beside a point its side is evaluated, in spacings
 constexpr Real kSteeper = 2;          // factor by which the slope of a distance may vary within a cell
 constexpr Real kRounded = Real(1.001);
-constexpr double kMostCells = 1e8;  // of one face
-constexpr double kPerBlock = 8;     // spacings an edge of a block that leaves parts of a shape out
+constexpr double kMostCellsOfFace = 1e8;
+constexpr double kPerBlock = 8;  // spacings an edge of a block that leaves parts of a shape out
 
 struct Cell {
     std::int32_t x, y, z;
@@ -80,7 +80,7 @@ class CellSearch {
         distance_.resize(kept);
     }
     void split() {
-        if (8.0 * static_cast<double>(cells_.size()) > kMostCells) throw too_many(2 * edge_);
+        if (8.0 * static_cast<double>(cells_.size()) > kMostCellsOfFace) throw too_many(2 * edge_);
         std::vector<Cell> parts;
         parts.reserve(8 * cells_.size());
         for (const Cell& c : cells_)
@@ -156,7 +156,7 @@ Found points_in_layer(const FacedSolid& solid, int k, double spacing, double rea
 Found points_of_surface(const FacedSolid& solid, int k, double spacing, std::uint64_t seed) {
     const DirectSurface& surface = *solid.faces[static_cast<std::size_t>(k)].surface;
     const double wanted = surface.area() / area_of_point(spacing);
-    if (!(wanted < kMostCells)) throw too_many(spacing);
+    if (!(wanted < kMostCellsOfFace)) throw too_many(spacing);
     const auto count = static_cast<std::size_t>(std::ceil(wanted));
     Found found((count + kChunk - 1) / kChunk);
     parallel_chunks(count, [&](std::size_t begin, std::size_t end, std::size_t chunk) {

@@ -8,8 +8,6 @@
 namespace thixo {
 namespace {
 
-Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
-
 /// Force per volume on particle i from its neighbours [N/m^3], several at a time. The sums leave out the kernels'
 /// constant factors:
 ///     -45/(pi h^4) (1 - r/h)^2 /r  and  45/(pi h^5) (1 - r/h)

@@ -32,8 +32,6 @@ struct Spline {
     Real h_inv, scale, gradient;
 };
 
-Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
-
 void pack(const Particles& particles, PressureSystem& system) {
     const std::size_t n = particles.size();
     resize_packed(*system.ghosts, system.place, {Real(1e9), Real(1e9), Real(1e9), 0});

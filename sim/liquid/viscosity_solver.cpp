@@ -15,8 +15,6 @@ namespace {
 using Run = ViscosityScratch::Run;
 using Block = ViscosityScratch::Block;
 
-Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
-Quad quad(const Vec3& a) { return {a.x(), a.y(), a.z(), 0}; }
 double dot(const Quad& a, const Quad& b) {
     return static_cast<double>(a.x) * b.x + static_cast<double>(a.y) * b.y + static_cast<double>(a.z) * b.z;
 }

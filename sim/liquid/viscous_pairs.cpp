@@ -41,8 +41,6 @@ class FrictionTable {
     std::array<Real, kCells + 1> along_, across_;
 };
 
-Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
-
 /// Viscous force per volume on particle i from its neighbours [N/m^3].
 Vec3 friction_of_neighbours(std::size_t i, std::span<const Index> neighbours, const Sweep& sweep,
                             const PairKernel& kernel) {

@@ -11,7 +11,7 @@ namespace {
 // A finite return along dev e misses its goal by the curvature of the metric. Each further one corrects most of that.
 constexpr int kMostReturns = 16;
 constexpr Real kReturned = Real(1e-3);  // what may be missing of a flow, in its size
-constexpr Real kRounding = 4 * std::numeric_limits<Real>::epsilon();
+constexpr Real kStrainRounding = 4 * std::numeric_limits<Real>::epsilon();
 // Largest change of the metric in one return, in parts of itself: far below 1, so that it stays positive definite.
 constexpr double kLongestReturn = 0.3;
 constexpr double kCrushed = 1e-3;  // least det C_p
@@ -115,7 +115,7 @@ bool flow_plastically(const StressLaw& law, Real dt, const Symmetric& strain, Sy
     const Real first = size_of(law, flowing, plastic), remaining = remaining_part(law, dt, first, hardened);
     if (remaining >= 1) return false;
     const Real goal = remaining * first;
-    const Real enough = std::max(kReturned * std::min(first - goal, goal), kRounding * (first + norm(strain)));
+    const Real enough = std::max(kReturned * std::min(first - goal, goal), kStrainRounding * (first + norm(strain)));
     Real size = first, gain = 1;  // how much |dev e| falls, over the return's length
     for (int k = 0; k < kMostReturns && std::abs(size - goal) > enough; ++k) {
         const Real length = (size - goal) / gain, before = size;

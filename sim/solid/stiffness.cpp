@@ -6,7 +6,7 @@
 namespace thixo {
 namespace {
 
-constexpr std::size_t kElements = 128;  // of one chunk
+constexpr std::size_t kTangents = 128;  // of one chunk
 
 /// The tensile part of a stress.
 Symmetric pulling(const Symmetric& stress) {
@@ -49,7 +49,8 @@ Mat3 stress_change(const StressLaw& law, const Elements& e, const Stiffness::At&
 /// Adds, by way of one stencil with H = du b^T, how an element's displacement du changes the element's own force.
 void add_block(const StressLaw& law, const Elements& e, std::size_t stencil, const Vec3& b, Mat3& block) {
     for (int a = 0; a < 3; ++a)
-        block.col(a) += e.quadrature[stencil] * (stress_change_at_rest(law, e, stencil, Vec3::Unit(a) * b.transpose()) * b);
+        block.col(a) +=
+            e.quadrature[stencil] * (stress_change_at_rest(law, e, stencil, Vec3::Unit(a) * b.transpose()) * b);
 }
 
 /// Sum over the stencils with element i: its own, in which du moves the middle, and those it is a neighbour in.
@@ -82,7 +83,7 @@ void linearise(const std::vector<StressLaw>& laws, const Elements& elements, dou
     parallel_for(
         elements.size(),
         [&](std::size_t i) { stiffness.at[i] = tangent_of(laws[elements.law_of(i)], elements, i, tangent); },
-        kElements);
+        kTangents);
 }
 
 void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<Quad>& du, std::vector<Vec3>& out) {
@@ -102,10 +103,10 @@ void multiply(const Elements& elements, Stiffness& stiffness, const std::vector<
             const Mat3 change = stress_change(law, elements, at, i, dh, stress);
             write_forces(elements, i, -elements.quadrature[i] * change * inverse, dh, d.sum, du[i], scratch);
         },
-        kElements);
+        kTangents);
     parallel_for(
         n, [&](std::size_t i) { out[i] = scratch.own[i] + force_of_neighbours(elements, scratch.stencil.data(), i); },
-        kElements);
+        kTangents);
 }
 
 Mat3 stress_change_at_rest(const StressLaw& law, const Elements& elements, std::size_t i, const Mat3& dh) {
@@ -129,7 +130,7 @@ void find_diagonal(const std::vector<StressLaw>& laws, const Elements& elements,
             elastic[i] = symmetric(block_of(still, elements, i, true));
             if (any) viscous[i] = symmetric(block_of(rates, elements, i, false));
         },
-        kElements);
+        kTangents);
 }
 
 }  // namespace thixo

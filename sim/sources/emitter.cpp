@@ -14,11 +14,9 @@
 namespace thixo {
 namespace {
 
-constexpr Real kFreeRoom = Real(0.7);  // spacings to the next particle; two sites of the packing are 1.12 apart
-constexpr Real kWallRoom = Real(0.3);  // spacings to a wall
-constexpr double kPatience = 4;        // layers that may be due before one is given up
-constexpr int kShorter = 8;            // flights tried for a layer that meets others, down to none
-constexpr int kTries = 12;             // positions of the packing along each axis of its cell
+constexpr double kPatience = 4;  // layers that may be due before one is given up
+constexpr int kShorter = 8;      // flights tried for a layer that meets others, down to none
+constexpr int kTries = 12;       // positions of the packing along each axis of its cell
 enum RandomUse : std::uint64_t { kJitterRadius = 0x656d6974, kJitterAngle };
 
 // Depth of a place, in the emitter's own frame, outside of the opening's edge [m]; for a shape as good as its distance.
@@ -108,7 +106,7 @@ struct Emission {
             const Vec3d from = d.centre + ahead * d.axis;
             if (std::ranges::all_of(layer, [&](const Vec3& site) {
                     const Vec3d x = from + d.pose.rotation * (layout.turn * site.cast<double>());
-                    return wall_distance(walls, periodic.wrapped(x.cast<Real>())) >= kWallRoom * smoothing.spacing;
+                    return wall_distance(walls, periodic.wrapped(x.cast<Real>())) >= kRoomToWall * smoothing.spacing;
                 }))
                 return ahead;
         }
@@ -122,7 +120,7 @@ struct Emission {
     };
     Standing stand_back(const Disc& d, const std::vector<Vec3>& layer) const {
         const std::optional<double> clear = start_beyond_wall(d, layer);
-        return {clear.value_or(0), clear ? kWallRoom * smoothing.spacing : Real(0)};
+        return {clear.value_or(0), clear ? kRoomToWall * smoothing.spacing : Real(0)};
     }
     std::int64_t sites_in_walls(const Disc& d, const std::vector<Vec3>& layer) const {
         const Standing standing = stand_back(d, layer);
@@ -146,8 +144,8 @@ struct Emission {
         const auto [ahead, wall_room] = stand_back(d, layer);
         const Vec3d now = d.centre + age * d.flow(d.centre) + 0.5 * square(age) * gravity;
         FreeRoom others(particles, periodic, now.cast<Real>(), static_cast<Real>(layout.opening.radius + 3 * spacing),
-                        kFreeRoom * smoothing.spacing);
-        FreeRoom own(kFreeRoom * smoothing.spacing);
+                        kRoomToParticle * smoothing.spacing);
+        FreeRoom own(kRoomToParticle * smoothing.spacing);
         std::vector<Placed> placed;
         for (const Vec3& site : layer) {
             const auto id = static_cast<std::uint64_t>(next_id) + placed.size();

@@ -16,6 +16,9 @@
 
 namespace thixo {
 
+/// The room that a new particle needs to the next one, of which two sites of the packing have 1.12, and to a wall.
+inline constexpr Real kRoomToParticle = Real(0.7), kRoomToWall = Real(0.3);  // spacings
+
 /// What an emitter's matter leaves through, where it stands before the motion.
 struct Opening {
     std::optional<Shape> shape{};  // it is cut by the plane through the emitter's position; none: a disc

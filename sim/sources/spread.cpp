@@ -14,10 +14,8 @@
 namespace thixo {
 namespace {
 
-constexpr Real kFreeRoom = Real(0.7);   // spacings to the next particle
-constexpr Real kWallRoom = Real(0.3);   // spacings to a wall
 constexpr Real kOnSurface = Real(0.1);  // spacings; points that a face has beyond its edges are farther off
-constexpr double kPatience = 4;         // particles that may be due before one is given up
+constexpr double kPatienceOfSites = 4;  // particles that may be due before one is given up
 
 /// Neighbouring sites take turns far apart: the golden part of the list, with no divisor in common.
 std::size_t stride_of(std::size_t sites) {
@@ -42,7 +40,7 @@ class Spread {
     }
     bool in_wall(const Vec3d& x) const {
         const Vec3 in = sources_.periodic.wrapped(x.cast<Real>());
-        return wall_distance(sources_.walls, in) < kWallRoom * sources_.smoothing.spacing;
+        return wall_distance(sources_.walls, in) < kRoomToWall * sources_.smoothing.spacing;
     }
 
   private:
@@ -55,7 +53,7 @@ class Spread {
 /// The particles that were there, and those made since.
 class Taken {
   public:
-    Taken(const Particles& particles, Real spacing) : reach_(kFreeRoom * spacing) {
+    Taken(const Particles& particles, Real spacing) : reach_(kRoomToParticle * spacing) {
         grid_.build(particles.position, spacing);
     }
     bool free(const Vec3& x) const {
@@ -123,7 +121,7 @@ void emit_spread(const Sources& sources, std::size_t emitter, const EmissionTime
     while (state.next <= time.now && state.next < source.stop) {
         const double age = time.now - state.next;
         const bool made = release(age) || release(0);
-        if (!made && age < kPatience * interval) break;  // it waits; else it is given up
+        if (!made && age < kPatienceOfSites * interval) break;  // it waits; else it is given up
         ++state.due;
         if (!made) ++state.blocked;
         state.next = flow_time_after(source, state.next, interval);

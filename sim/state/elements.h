@@ -140,7 +140,4 @@ void for_each_field(E& e, F&& f) requires requires {
     if (e.hardens) f("solid.hardened", Life::state, e.hardened);
 }
 
-inline Vec3 xyz(const Quad& q) { return {q.x, q.y, q.z}; }
-inline Quad quad(const Vec3& v, Real w = 0) { return {v.x(), v.y(), v.z(), w}; }
-
 }  // namespace thixo

@@ -107,19 +107,19 @@ Partners drawn_partners(const std::vector<DrawnBody>& bodies, const EmbeddedSurf
     return partners;
 }
 
-struct Drawn {
+struct Laid {
     Vec3 place, normal;
     bool past_edge;  // of a sheet that reaches past its body's edge
 };
 
 /// The part of a sheet beyond its edge trims it, and must stay in its plane. Only surfels that face the surface they
 /// are laid on move with the others.
-bool stays(const Drawn& surfel, const Vec3& outward) {
+bool stays(const Laid& surfel, const Vec3& outward) {
     return surfel.past_edge && surfel.normal.dot(outward) > Real(-0.5);
 }
 
 /// The new place of a surfel of body a that has entered b; none where it has not.
-std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, const Drawn& surfel, ElementFit& fit) {
+std::optional<Laid> on_contact_surface(const DrawnBody& a, const DrawnBody& b, const Laid& surfel, ElementFit& fit) {
     if (!b.holds(surfel.place, fit)) return std::nullopt;
     const Distance entered = b.distance(surfel.place, fit);
     if (entered.normal.isZero() || stays(surfel, entered.normal)) return std::nullopt;
@@ -158,22 +158,22 @@ std::optional<Drawn> on_contact_surface(const DrawnBody& a, const DrawnBody& b, 
     }
     const Vec3 place = surfel.place + t * (out - surfel.place);
     const Vec3 n = a.modulus * own(place).normal - b.modulus * b.distance(place, fit).normal;
-    return Drawn{place, n.squaredNorm() > 0 ? Vec3(n.normalized()) : surfel.normal, surfel.past_edge};
+    return Laid{place, n.squaredNorm() > 0 ? Vec3(n.normalized()) : surfel.normal, surfel.past_edge};
 }
 
 /// The new place of a surfel that has entered a wall: a wall does not give way, and its surface is the contact surface.
 /// The surfel is `off` [m] before it, so that no two drawn surfaces coincide: through glass both are seen.
-std::optional<Drawn> on_wall(const Wall& wall, const Drawn& surfel, Real off, WallMap::Cursor& cursor) {
+std::optional<Laid> on_wall(const Wall& wall, const Laid& surfel, Real off, WallMap::Cursor& cursor) {
     Vec3 n;
     const Real d = wall.map.distance(wall.to_wall(surfel.place), n, cursor);
     if (!(d < 0) || n.isZero()) return std::nullopt;
     n = wall.turn * n;
     if (stays(surfel, n)) return std::nullopt;
-    return Drawn{surfel.place + (off - d) * n, -n, surfel.past_edge};
+    return Laid{surfel.place + (off - d) * n, -n, surfel.past_edge};
 }
 
 /// Moves a surfel. Faces that meet the surface at an edge go as far as it and keep their direction.
-void move_surfel(const Drawn& to, std::size_t i, SurfelCloud& cloud) {
+void move_surfel(const Laid& to, std::size_t i, SurfelCloud& cloud) {
     cloud.position[i] = to.place;
     if (to.normal.dot(cloud.normal[i]) < Real(0.5)) return;
     const auto turn = Eigen::Quaternion<Real>::FromTwoVectors(cloud.normal[i], to.normal);
@@ -248,7 +248,7 @@ void draw_contacts(const EmbeddedSurface& embedded, const std::vector<Index>& so
                         past_edge =
                             embedded.beyond[root] && solids.bodies[owner].shape &&
                             std::abs(solids.bodies[owner].shape->distance(embedded.first[root])) > kOwnSurface * width;
-                    return Drawn{cloud.position[i], cloud.normal[i], *past_edge};
+                    return Laid{cloud.position[i], cloud.normal[i], *past_edge};
                 };
                 for (const std::size_t b : near_bodies) {
                     const DrawnBody& other = bodies[b];

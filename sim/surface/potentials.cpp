@@ -10,7 +10,7 @@
 namespace thixo {
 namespace {
 
-constexpr Real kAgree = Real(0.70710678);  // cosine of 45 degrees
+constexpr Real kFacesAlike = Real(0.70710678);  // cosine of 45 degrees
 constexpr Real kFlatMean =
     Real(0.2461);  // distance of the particles' mean from a flat surface, in supports: 1/10 / int_0^1 (1 - u^2)^4 du
 constexpr Real kRepulsion = Real(0.1);
@@ -115,7 +115,7 @@ void for_each_weighted_run(const Surroundings& around, Index i, Real support, F&
         y -= p.y;
         z -= p.z;
         const Lanes q = positive(1 - (x * x + y * y + z * z) * per_h2), agree = nx * n.x + ny * n.y + nz * n.z;
-        const Lanes w = agree >= kAgree ? q * q * q : Lanes{};
+        const Lanes w = agree >= kFacesAlike ? q * q * q : Lanes{};
         f(WeightedRun{w, x, y, z, nx, ny, nz, smooth, counts});
     });
 }

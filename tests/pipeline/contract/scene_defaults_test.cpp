@@ -9,16 +9,12 @@
 #include "pipeline/base/error.h"
 #include "pipeline/contract/scene_extent.h"
 #include "pipeline/contract/scene_io.h"
+#include "tests/pipeline/contract/entry.h"
 
 namespace thixo::scene {
 namespace {
 
 Scene parsed(const std::string& text) { return parse_scene(text, "defaults.yaml"); }
-
-template <class T>
-const T& entry(const std::vector<T>& list, const std::string& name) {
-    return *std::ranges::find(list, name, &T::name);
-}
 
 /// The message of the error that the scene makes.
 std::string refusal(const std::string& text) {

@@ -8,6 +8,7 @@
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/contract/scene_walk.h"
+#include "tests/pipeline/contract/entry.h"
 
 namespace thixo::scene {
 namespace {
@@ -16,13 +17,6 @@ namespace fs = std::filesystem;
 const std::string kScenes = std::string(THIXO_SOURCE_DIR) + "/tests/pipeline/contract/scenes/";
 
 Scene pour() { return load_scene(kScenes + "pour.yaml"); }
-
-template <class T>
-const T& entry(const std::vector<T>& list, const std::string& name) {
-    for (const T& t : list)
-        if (t.name == name) return t;
-    throw std::runtime_error("no " + name);
-}
 
 TEST(Scene, APouringSceneIsReadAsWritten) {
     const Scene s = pour();

@@ -16,7 +16,7 @@ namespace thixo {
 namespace {
 
 /// Two bodies fall onto each other and a floor, and slide.
-scene::Scene busy() {
+scene::Scene meeting_bodies() {
     scene::Scene s = fixture::rubber_scene(5);
     s.world.gravity = {0, 0, -9.81};
     s.world.boundaries = {fixture::floor_at(-0.031)};
@@ -28,14 +28,14 @@ scene::Scene busy() {
 }
 
 TEST(Contact, StateIsTheSameAtAnyThreadCount) {
-    fixture::expect_same_at_any_thread_count(busy(), [](Simulation& s) {
+    fixture::expect_same_at_any_thread_count(meeting_bodies(), [](Simulation& s) {
         for (int k = 0; k < 2; ++k) advance_frame(s);
         EXPECT_GT(s.solids.contacts.nodes.size(), 20u);
     });
 }
 
 TEST(Contact, ResumedRunEqualsTheUninterruptedOneBitForBit) {
-    Simulation whole = make_simulation(busy());
+    Simulation whole = make_simulation(meeting_bodies());
     for (int k = 0; k < 2; ++k) advance_frame(whole);
     Real slip = 0;
     for (const Vec3& s : whole.solids.contacts.nodes.slip) slip = std::max(slip, s.norm());

@@ -12,7 +12,7 @@
 namespace thixo {
 namespace {
 
-scene::Scene ball(double viscosity, double radius = 0.05) {
+scene::Scene thick_ball(double viscosity, double radius = 0.05) {
     scene::Scene scene = fixture::empty_space();
     scene.bodies = {fixture::body("ball", fixture::shape_at({0, 0, 0}, scene::Sphere{radius}))};
     scene.materials[0].viscosity = viscosity;
@@ -51,7 +51,7 @@ ViscosityReport solve_alone(Simulation& s, double dt, double tolerance) {
 
 TEST(ViscositySolver, SolvesTheFormulaWrittenPlainly) {
     // Each half of a stirred ball is a liquid; their viscosities differ by a factor of a thousand.
-    scene::Scene scene = ball(100);
+    scene::Scene scene = thick_ball(100);
     scene.materials.push_back(scene.materials[0]);
     scene.materials[1].viscosity = 0.1;
     Simulation s = make_simulation(scene);
@@ -128,7 +128,7 @@ TEST(ViscositySolver, KeepsBothMomentaAtAnyTolerance) {
     // A tolerance of 0.1 leaves a large residual. Pair forces are opposite and along the line of the pair, to rounding.
     // The momenta are relative to sum m|v| and radius sum m|v|, over 100 steps of a few hundred roundings each.
     for (const double tolerance : {0.1, 1e-3}) {
-        scene::Scene scene = ball(1000);
+        scene::Scene scene = thick_ball(1000);
         scene.solver.viscosity_tolerance = tolerance;
         scene.bodies[0].angular_velocity = {1, 2, 3};
         Simulation s = make_simulation(scene);
@@ -142,7 +142,7 @@ TEST(ViscositySolver, KeepsBothMomentaAtAnyTolerance) {
 }
 
 TEST(ViscositySolver, LeavesARigidRotationAlone) {
-    scene::Scene scene = ball(1e4);
+    scene::Scene scene = thick_ball(1e4);
     scene.bodies[0].angular_velocity = {0, 0, 5};
     Simulation s = make_simulation(scene);
     evaluate(s);
@@ -157,7 +157,7 @@ TEST(ViscositySolver, LeavesARigidRotationAlone) {
 
 TEST(ViscositySolver, NeverAddsEnergy) {
     for (const double viscosity : {0.1, 10.0, 1e4}) {
-        Simulation s = make_simulation(ball(viscosity));
+        Simulation s = make_simulation(thick_ball(viscosity));
         stir(s, 0.1);
         double last = energy(s.particles);
         for (int k = 0; k < 20; ++k) {
@@ -204,7 +204,7 @@ TEST(ViscositySolver, AgreesWithTheExplicitForceWhereTheStepIsSmall) {
 }
 
 TEST(ViscositySolver, IsChosenWhereTheExplicitForceWouldSetTheStep) {
-    scene::Scene scene = ball(0.01);
+    scene::Scene scene = thick_ball(0.01);
     scene.solver.viscosity = scene::Viscosity::automatic;
     EXPECT_EQ(make_simulation(scene).problem.materials[0].implicit_viscosity, 0);
     EXPECT_GT(make_simulation(scene).problem.materials[0].viscosity, 0);

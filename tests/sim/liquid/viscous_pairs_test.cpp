@@ -12,7 +12,7 @@ namespace {
 constexpr double kRadius = 0.04;
 
 // A ball of two liquids side by side whose particles move and lie at random.
-Simulation stirred_ball(double viscosity, double speed) {
+Simulation ball_of_two_liquids(double viscosity, double speed) {
     scene::Scene scene = fixture::empty_space();
     scene.solver.pressure = scene::Pressure::dfsph;
     scene.solver.viscosity = scene::Viscosity::explicit_force;
@@ -31,13 +31,12 @@ Simulation stirred_ball(double viscosity, double speed) {
         }
     }
     evaluate(s);
-    compute_viscous_accelerations(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep},
-                                  {Vec3(0, 0, -1)});
+    compute_viscous_accelerations(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, {Vec3(0, 0, -1)});
     return s;
 }
 
 TEST(ViscousPairs, AgreeWithTheFormulaWrittenPlainly) {
-    const Simulation s = stirred_ball(0.3, 1);
+    const Simulation s = ball_of_two_liquids(0.3, 1);
     const Particles& p = s.particles;
     const double h = s.problem.smoothing.support;
     const double scale = 1 / packed_gradient(Poly6(static_cast<Real>(h)), s.problem.smoothing.spacing);
@@ -62,7 +61,7 @@ TEST(ViscousPairs, AgreeWithTheFormulaWrittenPlainly) {
 }
 
 TEST(ViscousPairs, KeepBothMomenta) {
-    const Simulation s = stirred_ball(5, 0.5);
+    const Simulation s = ball_of_two_liquids(5, 0.5);
     Vec3d force(0, 0, 0), torque(0, 0, 0);
     double scale = 0;
     for (std::size_t i = 0; i < s.particles.size(); ++i) {
@@ -77,7 +76,7 @@ TEST(ViscousPairs, KeepBothMomenta) {
 }
 
 TEST(ViscousPairs, LeaveARigidRotationAlone) {
-    Simulation s = stirred_ball(5, 0);
+    Simulation s = ball_of_two_liquids(5, 0);
     for (std::size_t i = 0; i < s.particles.size(); ++i)
         s.particles.velocity[i] = Vec3(0, 0, 10).cross(s.particles.position[i]);
     evaluate(s);

@@ -10,6 +10,11 @@
 
 namespace thixo::fixture {
 
+inline constexpr Real kDistance = Real(0.01);  // between particles
+
+/// A turn about no axis of the blocks.
+inline Mat3 turn() { return Eigen::AngleAxis<Real>(Real(1.1), Vec3(1, 2, -1).normalized()).toRotationMatrix(); }
+
 /// A block of nx ny nz particles a distance apart, each shifted at random by up to `jitter` distances.
 inline Elements block(int nx, int ny, int nz, Real distance, Real jitter, Real density = 1000) {
     Elements e;
@@ -105,6 +110,13 @@ inline Real energy(const std::vector<StressLaw>& laws, const Elements& e) {
         });
     }
     return total;
+}
+
+inline std::vector<Vec3> forces(const StressLaw& law, const Elements& e) {
+    StressScratch scratch;
+    std::vector<Vec3> force;
+    find_stress_forces({law}, e, scratch, force);
+    return force;
 }
 
 inline StressLaw rubber() {

@@ -10,12 +10,12 @@ namespace thixo {
 namespace {
 
 using fixture::block;
+using fixture::kDistance;
 using fixture::prepared;
 
-constexpr Real kDistance = Real(0.01);
 constexpr double kStep = 1e-3;
 
-StressLaw every_term() {
+StressLaw damped_rubber() {
     StressLaw law = fixture::rubber();
     law.volume_stiffness = 2e5;
     law.viscosity = 30;
@@ -24,7 +24,7 @@ StressLaw every_term() {
 
 /// A block of elements with its coarse grid, factored for kStep.
 struct Gridded {
-    StressLaw law = every_term();
+    StressLaw law = damped_rubber();
     Elements e;
     CoarseGrid grid;
 

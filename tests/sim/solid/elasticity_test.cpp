@@ -14,19 +14,12 @@ namespace {
 
 using fixture::block;
 using fixture::energy;
+using fixture::forces;
+using fixture::kDistance;
 using fixture::prepared;
 using fixture::rubber;
+using fixture::turn;
 
-constexpr Real kDistance = Real(0.01);
-
-Mat3 turn() { return Eigen::AngleAxis<Real>(Real(1.1), Vec3(1, 2, -1).normalized()).toRotationMatrix(); }
-
-std::vector<Vec3> forces(const StressLaw& law, const Elements& e) {
-    StressScratch scratch;
-    std::vector<Vec3> force;
-    find_stress_forces({law}, e, scratch, force);
-    return force;
-}
 Real largest(const std::vector<Vec3>& force) {
     Real most = 0;
     for (const Vec3& f : force) most = std::max(most, f.norm());

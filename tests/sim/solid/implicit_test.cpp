@@ -105,7 +105,7 @@ TEST(ImplicitSolids, TheCoarseGridFindsTheSameInFewerIterations) {
 }
 
 /// Two bodies fall onto each other and a floor. One of them deforms plastically and is held for a while.
-scene::Scene busy() {
+scene::Scene two_busy_bodies() {
     scene::Scene s = implicit_scene(2e6);
     s.world.gravity = {0, 0, -9.81};
     s.world.boundaries = {fixture::floor_at(-0.031)};
@@ -126,7 +126,7 @@ scene::Scene busy() {
 }
 
 TEST(ImplicitSolids, StateIsTheSameAtAnyThreadCount) {
-    fixture::expect_same_at_any_thread_count(busy(), [](Simulation& s) {
+    fixture::expect_same_at_any_thread_count(two_busy_bodies(), [](Simulation& s) {
         std::size_t met = 0;
         for (int k = 0; k < 2; ++k) {
             advance_frame(s);
@@ -137,7 +137,7 @@ TEST(ImplicitSolids, StateIsTheSameAtAnyThreadCount) {
 }
 
 TEST(ImplicitSolids, ResumedRunEqualsTheUninterruptedOneBitForBit) {
-    Simulation whole = make_simulation(busy());
+    Simulation whole = make_simulation(two_busy_bodies());
     for (int k = 0; k < 2; ++k) advance_frame(whole);
     fixture::expect_resumes(whole, 2);
     Real dent = 0;

@@ -9,20 +9,13 @@ namespace thixo {
 namespace {
 
 using fixture::block;
+using fixture::forces;
+using fixture::kDistance;
 using fixture::prepared;
 using fixture::rubber;
+using fixture::turn;
 
-constexpr Real kDistance = Real(0.01);
 const Vec3 kShift(1, -2, 3);
-
-Mat3 turn() { return Eigen::AngleAxis<Real>(Real(1.1), Vec3(1, 2, -1).normalized()).toRotationMatrix(); }
-
-std::vector<Vec3> forces(const StressLaw& law, const Elements& e) {
-    StressScratch scratch;
-    std::vector<Vec3> force;
-    find_stress_forces({law}, e, scratch, force);
-    return force;
-}
 
 /// Moves one element rigidly, from wherever it is.
 void move_rigidly(Elements& e, std::size_t i) {

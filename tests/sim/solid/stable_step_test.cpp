@@ -10,17 +10,10 @@ namespace thixo {
 namespace {
 
 using fixture::block;
+using fixture::forces;
+using fixture::kDistance;
 using fixture::prepared;
 using fixture::rubber;
-
-constexpr Real kDistance = Real(0.01);
-
-std::vector<Vec3> forces(const StressLaw& law, const Elements& e) {
-    StressScratch scratch;
-    std::vector<Vec3> force;
-    find_stress_forces({law}, e, scratch, force);
-    return force;
-}
 
 /// A body of one law with these rates, alone.
 Solids body_with_rates(const StressLaw& law, const FastestRates& rates) {

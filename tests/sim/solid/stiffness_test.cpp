@@ -9,17 +9,10 @@ namespace thixo {
 namespace {
 
 using fixture::block;
+using fixture::forces;
+using fixture::kDistance;
 using fixture::prepared;
 using fixture::rubber;
-
-constexpr Real kDistance = Real(0.01);
-
-std::vector<Vec3> forces(const StressLaw& law, const Elements& e) {
-    StressScratch scratch;
-    std::vector<Vec3> force;
-    find_stress_forces({law}, e, scratch, force);
-    return force;
-}
 
 /// A strained block with dents, of uneven stencils; one that is flat too.
 Elements strained(const StressLaw& law, int height) {

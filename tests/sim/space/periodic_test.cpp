@@ -15,7 +15,7 @@ namespace thixo {
 namespace {
 
 // A box without walls, periodic along the named axes, filled with water 1 cm apart.
-scene::Scene box(const Vec3d& size, std::initializer_list<scene::Axis> axes) {
+scene::Scene periodic_box(const Vec3d& size, std::initializer_list<scene::Axis> axes) {
     scene::Scene s = fixture::empty_space();
     for (const scene::Axis a : axes) {
         const double half = size[static_cast<int>(a)] / 2;
@@ -26,7 +26,7 @@ scene::Scene box(const Vec3d& size, std::initializer_list<scene::Axis> axes) {
 }
 
 scene::Scene periodic_cube(double edge = 0.128) {
-    return box({edge, edge, edge}, {scene::Axis::x, scene::Axis::y, scene::Axis::z});
+    return periodic_box({edge, edge, edge}, {scene::Axis::x, scene::Axis::y, scene::Axis::z});
 }
 
 // The values in the order of ids, whatever the order in memory.
@@ -151,7 +151,7 @@ TEST(Periodic, ASoundWaveAcrossAFaceIsTheOneInTheMiddle) {
 }
 
 TEST(Periodic, WithWallsAcrossTheOtherAxesNothingIsLost) {
-    scene::Scene scene = box({0.08, 0.08, 0.06}, {scene::Axis::x});
+    scene::Scene scene = periodic_box({0.08, 0.08, 0.06}, {scene::Axis::x});
     scene.world.gravity = {2, 0, -9.81};
     scene::Boundary room;
     room.name = "channel";

@@ -29,6 +29,7 @@ function(thixo_together name sources)
   list(LENGTH sources count)
   if(THIXO_UNITY AND count GREATER 1)
     set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    target_compile_options(${name} PRIVATE -Wno-subobject-linkage)  # it takes a source for a header
   endif()
 endfunction()
 if(THIXO_PCH)

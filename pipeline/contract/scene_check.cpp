@@ -416,6 +416,8 @@ void check_scene(const Scene& scene, ReadContext& context) {
     for (const Emitter& e : scene.emitters) check_emitter(e, materials, check);
     for (const Probe& p : scene.probes) {
         check.refer(p.material, materials, "probes." + p.name + ".material", "material");
+        check.require(p.measure != Measure::wall_pressure || p.radius < Probe().radius, "probes." + p.name + ".radius",
+                      "the mean pressure on a disc needs its size", "give the disc a \"radius\"");
         check.require(p.quantity != Quantity::elastic_energy ||
                           std::ranges::none_of(scene.materials, [](const Material& m) { return m.melting.any(); }),
                       "probes." + p.name + ".quantity", "the elastic energy of matter that melts is not measured yet");

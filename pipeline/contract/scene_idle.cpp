@@ -1,4 +1,4 @@
-// Keys that do nothing under the solvers of a scene.
+// Keys that do nothing in a scene: under its solvers, and beside the words that others have.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -65,6 +65,32 @@ void idle_of_plasticity(const Scene& scene, Lines& lines) {
     }
 }
 
+/// Keys that a probe's measure does not read.
+void idle_of_probes(const Scene& scene, Lines& lines) {
+    const Probe plain;
+    for (const Probe& p : scene.probes) {
+        using enum Measure;
+        const auto is = [&](std::initializer_list<Measure> list) {
+            return std::ranges::find(list, p.measure) != list.end();
+        };
+        const auto tell = [&](bool read, const auto& value, const auto& by_default, const char* key) {
+            const std::string why =
+                fmt::format("with `measure: {}`", Words<Measure>::list[static_cast<std::size_t>(p.measure)]);
+            if (!read) tell_if_set(value, by_default, fmt::format("probes.{}.{}", p.name, key), why.c_str(), lines);
+        };
+        const bool of_quantity = is({point, mean, total, follow});
+        const bool turns = of_quantity && (p.quantity == Quantity::angular_x || p.quantity == Quantity::angular_y ||
+                                           p.quantity == Quantity::angular_z);
+        tell(of_quantity, p.quantity, plain.quantity, "quantity");
+        tell(!is({bodies, crack_area, fronts}), p.material, plain.material, "material");
+        tell(is({mean, total, extent, follow, wall_force}), p.region.kind.index(), plain.region.kind.index(), "region");
+        tell(is({point, follow, flux, wall_pressure}) || turns, p.position, plain.position, "position");
+        tell(is({extent, flux, wall_force, wall_pressure}), p.direction, plain.direction, "direction");
+        tell(is({flux, wall_pressure}), p.radius, plain.radius, "radius");
+        tell(is({extent}), p.quantile, plain.quantile, "quantile");
+    }
+}
+
 /// Artificial viscosity is what keeps particles of the `eos` solver from wandering.
 void mixing(const Scene& scene, Lines& lines) {
     constexpr double kCalm = 0.05;
@@ -87,6 +113,7 @@ std::vector<std::string> idle_keys(const Scene& scene) {
     idle_of_pressure(scene, lines);
     idle_of_steps(scene, lines);
     idle_of_plasticity(scene, lines);
+    idle_of_probes(scene, lines);
     mixing(scene, lines);
     return lines;
 }

@@ -9,11 +9,12 @@
 
 namespace thixo::scene {
 
-enum class Measure { point, mean, total, extent, flux, follow, bodies, crack_area, fronts };
+enum class Measure { point, mean, total, extent, flux, follow, wall_force, wall_pressure, bodies, crack_area, fronts };
 template <>
 struct Words<Measure> {
-    static constexpr std::array<std::string_view, 9> list{"point",  "mean",   "total",      "extent", "flux",
-                                                          "follow", "bodies", "crack_area", "fronts"};
+    static constexpr std::array<std::string_view, 11> list{"point",  "mean",       "total",      "extent",
+                                                           "flux",   "follow",     "wall_force", "wall_pressure",
+                                                           "bodies", "crack_area", "fronts"};
 };
 
 enum class Quantity {
@@ -60,7 +61,9 @@ void visit(V& v, Probe& p) {
           "point: `quantity` at `position`, interpolated; mean, total: of `quantity` over the mass in `region`; "
           "extent: how far "
           "particle centres reach along `direction` [m]; flux: mass a second through a disc [kg/s], mean since the "
-          "frame before; follow: `quantity` of the particle that was nearest to `position` at the start. bodies: "
+          "frame before; follow: `quantity` of the particle that was nearest to `position` at the start. wall_force: "
+          "with which liquids in `region` press on walls along `direction` [N]; wall_pressure: the same "
+          "over a disc on a wall [Pa]; both are means since the frame before. bodies: "
           "number of "
           "pieces of solid matter; crack_area: of all cracks within bodies [m^2]; fronts: number of fronts of cracks");
     v.key("quantity", p.quantity, "", any(),
@@ -71,11 +74,12 @@ void visit(V& v, Probe& p) {
           "momentum");
     v.reference("material", p.material, Refers::material, any(), "counts this material only; left out: all");
     v.shape("region", p.region, any(),
-            "mean, total, extent: counts particles in this shape only; left out: everywhere");
-    v.key("position", p.position, "m", any(), "point, follow, angular: where; flux: centre of the disc");
+            "mean, total, extent, wall_force: counts particles in this shape only; left out: everywhere");
+    v.key("position", p.position, "m", any(), "point, follow, angular: where; flux, wall_pressure: centre of the disc");
     v.key("direction", p.direction, "", direction(),
-          "extent: which way; flux: the side that counts as forward. Any length");
-    v.key("radius", p.radius, "m", above(0), "flux: radius of the disc");
+          "extent: which way; flux: the side that counts as forward; "
+          "wall_force: which component; wall_pressure: out of the wall. Any length");
+    v.key("radius", p.radius, "m", above(0), "flux, wall_pressure: radius of the disc");
     v.key("quantile", p.quantile, "1", between(0, 1),
           "extent: share of the mass that reaches less far; 1: the farthest particle, 0: the nearest");
 }

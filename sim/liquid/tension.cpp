@@ -335,11 +335,4 @@ void add_tension(Particles& particles, const SweepInput& input, const TensionSca
         256);
 }
 
-double tension_energy(const TensionScratch& scratch, std::size_t particles) {
-    return parallel_sum(particles, [&](std::size_t i) {
-        const Quad& s = scratch.direct[i];
-        return 0.5 * static_cast<double>(s.w * (s.x + s.y + s.z));
-    });
-}
-
 }  // namespace thixo

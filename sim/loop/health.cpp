@@ -93,8 +93,9 @@ void check_health(const Simulation& sim, const StepLimits& limits) {
         "the simulation diverged: {} of particle {} at {} m on the way to frame {}, step {} (dt "
         "{:.3g} s, limit {:.3g} s, "
         "speed {:.3g} m/s)\nlikely: {}\nreplay: {}",
-        term, sim.particles.id[first], place_text(sim.problem.scene, x), sim.clock.frame + 1, sim.clock.step, sim.clock.last_dt,
-        limits.smallest(), speed(sim.sweep.motion[first]), likely_cause(sim, limits, term), replay_line(sim));
+        term, sim.particles.id[first], place_text(sim.problem.scene, x), sim.clock.frame + 1, sim.clock.step,
+        sim.clock.last_dt, limits.smallest(), speed(sim.sweep.motion[first]), likely_cause(sim, limits, term),
+        replay_line(sim));
 }
 
 void check_solids_health(const Simulation& sim, const SolidReport& report) {
@@ -124,8 +125,9 @@ void check_solids_health(const Simulation& sim, const SolidReport& report) {
         "the simulation diverged: {} of particle {} of body '{}' at {} m on the way to frame {}, "
         "step {} (sub-step "
         "{:.3g} s, largest stretch {:.3g})\nlikely: {}\nreplay: {}",
-        x.allFinite() ? "velocity" : "position", p.id[first], body_name(sim, p.body[first]), place_text(sim.problem.scene, x),
-        sim.clock.frame + 1, sim.clock.step, report.smallest_dt, std::sqrt(sim.solids.stretch2),
+        x.allFinite() ? "velocity" : "position", p.id[first], body_name(sim, p.body[first]),
+        place_text(sim.problem.scene, x), sim.clock.frame + 1, sim.clock.step, report.smallest_dt,
+        std::sqrt(sim.solids.stretch2),
         sim.solids.stretch2 > 9
             ? "the body is stretched or pressed beyond what its elastic law describes: slow the handle or the impact, "
               "raise youngs_modulus, or add volume_stiffness"

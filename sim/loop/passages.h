@@ -1,6 +1,7 @@
-// Mass that passes the probes that measure flux, counted as particles move.
+// What probes count between frames: mass that passes discs, and the push of liquids on walls.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -11,7 +12,7 @@
 
 namespace thixo {
 
-/// The scene's probes with their shapes built, and the mass that has passed the flux probes since the last frame.
+/// The scene's probes with their shapes built, and what they have counted since the last frame.
 struct Probes {
     struct Entry {
         scene::Probe probe;
@@ -20,14 +21,24 @@ struct Probes {
         std::int64_t followed = -1;  // id of the particle; -1: none
     };
     std::vector<Entry> list;
-    std::vector<double> passed;  // mass through each flux probe since the last frame, forward minus backward [kg]
-    std::vector<Vec3> before;    // positions at the beginning of the step; empty where no probe needs them [m]
+    // Mass through each disc, forward minus backward [kg], and each probe's push on walls [N s].
+    std::vector<double> counted;
+    std::vector<Vec3> before;  // positions at the beginning of the step; empty where no probe needs them [m]
     bool needs_paths() const;
+    bool needs_pushes() const;
 };
 
 /// These are called before and after particles move, in the same order of particles. Mass whose path of this step
 /// crosses a disc is counted there. A path through a periodic face continues at the other side.
 void note_positions(Probes& probes, const Particles& particles);
 void count_passages(Probes& probes, const Particles& particles, const Periodic& periodic);
+
+/// Adds a step's push of each particle on walls [N s]. A wall_pressure probe counts particles no farther than `support`
+/// [m] from its disc. The share of those near the edge falls from 1 to 0 over that width. At a sharp edge it would tell
+/// whether a particle more or fewer lies within.
+void count_pushes(Probes& probes, const Particles& particles, const std::function<Vec3(std::size_t)>& push,
+                  Real support);
+/// The area over which wall_pressure is the mean: the integral of that share [m^2].
+double pressed_area(double radius, double support);
 
 }  // namespace thixo

@@ -155,6 +155,38 @@ void solve_pressure(Simulation& sim, double dt) {
                 sim.stats.density);
 }
 
+/// The push of liquids on walls in this step, by the walls' part of the force of pressure on each particle.
+void press_walls(const Plan& plan, double dt, Simulation& sim) {
+    if (!plan.liquid || sim.walls.list.empty() || !sim.probes.needs_pushes()) return;
+    const Particles& p = sim.particles;
+    const Sweep& sweep = sim.sweep;
+    const Real kick = static_cast<Real>(0.5 * (sim.clock.last_dt + dt));
+    const auto by_state = [&](std::size_t i) -> Vec3 {
+        return kick * sweep.matter[i].z * std::max(sweep.place[i].w, Real(0)) * sweep.motion[i].w *
+               sweep.walls[i].gradient;
+    };
+    const auto by_solve = [&](std::size_t i) -> Vec3 {
+        return kick * p.mass[i] * sim.pressure_system.slope[i].w * p.pressure[i] * sweep.walls[i].gradient;
+    };
+    const Real support = sim.problem.smoothing.support;
+    if (incompressible(sim))
+        count_pushes(sim.probes, p, by_solve, support);
+    else
+        count_pushes(sim.probes, p, by_state, support);
+}
+
+/// Walls stop what their pressure let through. That is a push, too.
+void hold_off(double dt, double wall_speed, Simulation& sim) {
+    const bool counts = sim.probes.needs_pushes();
+    const std::vector<Vec3> before = counts ? sim.particles.velocity : std::vector<Vec3>{};
+    sim.stats.passed_walls +=
+        hold_off_walls(sim.walls, sim.particles, least_wall_distance(sim), sim.sweep.walls, dt, wall_speed);
+    const auto stopped = [&](std::size_t i) -> Vec3 {
+        return sim.particles.mass[i] * (before[i] - sim.particles.velocity[i]);
+    };
+    if (counts) count_pushes(sim.probes, sim.particles, stopped, sim.problem.smoothing.support);
+}
+
 /// Matter that an emitter drives moves as the emitter says, whatever presses against it. The pressure solve takes it for
 /// infinitely heavy: its neighbours make way. Were it light, they would be told of a part of the flow alone.
 void drive_openings(const Plan& plan, Simulation& sim) {
@@ -290,9 +322,7 @@ void move_on(const Plan& plan, double dt, double wall_speed, Simulation& sim) {
     c.last_dt = dt;
     ++c.step;
     move_walls(sim.walls, c.time);
-    if (!alone)
-        sim.stats.passed_walls +=
-            hold_off_walls(sim.walls, sim.particles, least_wall_distance(sim), sim.sweep.walls, dt, wall_speed);
+    if (!alone) hold_off(dt, wall_speed, sim);
     count_passages(sim.probes, sim.particles, sim.problem.periodic);
     wrap_particles(sim.problem.periodic, sim.particles);
 }
@@ -333,6 +363,7 @@ void step(Simulation& sim) {
     if (plan.viscosity_solve) find_viscosity(sim, dt);     // viscosity_solver  4.3.1
     drive_openings(plan, sim);                             // sources
     if (plan.pressure_solve) solve_pressure(sim, dt);
+    press_walls(plan, dt, sim);          // probes
     conduct(sim, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, sim);  // leapfrog   7.2, solids  5.3, 6.3, walls
     break_solids(plan, sim);             // fracture   5.6

@@ -161,6 +161,19 @@ std::int64_t nearest_id(const Probes::Entry& e, const Particles& p) {
     return found;
 }
 
+/// What was counted since the frame before, a second; none in the first frame.
+std::optional<double> mean_rate(const Simulation& sim, double counted) {
+    const scene::Frames& frames = sim.problem.scene.frames;
+    const double span = sim.clock.frame > frames.first ? sim.clock.time - frame_time(frames, sim.clock.frame - 1) : 0;
+    return span > 0 ? std::optional(counted / span) : std::nullopt;
+}
+
+std::optional<double> of_wall(const Simulation& sim, const scene::Probe& p, double counted) {
+    const std::optional<double> force = mean_rate(sim, counted);
+    if (!force || p.measure == Measure::wall_force) return force;
+    return -*force / pressed_area(p.radius, static_cast<double>(sim.problem.smoothing.support));
+}
+
 double count_of(const Simulation& sim, Measure what) {
     const Solids& solids = sim.solids;
     if (what == Measure::crack_area) return area_of_sheets(solids);
@@ -203,7 +216,7 @@ Probes make_probes(const scene::Scene& scene, const Particles& particles) {
         if (p.measure == Measure::follow) e.followed = nearest_id(e, particles);
         probes.list.push_back(std::move(e));
     }
-    probes.passed.assign(probes.list.size(), 0);
+    probes.counted.assign(probes.list.size(), 0);
     return probes;
 }
 
@@ -227,13 +240,13 @@ std::vector<std::optional<double>> measure(Simulation& sim) {
                 values.push_back(m.mass > 0 ? std::optional(m.sum / m.mass) : std::nullopt);
                 break;
             }
-            case Measure::flux: {
-                const scene::Frames& frames = sim.problem.scene.frames;
-                const double span =
-                    sim.clock.frame > frames.first ? sim.clock.time - frame_time(frames, sim.clock.frame - 1) : 0;
-                values.push_back(span > 0 ? probes.passed[k] / span : 0);
+            case Measure::flux:
+                values.push_back(mean_rate(sim, probes.counted[k]).value_or(0));
                 break;
-            }
+            case Measure::wall_force:
+            case Measure::wall_pressure:
+                values.push_back(of_wall(sim, e.probe, probes.counted[k]));
+                break;
             case Measure::follow:
                 values.push_back(of_followed(sim, e));
                 break;
@@ -244,7 +257,7 @@ std::vector<std::optional<double>> measure(Simulation& sim) {
                 break;
         }
     }
-    std::fill(probes.passed.begin(), probes.passed.end(), 0.0);
+    std::fill(probes.counted.begin(), probes.counted.end(), 0.0);
     return values;
 }
 

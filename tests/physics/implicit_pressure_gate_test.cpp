@@ -39,6 +39,30 @@ TEST(TankAtRest, IsHydrostaticAndStill) {
     gate::report_budgets("tank at rest", s.particles);
 }
 
+/// Mean forces of seconds 2 to 4. The depth is twice the mean height: with `eos` water is compressed by its weight. On a
+/// side presses the weight of all above each place, summed: m g times the mean height over the tank's width.
+void expect_pressed(const std::string& what, const std::vector<std::string>& set) {
+    Simulation s = make_simulation(gate::load("pressed_tank", set));
+    const gate::Series series = gate::run(s);
+    const auto mean = [&](const std::string& name) { return mean_after(series, name, 2); };
+    const double weight = series.last("mass") * 9.81, depth = 2 * mean("height"), area = square(0.1);
+    gate::expect({what, "force on the floor over the water's weight", "1", mean("floor") / weight, 1, 0.01, "Newton"});
+    gate::expect({what, "force on a side over m g z/L", "1", mean("side") / (weight * depth / 2 / 0.1), 1, 0.03,
+                  "hydrostatics"});
+    gate::expect({what, "mean pressure on a patch of the floor over the weight per area", "1",
+                  mean("patch") / (weight / area), 1, 0.03, "hydrostatics"});
+    gate::expect({what, "mean pressure on a patch of a side over that of its depth", "1",
+                  mean("low") / (weight / area * (1 - 0.035 / depth)), 1, 0.05,
+                  "hydrostatics; half a spacing is 0.08"});
+}
+
+TEST(TankAtRest, PressesOnItsWallsWithItsWeight) {
+    expect_pressed("pressed tank, spacing 10 mm", {});
+    expect_pressed("pressed tank, spacing 7 mm", {"solver.spacing=0.007"});
+    expect_pressed("pressed tank, steps of 1 ms", {"solver.time_step.maximum=1e-3"});
+    expect_pressed("pressed tank, eos", {"solver.pressure=eos"});
+}
+
 /// The series' value at a time, linear between frames.
 double at(const gate::Series& series, const std::vector<double>& values, double time) {
     std::size_t f = 1;

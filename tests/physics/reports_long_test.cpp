@@ -75,6 +75,46 @@ TEST(Slot, IsReported) {
     }
 }
 
+/// Frequency of waves that swell a sheet of thickness 2 H, over that of the law (Lamb, Hydrodynamics, 266):
+///     w^2 = gamma k^3/rho tanh(k H)      [1/s^2]
+/// The sheet settles for half a second first. `amplitude` is in wave lengths.
+double frequency_of_sheet(double amplitude, const std::vector<std::string>& set) {
+    constexpr double kLength = 0.16, kHalf = 0.08, kTension = 1, kDensity = 1000;
+    const double k = 2 * kPi / kLength, omega = std::sqrt(kTension * cube(k) / kDensity * std::tanh(k * kHalf));
+    Simulation s = make_simulation(gate::load("capillary_wave", set));
+    for (int f = 0; f < 20; ++f) advance_frame(s);
+    for (std::size_t i = 0; i < s.particles.size(); ++i) {
+        const Vec3d x = s.particles.position[i].cast<double>();
+        const double size = amplitude * kLength * omega / std::sinh(k * kHalf);
+        s.particles.velocity[i] += Vec3d(-size * std::cosh(k * x.z()) * std::sin(k * x.x()), 0,
+                                         size * std::sinh(k * x.z()) * std::cos(k * x.x()))
+                                       .cast<Real>();
+    }
+    std::vector<double> zeros;
+    double last = 0, since = 0;
+    while (s.clock.frame < s.problem.scene.frames.last) {
+        advance_frame(s);
+        double swelling = 0;
+        for (const Vec3& x : s.particles.position)
+            swelling += square(static_cast<double>(x.z())) * std::cos(k * static_cast<double>(x.x()));
+        if (last * swelling < 0) zeros.push_back(since + (s.clock.time - since) * last / (last - swelling));
+        last = swelling;
+        since = s.clock.time;
+    }
+    if (zeros.size() < 3) return 0;
+    return kPi * static_cast<double>(zeros.size() - 1) / (zeros.back() - zeros.front()) / omega;
+}
+
+TEST(CapillaryWave, IsReported) {
+    const auto report = [](const std::string& what, double amplitude, const std::vector<std::string>& set) {
+        gate::report("capillary wave, " + what, "frequency over the law's", "1", frequency_of_sheet(amplitude, set));
+    };
+    report("32 spacings long", 0.015, {});
+    report("32 spacings long, higher", 0.05, {});
+    report("32 spacings long, of a thicker liquid", 0.015, {"materials.water.viscosity=0.2"});
+    report("40 spacings long", 0.015, {"solver.spacing=0.004"});
+}
+
 TEST(Rolling, OfABallOfTenSpacingsIsReported) {
     // It is 2.1 % slow: which lattice fills the ball changes this by 0.4 %.
     Simulation s = make_simulation(gate::load("rolling", {"solver.spacing=0.005"}));

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <vector>
 
 #include "tests/physics/gate.h"
 #include "tests/sim/fixture.h"
@@ -45,19 +47,13 @@ TEST(SpinningDrop, OfWaterKeepsItsAngularMomentum) {
     expect_kept({thin, "solver.spacing=0.02", "solver.time_step.maximum=0.0005"});
 }
 
-struct Energies {
-    double kinetic, surface;  // [J]
-};
+constexpr double kSurfaceEnergy = 200 * 4 * kPi * square(0.1);  // of a sphere [J]
 
-Energies energies_of(Simulation& s) {
-    const std::vector<Vec3> kept = s.particles.acceleration;
-    add_tension(s.particles, {s.neighbours, s.walls, s.problem.smoothing, s.sweep}, s.problem.tension,
-                s.problem.materials, s.tension);
-    s.particles.acceleration = kept;
-    double kinetic = 0;
-    for (std::size_t i = 0; i < s.particles.size(); ++i)
-        kinetic += 0.5 * static_cast<double>(s.particles.mass[i] * s.particles.velocity[i].squaredNorm());
-    return {kinetic, tension_energy(s.tension, s.particles.size())};
+double kinetic_energy(const Particles& p) {
+    double sum = 0;
+    for (std::size_t i = 0; i < p.size(); ++i)
+        sum += 0.5 * static_cast<double>(p.mass[i] * p.velocity[i].squaredNorm());
+    return sum;
 }
 
 const std::vector<std::vector<std::string>> kResolutions{
@@ -69,15 +65,24 @@ TEST(SpinningDrop, OfWaterGainsNoEnergy) {
         set.emplace_back("materials.water.viscosity=0.001");
         Simulation s = make_simulation(gate::load("spinning_drop", set));
         evaluate(s);
-        double least = 1e300, growth = 0;
+        // Means over turns: the drop swells and shrinks, and its surface gives and takes meanwhile.
+        constexpr int kTurn = 13;  // frames, 12.6 of them
+        std::vector<double> kinetic;
         while (s.clock.frame < s.problem.scene.frames.last) {
-            const Energies e = energies_of(s);
-            least = std::min(least, e.kinetic + e.surface);
-            growth = std::max(growth, (e.kinetic + e.surface) / least - 1);
             advance_frame(s);
+            kinetic.push_back(kinetic_energy(s.particles));
         }
-        gate::expect({law, "largest growth of kinetic and surface energy in five turns", "1", growth, 0, 0.01,
+        const double settling = *std::ranges::max_element(kinetic) - kinetic.back();
+        double least = 1e300, growth = 0;
+        for (std::size_t f = 0; f + kTurn <= kinetic.size(); f += kTurn) {
+            const double mean = std::accumulate(&kinetic[f], &kinetic[f] + kTurn, 0.0) / kTurn;
+            if (f > 0) growth = std::max(growth, mean / least - 1);
+            least = std::min(least, mean);
+        }
+        gate::expect({law, "largest growth of kinetic energy from one turn to a later one", "1", growth, 0, 0.01,
                       "nothing gives it energy"});
+        gate::report(law, "energy of motion that the cut surface gives as it settles, over its own", "1",
+                     settling / kSurfaceEnergy);
     }
 }
 
@@ -88,9 +93,8 @@ TEST(DropAtRest, ComesToRest) {
         set.emplace_back("bodies.drop.angular_velocity=[0, 0, 0]");
         Simulation s = make_simulation(gate::load("spinning_drop", set));
         while (s.clock.frame < s.problem.scene.frames.last) advance_frame(s);
-        const Energies e = energies_of(s);
-        gate::expect({law, "kinetic over surface energy after three seconds", "1", e.kinetic / e.surface, 0, 1e-3,
-                      "need: a thousandth is not seen"});
+        gate::expect({law, "kinetic over surface energy after three seconds", "1",
+                      kinetic_energy(s.particles) / kSurfaceEnergy, 0, 1e-3, "need: a thousandth is not seen"});
     }
 }
 

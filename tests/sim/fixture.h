@@ -40,6 +40,14 @@ inline scene::Body body(const std::string& name, scene::Shape shape, const Vec3d
     return b;
 }
 
+/// The half-space below z [m].
+inline scene::Boundary floor_at(double z) {
+    scene::Boundary floor;
+    floor.name = "floor";
+    floor.shape = shape_at({0, 0, z}, scene::Plane{});
+    return floor;
+}
+
 /// A room of this size that stands on z = 0, with water of this depth.
 inline scene::Scene tank(const Vec3d& room, double depth, double spacing) {
     scene::Scene s = empty_space();

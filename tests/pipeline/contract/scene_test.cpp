@@ -375,6 +375,27 @@ TEST(SceneWarnings, NameKeysThatDoNothingUnderTheSolver) {
     EXPECT_TRUE(warnings("support: 2", "youngs_modulus: 1e5, yield_strain: 0.1, creep: 5").empty());
 }
 
+TEST(Scene, KeysThatAProbesMeasureDoesNotReadAreTold) {
+    const auto told = [](const std::string& probe) {
+        std::string all;
+        for (const std::string& line :
+             idle_keys(parse_scene("materials: {water: {}}\nprobes: {p: {" + probe + "}}\n", "scene.yaml")))
+            all += line + "\n";
+        return all;
+    };
+    EXPECT_EQ(told("measure: mean, quantity: z, material: water, region: {sphere: {radius: 1}}"), "");
+    EXPECT_EQ(told("measure: mean, quantity: angular_z, position: [1, 0, 0]"), "");
+    EXPECT_EQ(told("measure: mean, quantity: z, position: [1, 0, 0]"),
+              "probes.p.position does nothing with `measure: mean`\n");
+    EXPECT_EQ(told("measure: wall_pressure, position: [1, 0, 0], direction: [1, 0, 0], radius: 1"), "");
+    EXPECT_EQ(told("measure: bodies, material: water, quantity: z, region: {sphere: {radius: 1}}"),
+              "probes.p.quantity does nothing with `measure: bodies`\n"
+              "probes.p.material does nothing with `measure: bodies`\n"
+              "probes.p.region does nothing with `measure: bodies`\n");
+    EXPECT_EQ(told("measure: extent, direction: [1, 0, 0], quantile: 0.5, radius: 2"),
+              "probes.p.radius does nothing with `measure: extent`\n");
+}
+
 TEST(SceneWarnings, NameWhatMixesLiquids) {
     const auto warnings = [](const char* artificial) {
         return scene_warnings(parse_scene(std::string("materials: {water: {}, oil: {density: 100}}\nbodies: {a: "

@@ -33,7 +33,7 @@ TEST(Melting, ARunResumedAfterFreezingEqualsTheUninterruptedOne) {
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
     scene.surface.enabled = true;
-    scene.world.boundaries = {floor_at(0)};
+    scene.world.boundaries = {fixture::floor_at(0)};
     scene.materials = {wax()};
     scene.materials[0].melting.liquid.viscosity = 20;
     scene.bodies = {of(fixture::body("block", box({0, 0, 0.031}, {0.06, 0.06, 0.06})), "wax", 80)};

@@ -54,7 +54,7 @@ TEST(SolidsAndLiquids, KeepTheirMomentumTogether) {
 TEST(Melting, ColdMatterIsExactlyASolid) {
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
-    scene.world.boundaries = {floor_at(0)};
+    scene.world.boundaries = {fixture::floor_at(0)};
     scene.materials = {wax()};
     scene.bodies = {of(fixture::body("block", box({0, 0, 0.05}, {0.06, 0.05, 0.06}), {0.3, 0, -1}), "wax")};
     scene.bodies[0].angular_velocity = {3, 8, 1};
@@ -75,7 +75,7 @@ TEST(Melting, ColdMatterIsExactlyASolid) {
 TEST(Melting, MoltenMatterIsExactlyALiquid) {
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
-    scene.world.boundaries = {floor_at(0)};
+    scene.world.boundaries = {fixture::floor_at(0)};
     scene.materials = {wax()};
     scene.bodies = {of(fixture::body("block", box({0, 0, 0.05}, {0.06, 0.05, 0.06}), {0.3, 0, -1}), "wax", 80)};
     Simulation melting = make_simulation(scene);
@@ -103,7 +103,7 @@ TEST(Melting, ABlockMeltedAndFrozenAgainBounces) {
     // and bounces as a whole: it rises by more than its spacing, and keeps its shape.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
-    scene.world.boundaries = {floor_at(0)};
+    scene.world.boundaries = {fixture::floor_at(0)};
     scene.materials = {wax()};
     scene.materials[0].viscosity = 1;
     scene.materials[0].elastic.contact_damping = 0.1;
@@ -145,7 +145,7 @@ TEST(Melting, TheSurfaceOfWhatHasFrozenAgainIsASolids) {
     // solid does, and keeps every disc.
     scene::Scene scene = fixture::empty_space();
     scene.world.gravity = {0, 0, -9.81};
-    scene.world.boundaries = {floor_at(0)};
+    scene.world.boundaries = {fixture::floor_at(0)};
     scene.surface.enabled = true;
     scene.materials = {wax()};
     scene.materials[0].viscosity = 5;

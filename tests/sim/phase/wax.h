@@ -38,13 +38,6 @@ inline scene::Body of(scene::Body b, const std::string& material, double tempera
     return b;
 }
 
-inline scene::Boundary floor_at(double z) {
-    scene::Boundary floor;
-    floor.name = "floor";
-    floor.shape = fixture::shape_at({0, 0, z}, scene::Plane{});
-    return floor;
-}
-
 /// Molten wax from above, beside the bodies.
 inline scene::Emitter hot_spout() {
     scene::Emitter spout;
@@ -63,7 +56,7 @@ inline scene::Scene busy() {
     s.materials = {fixture::water(), rubber(), wax()};
     for (scene::Material& m : s.materials) m.thermal.conductivity = 1000;
     s.materials[1].density = 500;
-    s.world.boundaries = {floor_at(0)};
+    s.world.boundaries = {fixture::floor_at(0)};
     s.world.boundaries[0].isothermal = true;
     s.world.boundaries[0].temperature = 300;
     s.bodies = {of(fixture::body("candle", box({0, 0, 0.026}, {0.05, 0.05, 0.05})), "wax"),

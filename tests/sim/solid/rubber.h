@@ -13,12 +13,4 @@ inline scene::Scene rubber_scene(double viscosity = 0) {
     return s;
 }
 
-/// The half-space below z [m].
-inline scene::Boundary floor_at(double z) {
-    scene::Boundary floor;
-    floor.name = "floor";
-    floor.shape = shape_at({0, 0, z}, scene::Plane{});
-    return floor;
-}
-
 }  // namespace thixo::fixture

@@ -48,6 +48,31 @@ TEST(Probes, TotalsOfAFallingCubeFollowFromItsMassAndSpeed) {
     EXPECT_NEAR(value(s, probe(scene::Measure::mean, scene::Quantity::x)), 0.5 * t, 1e-4);
 }
 
+TEST(Probes, WhatPressesOnWallsIsCountedOnceAWallAndEmptyInTheFirstFrame) {
+    // Two regions that share a pool add up to the whole, and a frame's mean forgets the frame before.
+    scene::Scene scene = fixture::tank({0.1, 0.1, 0.2}, 0.06, 0.01);
+    scene.world.boundaries.push_back(scene.world.boundaries[0]);
+    scene.world.boundaries[1].name = "the same again";
+    scene::Probe all = probe(scene::Measure::wall_force), left = all, right = all, disc = all;
+    all.direction = left.direction = right.direction = {0, 0, -3};
+    left.region = fixture::shape_at({-0.5, 0, 0}, scene::BoxShape{{1, 1, 1}, 0});
+    right.region = fixture::shape_at({0.5, 0, 0}, scene::BoxShape{{1, 1, 1}, 0});
+    disc.measure = scene::Measure::wall_pressure;
+    disc.radius = 1;
+    scene.probes = {all, left, right, disc};
+    Simulation s = make_simulation(scene);
+    evaluate(s);
+    for (const std::optional<double>& value : measure(s)) EXPECT_FALSE(value);
+    for (int frame = 0; frame < 2; ++frame) {
+        advance_frame(s);
+        const auto values = measure(s);
+        EXPECT_GT(*values[0], 0) << frame;
+        EXPECT_NEAR(*values[1] + *values[2], *values[0], 1e-9 * *values[0]) << frame;
+        EXPECT_NEAR(*values[3] * pressed_area(1, 0.02), *values[0], 1e-6 * *values[0]) << frame;  // support: a float
+        for (const std::optional<double>& value : measure(s)) EXPECT_EQ(*value, 0) << frame;
+    }
+}
+
 TEST(Probes, ExtentIsTheFarthestParticleAndItsQuantileLeavesTheRestBelow) {
     Simulation s = falling_cube();
     scene::Probe p = probe(scene::Measure::extent);

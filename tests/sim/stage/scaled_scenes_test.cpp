@@ -101,6 +101,23 @@ std::vector<double> numbers_of(const PointSet& points, const Attribute& attribut
     return numbers;
 }
 
+/// The largest difference between numbers and numbers in units of `unit`. Axes of discs have no sign: where rounding
+/// decides it, t1 and t2 may both turn round.
+double worst_of(const std::string& attribute, const std::vector<double>& a, const std::vector<double>& b, double unit) {
+    const bool axis = attribute == "t1" || attribute == "t2";
+    const std::size_t group = axis ? 3 : 1;
+    double worst = 0;
+    for (std::size_t k = 0; k + group <= a.size(); k += group) {
+        double along = 0, against = 0;
+        for (std::size_t l = k; l < k + group; ++l) {
+            along = std::max(along, std::abs(a[l] - b[l] / unit));
+            against = std::max(against, std::abs(a[l] + b[l] / unit));
+        }
+        worst = std::max(worst, axis ? std::min(along, against) : along);
+    }
+    return worst;
+}
+
 /// Every number of both point sets agrees to a part in 10^5 of the largest one of its attribute.
 void expect_alike(const PointSet& usual, const PointSet& scaled, const Scale& scale, const std::string& what) {
     ASSERT_EQ(usual.count, scaled.count) << what;
@@ -108,13 +125,12 @@ void expect_alike(const PointSet& usual, const PointSet& scaled, const Scale& sc
         const std::vector<double> a = numbers_of(usual, attribute),
                                   b = numbers_of(scaled, *scaled.find(attribute.name));
         const double unit = unit_of(attribute.name, scale);
-        double largest = 0, worst = 0;
+        double largest = 0;
         for (std::size_t k = 0; k < a.size(); ++k) {
             EXPECT_TRUE(std::isfinite(b[k])) << what << ' ' << attribute.name << ' ' << k;
             largest = std::max(largest, std::abs(a[k]));
-            worst = std::max(worst, std::abs(a[k] - b[k] / unit));
         }
-        EXPECT_LE(worst, 1e-5 * largest) << what << ' ' << attribute.name;
+        EXPECT_LE(worst_of(attribute.name, a, b, unit), 1e-5 * largest) << what << ' ' << attribute.name;
     }
 }
 

@@ -101,6 +101,14 @@ Relighting relighting(const std::string& stored, const std::string& wanted) {
     return result;
 }
 
+bool Relighting::is_same() const {
+    return std::ranges::all_of(factor, [](const auto& group) { return group.second == Vec3d(1, 1, 1); });
+}
+
+bool has_light_groups(const Image& image) {
+    return std::ranges::any_of(image.channels, [](const ImageChannel& c) { return c.name.starts_with("light_"); });
+}
+
 Image relit(Image image, const std::map<std::string, Vec3d>& factor) {
     const std::array<std::string, 3> colours{"R", "G", "B"};
     for (int c = 0; c < 3; ++c) {

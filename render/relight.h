@@ -15,11 +15,15 @@ std::string light_record(const scene::Scene& scene, std::uint64_t seed);
 struct Relighting {
     std::string reason;                   // why the picture has to be rendered; empty: it need not be
     std::map<std::string, Vec3d> factor;  // of each light group
+    /// True where no light has changed: the picture has its colours already.
+    bool is_same() const;
 };
 
 /// From the records of a picture and of the look that it shall have. Light is linear in the strength times the colour of
 /// its source. A group can be mixed where all its lights change by one factor.
 Relighting relighting(const std::string& stored, const std::string& wanted);
+
+bool has_light_groups(const Image& image);
 
 /// The colours become the sum of the light groups times their factors, and the groups follow. What is no longer true of
 /// the picture is left out: `noisy` and `variance`.

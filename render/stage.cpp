@@ -204,14 +204,20 @@ class Stage {
         else if (stored.cache != id.cache)
             mix.reason = "its picture is of another cache";
         else if (stored.lights.empty())
-            mix.reason = "its picture has no light groups (look.output.passes.lights)";
+            mix.reason = "its picture does not say what lights it";
         else
             mix = relighting(stored.lights, light_record(scene_, seed_));
+        std::optional<Image> image;
+        if (mix.reason.empty()) {
+            image = read_exr(exr_path(source, id.frame), Checksum::required);
+            if (!mix.is_same() && !has_light_groups(*image))
+                mix.reason = "its picture has no light groups (look.output.passes.lights)";
+        }
         if (!mix.reason.empty()) {
             if (warned_.insert(mix.reason).second) log_info("frame {} is rendered: {}", id.frame, mix.reason);
             return false;
         }
-        finish_picture(id, relit(read_exr(exr_path(source, id.frame), Checksum::required), mix.factor));
+        finish_picture(id, mix.is_same() ? std::move(*image) : relit(std::move(*image), mix.factor));
         return true;
     }
 
@@ -241,7 +247,7 @@ class Stage {
         if (!args_.crop.empty())
             image.attributes["thixo.crop"] =
                 fmt::format("{} of {} x {}", args_.crop, scene_.look.output.width, scene_.look.output.height);
-        if (!world.light_groups.names.empty()) image.attributes[kLightsKey] = light_record(scene_, seed_);
+        image.attributes[kLightsKey] = light_record(scene_, seed_);
         finish_picture(id, std::move(image));
     }
 

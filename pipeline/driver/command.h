@@ -20,6 +20,8 @@ struct Command {
     // of some verbs
     std::string look;                         // run, render
     std::string crop;                         // render
+    double fps = 0;                           // film; 0: the scene's
+    std::string codec = "h264";               // film
     std::string what, attribute;              // preview, export
     std::string to;                           // export
     std::string against, diff;                // check
@@ -42,6 +44,7 @@ int run_verb(const Command& command);
 int sim_verb(const Command& command);
 int render_verb(const Command& command);
 int relight_verb(const Command& command);
+int film_verb(const Command& command);
 int preview_verb(const Command& command);
 int check_verb(const Command& command);
 int validate_verb(const Command& command);

@@ -7,6 +7,7 @@
 #include "pipeline/contract/check_args.h"
 #include "pipeline/contract/stage_args.h"
 #include "pipeline/driver/command.h"
+#include "pipeline/driver/film.h"
 
 namespace thixo {
 namespace {
@@ -16,6 +17,7 @@ constexpr const char* kHelp = R"(Usage: thixo VERB ... [OPTION...]      thixo VE
   sim SCENE                    the cache only; continues by itself
   render SCENE-or-CACHE        the frames only
   relight SCENE-or-CACHE       the frames under lights of other strengths and colours, without a ray where they have light groups
+  film SCENE-or-CACHE          a film of the frames, with another exposure, view, rate or codec
   preview SCENE-or-CACHE       quick pictures of particles or surfels; of a scene its first instant
   check A --against B          compare two frame folders or two caches
   validate SCENE               all problems of a scene at once; particles, memory and disk it will need
@@ -172,6 +174,22 @@ Verbs all_verbs(CLI::App& app) {
         .scene()
         .seed()
         .out("the scene's output folder; of a cache the folder for frames.relit/")
+        .threads()
+        .quiet()
+        .json()
+        .dry_run();
+
+    Verb& film =
+        add(verbs, app, "film", "Encodes the frames; with --set first makes them under that look, as relight does.",
+            "SCENE-or-CACHE", kEither);
+    film.text("--look", film.command.look, "look file whose frames.<look>/ are shown")
+        .restart("replace frames made with another look");
+    film.number("--fps", film.command.fps, {0, 1e6}, "frames a second; 0: the scene's");
+    film.choice("--codec", film.command.codec, "h264 (when left out), h265 or prores", kCodecs);
+    film.frames()
+        .scene()
+        .seed()
+        .out("the scene's output folder; of a cache the folder of frames/ and the film")
         .threads()
         .quiet()
         .json()

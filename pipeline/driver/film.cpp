@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <deque>
 #include <map>
@@ -38,8 +39,9 @@ std::map<int, fs::path> pictures(const FilmPlan& plan) {
 }
 
 /// Checksum of what a film shows.
-std::string checksum_of(const std::map<int, fs::path>& pictures, double fps) {
-    std::string text = fmt::format("{} fps", fps);
+std::string checksum_of(const std::map<int, fs::path>& pictures, const FilmPlan& plan) {
+    std::string text = fmt::format("{} fps", plan.fps);
+    if (plan.codec != Codec::h264) text += " " + kCodecs[static_cast<std::size_t>(plan.codec)];
     for (const auto& [number, picture] : pictures) text += fmt::format(" {}:{}", number, hash_hex(read_whole(picture)));
     return hash_hex(text);
 }
@@ -76,23 +78,50 @@ void link_in_order(const std::map<int, fs::path>& pictures, const ScratchFolder&
     }
 }
 
+/// The words that choose an encoder. Each works on one thread and leaves out its version: equal pictures give equal
+/// bytes.
+std::vector<std::string> words_of(Codec codec) {
+    switch (codec) {
+        case Codec::h264:
+            return {"-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18"};
+        case Codec::h265:  // players of Apple ask for the tag
+            return {"-c:v",   "libx265", "-pix_fmt",     "yuv420p",
+                    "-crf",   "22",      "-x265-params", "log-level=error:pools=none:frame-threads=1:info=0",
+                    "-tag:v", "hvc1"};
+        case Codec::prores:
+            return {"-c:v", "prores_ks", "-profile:v", "hq", "-pix_fmt", "yuv422p10le", "-vendor", "apl0"};
+    }
+    return {};
+}
+
 /// Works within the folder of the links: in names of files ffmpeg takes % for a pattern, a colon for a protocol.
-ProgramCall ffmpeg_call(const ScratchFolder& scratch, double fps, const std::string& comment) {
-    const std::string rate = fmt::format("{:.9g}", fps);
-    return {"ffmpeg",
-            "ffmpeg",
-            {"-hide_banner", "-loglevel", "error", "-nostdin", "-y", "-framerate", rate, "-i", "%06d.png",
-             // even size for yuv420p; display pictures are full-range RGB, film is limited-range Rec.709
-             "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv", "-c:v", "libx264",
-             "-pix_fmt", "yuv420p", "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc",
-             "bt709",
-             // one thread and no dates or versions: equal pictures give equal bytes
-             "-threads", "1", "-map_metadata", "-1", "-metadata", "comment=" + comment, "-fflags", "+bitexact",
-             "-flags:v", "+bitexact", "-movflags", "+faststart", "-f", "mp4", "film.mp4"},
-            scratch.path()};
+ProgramCall ffmpeg_call(const ScratchFolder& scratch, const FilmPlan& plan, const std::string& comment) {
+    std::vector<std::string> words{
+        "-hide_banner", "-loglevel", "error", "-nostdin", "-y", "-framerate", fmt::format("{:.9g}", plan.fps), "-i",
+        "%06d.png",
+        // even size for yuv420p; display pictures are full-range RGB, film is limited-range Rec.709
+        "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv"};
+    for (std::string& word : words_of(plan.codec)) words.push_back(std::move(word));
+    for (const char* word : {"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-threads",
+                             "1", "-map_metadata", "-1", "-metadata"})
+        words.emplace_back(word);
+    words.push_back("comment=" + comment);
+    const char* const container = plan.codec == Codec::prores ? "mov" : "mp4";
+    for (const char* word :
+         {"-fflags", "+bitexact", "-flags:v", "+bitexact", "-movflags", "+faststart", "-f", container, "film"})
+        words.emplace_back(word);
+    return {"ffmpeg", "ffmpeg", std::move(words), scratch.path()};
 }
 
 }  // namespace
+
+Codec parse_codec(const std::string& word) {
+    const auto at = std::ranges::find(kCodecs, word);
+    if (at == kCodecs.end()) throw InputError("there is no codec '{}'; there are {}", word, fmt::join(kCodecs, ", "));
+    return static_cast<Codec>(at - kCodecs.begin());
+}
+
+std::string film_ending(Codec codec) { return codec == Codec::prores ? ".mov" : ".mp4"; }
 
 void require_ffmpeg() {
     const char* path = std::getenv("PATH");
@@ -116,7 +145,7 @@ bool film_is_current(const FilmPlan& plan, const fs::path& film) {
     const fs::file_time_type made = fs::last_write_time(film);
     for (const auto& [number, picture] : there)
         if (fs::last_write_time(picture) > made) return false;
-    return *shown == checksum_of(there, plan.fps);
+    return *shown == checksum_of(there, plan);
 }
 
 void make_film(const FilmPlan& plan, const fs::path& film) {
@@ -126,9 +155,9 @@ void make_film(const FilmPlan& plan, const fs::path& film) {
     require_own(film, is_own_film);
     const ScratchFolder scratch(film.parent_path(), "film");
     link_in_order(shown, scratch);
-    const std::string comment = fmt::format("{}{} {}", kMark, std::string(kDigits, '0'), checksum_of(shown, plan.fps));
+    const std::string comment = fmt::format("{}{} {}", kMark, std::string(kDigits, '0'), checksum_of(shown, plan));
 
-    Process ffmpeg = start(ffmpeg_call(scratch, plan.fps, comment), {.out = false, .err = true});
+    Process ffmpeg = start(ffmpeg_call(scratch, plan, comment), {.out = false, .err = true});
     std::deque<std::string> last_words;
     Process* const all[] = {&ffmpeg};
     while (!ffmpeg.status)
@@ -146,7 +175,7 @@ void make_film(const FilmPlan& plan, const fs::path& film) {
                                 film.string(), text);
         throw InputError("ffmpeg could not encode {}; the frames are complete{}", film.string(), text);
     }
-    std::string bytes = read_whole(scratch.path() / "film.mp4");
+    std::string bytes = read_whole(scratch.path() / "film");
     const std::size_t at = checksum_at(bytes);
     if (at == bytes.npos) throw InputError("ffmpeg made {} without its comment; install another ffmpeg", film.string());
     bytes.replace(at, kDigits, hash_hex(bytes));

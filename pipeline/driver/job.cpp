@@ -35,8 +35,9 @@ fs::path frames_folder(const fs::path& out, const std::string& look_file) {
     return out / (look_file.empty() ? "frames" : "frames." + stem(look_file));
 }
 
-fs::path film_file(const fs::path& out, const std::string& scene_name, const std::string& look_file) {
-    return out / (scene_name + (look_file.empty() ? "" : "." + stem(look_file)) + ".mp4");
+fs::path film_file(const fs::path& out, const std::string& scene_name, const std::string& look_file,
+                   const std::string& ending) {
+    return out / (scene_name + (look_file.empty() ? "" : "." + stem(look_file)) + ending);
 }
 
 Job scene_job(const Command& command) {

@@ -34,9 +34,11 @@ Job output_job(const Command& command);
 std::filesystem::path default_out(const std::string& scene_name, bool draft);
 /// <out>/frames, with a look file <out>/frames.<stem of the file>.
 std::filesystem::path frames_folder(const std::filesystem::path& out, const std::string& look_file);
-/// <out>/<name>.mp4, with a look file <out>/<name>.<stem of the file>.mp4.
+/// Those that `relight` mixes without a look file.
+inline constexpr const char* kRelitFrames = "frames.relit";
+/// <out>/<name>.mp4, with a look file <out>/<name>.<stem of the file>.mp4; or with another ending.
 std::filesystem::path film_file(const std::filesystem::path& out, const std::string& scene_name,
-                                const std::string& look_file);
+                                const std::string& look_file, const std::string& ending = ".mp4");
 
 SimArgs sim_args(const Command& command, const Job& job);
 RenderArgs render_args(const Command& command, const Job& job);

@@ -17,12 +17,13 @@ int body(int argc, char** argv) {
     }
     set_quiet(command.quiet);
     // These end when their stages have. The others have nothing to finish.
-    const auto conducts = {"run", "sim", "render", "relight", "preview"};
+    const auto conducts = {"run", "sim", "render", "relight", "film", "preview"};
     if (std::ranges::find(conducts, command.verb) != conducts.end() || command.repair) catch_interrupts();
     if (command.verb == "run") return run_verb(command);
     if (command.verb == "sim") return sim_verb(command);
     if (command.verb == "render") return render_verb(command);
     if (command.verb == "relight") return relight_verb(command);
+    if (command.verb == "film") return film_verb(command);
     if (command.verb == "preview") return preview_verb(command);
     if (command.verb == "check") return check_verb(command);
     if (command.verb == "validate") return validate_verb(command);

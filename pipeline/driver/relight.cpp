@@ -18,7 +18,7 @@ int relight_verb(const Command& command) {
     const int code = run_to_end(call);
     const std::filesystem::path root = job.pictures.empty() ? job.out : job.pictures;
     const std::string frames =
-        command.look.empty() ? (root / "frames.relit").string() : frames_folder(root, command.look).string();
+        command.look.empty() ? (root / kRelitFrames).string() : frames_folder(root, command.look).string();
     if (code == kDone && command.json) print_json(nlohmann::ordered_json{{"frames", frames}});
     if (code == kDone && !command.json && !command.quiet) fmt::print("{}\n", frames);
     return code;

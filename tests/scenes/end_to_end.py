@@ -352,6 +352,24 @@ class Command(Case):
                          {name for name in after if after[name] != before.get(name)})
         self.assertEqual(checksum, digest(film))
 
+    def test_film_shows_finished_frames_again_without_a_ray(self):
+        out = self.folder / "again"
+        shutil.copytree(self.reference, out)
+        same = call("thixo", "film", out, "--fps", 12, "--codec", "prores")
+        film = pathlib.Path(same.stdout.strip())
+        self.assertEqual(out / "tiny.mov", film)
+        brighter = call("thixo", "film", out, "--set", "look.output.exposure=1")
+        self.assertEqual(out / "tiny.relit.mp4", pathlib.Path(brighter.stdout.strip()))
+        self.assertNotIn("is rendered", brighter.stderr)  # these pictures have no light groups, and need none
+        first, second = (out / f / "beauty.0001.png" for f in ("frames", "frames.relit"))
+        self.assertNotEqual(digest(first), digest(second))
+        made = second.stat().st_mtime_ns
+        call("thixo", "film", out, "--set", "look.output.exposure=1")
+        self.assertEqual(made, second.stat().st_mtime_ns)  # nothing is made twice
+        lit = call("thixo", "film", out, "--restart", "--frames", 1, "--set", "look.lights.lamp.strength=3")
+        self.assertIn("no light groups", lit.stderr)
+        call("thixo", "film", out, "--look", self.folder / "none.yaml", code=4)
+
     def test_output_goes_to_out_below_the_current_folder(self):
         place = self.folder / "a place"
         place.mkdir()

@@ -58,6 +58,11 @@ TEST(CommandLine, TakesTheOwnOptionsOfTheOtherVerbs) {
     EXPECT_EQ("0,0,8,8", r.crop);
     EXPECT_EQ((std::vector<std::string>{"look.output.width=320", "look.output.samples=9"}), r.set);
     EXPECT_EQ(4u, r.seed);
+    const Command f = parse({"film", "c", "--fps", "12.5", "--codec", "prores", "--set", "look.output.exposure=1"});
+    EXPECT_EQ(12.5, f.fps);
+    EXPECT_EQ("prores", f.codec);
+    EXPECT_NE("", refusal({"film", "c", "--codec", "mpeg1"}));
+    EXPECT_NE("", refusal({"film", "c", "--fps", "-1"}));
     EXPECT_NE("", refusal({"render", "c", "--height", "0"}));
     const Command p = parse({"preview", "c", "--attribute", "density", "--what", "particles"});
     EXPECT_EQ("density", p.attribute);

@@ -80,6 +80,29 @@ TEST(Film, IsMadeInAFolderOfAnyName) {
     }
 }
 
+TEST(Film, IsOfTheCodecThatIsAskedForAndHasTheSameBytesAgain) {
+    const TemporaryFolder folder;
+    for (int n = 1; n <= 4; ++n) write_picture(folder.path / "frames", n, 64, 36, 40 * n);
+    const std::vector<std::string> names{"h264", "hevc", "prores"}, formats{"yuv420p", "yuv420p", "yuv422p10le"};
+    for (std::size_t k = 0; k < kCodecs.size(); ++k) {
+        FilmPlan plan = plan_of(folder, {1, 2, 3, 4});
+        plan.codec = parse_codec(kCodecs[k]);
+        const fs::path film = folder.path / ("film" + film_ending(plan.codec));
+        make_film(plan, film);
+        EXPECT_EQ(names[k], probed(film, "codec_name"));
+        EXPECT_EQ(formats[k], probed(film, "pix_fmt"));
+        EXPECT_EQ("4", probed(film, "nb_read_frames"));
+        EXPECT_TRUE(film_is_current(plan, film));
+        FilmPlan other = plan;
+        other.codec = static_cast<Codec>((k + 1) % kCodecs.size());
+        EXPECT_FALSE(film_is_current(other, film)) << kCodecs[k];
+        const std::string bytes = text_of(film);
+        make_film(plan, film);
+        EXPECT_EQ(bytes, text_of(film)) << kCodecs[k];
+    }
+    EXPECT_THROW(parse_codec("mpeg1"), InputError);
+}
+
 TEST(Film, TheIndexStandsInFront) {
     const TemporaryFolder folder;
     write_picture(folder.path / "frames", 1, 64, 36, 100);

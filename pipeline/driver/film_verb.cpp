@@ -33,6 +33,12 @@ std::optional<RenderArgs> pictures_first(const Command& command, const Job& job)
     return args;
 }
 
+/// A film at another rate or of another codec does not take the place of the one that `run` makes.
+std::string ending_of(const Command& command, Codec codec) {
+    const std::string rate = command.fps > 0 ? fmt::format(".{:g}fps", command.fps) : "";
+    return rate + (codec == Codec::h265 ? ".h265" : "") + film_ending(codec);
+}
+
 }  // namespace
 
 int film_verb(const Command& command) {
@@ -51,7 +57,7 @@ int film_verb(const Command& command) {
     const bool relit = first && command.look.empty();
     const FilmPlan plan{relit ? root / kRelitFrames : frames_folder(root, command.look), frames_of(command, cache),
                         command.fps > 0 ? command.fps : scene.frames.fps, codec};
-    const fs::path film = film_file(root, scene.name, relit ? "relit" : command.look, film_ending(codec));
+    const fs::path film = film_file(root, scene.name, relit ? "relit" : command.look, ending_of(command, codec));
     if (!film_is_current(plan, film)) {
         log_info("encoding {}", film.string());
         make_film(plan, film);

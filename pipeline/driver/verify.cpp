@@ -54,7 +54,7 @@ class Verifier {
             std::error_code ignored;
             if (fs::is_directory(entry, ignored) && (name == "frames" || name.starts_with("frames.")))
                 verify_pictures(entry);
-            else if (name.ends_with(".mp4"))
+            else if (name.ends_with(".mp4") || name.ends_with(".mov"))
                 verify_film(entry);
         }
         return std::move(report_);

@@ -357,7 +357,7 @@ class Command(Case):
         shutil.copytree(self.reference, out)
         same = call("thixo", "film", out, "--fps", 12, "--codec", "prores")
         film = pathlib.Path(same.stdout.strip())
-        self.assertEqual(out / "tiny.mov", film)
+        self.assertEqual(out / "tiny.12fps.mov", film)
         brighter = call("thixo", "film", out, "--set", "look.output.exposure=1")
         self.assertEqual(out / "tiny.relit.mp4", pathlib.Path(brighter.stdout.strip()))
         self.assertNotIn("is rendered", brighter.stderr)  # these pictures have no light groups, and need none

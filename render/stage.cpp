@@ -73,12 +73,19 @@ std::string frames_name(const RenderArgs& args) {
     return args.relight ? "frames.relit" : "frames";
 }
 
+/// Whether the look itself asks for light groups, apart from those that relighting adds to what it renders.
+bool asks_for_groups(RenderArgs args, const std::string& cache_scene_text) {
+    args.relight = false;
+    return resolve_scene(args, cache_scene_text).look.output.passes.lights;
+}
+
 class Stage {
   public:
     explicit Stage(const RenderArgs& args)
         : args_(args),
           reader_(open_cache(args)),
           scene_(resolve_scene(args, reader_.scene_text())),
+          wants_groups_(args.relight && asks_for_groups(args, reader_.scene_text())),
           seed_(args.seed.value_or(scene_.solver.seed)),
           crop_(crop_of(args, scene_.look.output)),
           look_(look_identity(scene_, seed_, args)),
@@ -196,7 +203,7 @@ class Stage {
     /// where it is not.
     bool relight(const PictureIdentity& id) {
         if (!args_.relight) return false;
-        const fs::path source = fs::path(args_.out) / "frames";
+        const fs::path beside = root_ / "frames", source = fs::exists(beside) ? beside : fs::path(args_.out) / "frames";
         const StoredPicture stored = read_picture(source, id.frame);
         Relighting mix;
         if (!stored.problem.empty())
@@ -210,14 +217,16 @@ class Stage {
         std::optional<Image> image;
         if (mix.reason.empty()) {
             image = read_exr(exr_path(source, id.frame), Checksum::required);
-            if (!mix.is_same() && !has_light_groups(*image))
+            if ((!mix.is_same() || wants_groups_) && !has_light_groups(*image))
                 mix.reason = "its picture has no light groups (look.output.passes.lights)";
         }
         if (!mix.reason.empty()) {
             if (warned_.insert(mix.reason).second) log_info("frame {} is rendered: {}", id.frame, mix.reason);
             return false;
         }
-        finish_picture(id, mix.is_same() ? std::move(*image) : relit(std::move(*image), mix.factor));
+        if (!mix.is_same()) image = relit(std::move(*image), mix.factor);
+        image->attributes[kLightsKey] = light_record(scene_, seed_);
+        finish_picture(id, std::move(*image));
         return true;
     }
 
@@ -259,6 +268,7 @@ class Stage {
     RenderArgs args_;
     CacheReader reader_;
     scene::Scene scene_;
+    bool wants_groups_;  // the look asks for light groups: a picture without them would not be of that look
     std::uint64_t seed_;
     Crop crop_;
     std::string look_;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
 #include "pipeline/base/error.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/hash.h"
@@ -56,14 +58,16 @@ void require_own_picture(const fs::path& folder, int frame) {
 
 void write_picture(const fs::path& folder, const PictureIdentity& identity, Image image, const Image8& display) {
     const std::string png = encode_png(display);
-    image.attributes.insert({{"thixo.scene", identity.scene},
-                             {kLookKey, identity.look},
-                             {kCacheKey, identity.cache},
-                             {"thixo.frame", fmt::format("{}", identity.frame)},
-                             {"thixo.time", fmt::format("{}", identity.time)},
-                             {"thixo.samples", fmt::format("{}", identity.samples)},
-                             {kPngKey, hash_hex(png)},
-                             {"thixo.version", THIXO_VERSION}});
+    // A picture that was mixed from another one brings that one's along.
+    const std::map<std::string, std::string> own{{"thixo.scene", identity.scene},
+                                                 {kLookKey, identity.look},
+                                                 {kCacheKey, identity.cache},
+                                                 {"thixo.frame", fmt::format("{}", identity.frame)},
+                                                 {"thixo.time", fmt::format("{}", identity.time)},
+                                                 {"thixo.samples", fmt::format("{}", identity.samples)},
+                                                 {kPngKey, hash_hex(png)},
+                                                 {"thixo.version", THIXO_VERSION}};
+    for (const auto& [key, value] : own) image.attributes.insert_or_assign(key, value);
     write_whole(png_path(folder, identity.frame), png);
     write_exr(exr_path(folder, identity.frame), image);
 }

@@ -8,7 +8,7 @@
 
 namespace thixo {
 
-/// Header attribute of a picture with light groups: what its light depends on.
+/// Header attribute: what the light of a picture depends on.
 inline constexpr const char* kLightsKey = "thixo.lights";
 
 /// What a picture's bytes depend on; stated in the EXR's header.
@@ -29,7 +29,7 @@ struct StoredPicture {
     std::string problem;      // what is missing or damaged, and of which file; empty: both files are whole
     bool exr_there = false;   // and whole
     std::string look, cache;  // as the EXR states them
-    std::string lights;       // what is known of its light groups; empty: it has none
+    std::string lights;       // kLightsKey; empty: a picture of an earlier version
 };
 /// Reads both files: the EXR has its checksum, the PNG is the one whose checksum the EXR states.
 StoredPicture read_picture(const std::filesystem::path& folder, int frame);

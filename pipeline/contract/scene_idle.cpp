@@ -88,6 +88,13 @@ void idle_of_probes(const Scene& scene, Lines& lines) {
         tell(is({extent, flux, wall_force, wall_pressure}), p.direction, plain.direction, "direction");
         tell(is({flux, wall_pressure}), p.radius, plain.radius, "radius");
         tell(is({extent}), p.quantile, plain.quantile, "quantile");
+        if (!is({wall_force, wall_pressure})) continue;
+        if (scene.world.boundaries.empty())
+            lines.push_back(fmt::format("probes.{} measures what presses on walls, and there is none", p.name));
+        for (const Material& m : scene.materials)
+            if (m.name == p.material && m.elastic.solid() && !m.melting.any())
+                lines.push_back(
+                    fmt::format("probes.{} measures liquids; the contact of solids is not counted", p.name));
     }
 }
 

@@ -188,12 +188,10 @@ Verbs all_verbs(CLI::App& app) {
     film.choice("--codec", film.command.codec, "h264 (when left out), h265 or prores", kCodecs);
     film.frames()
         .scene()
-        .seed()
         .out("the scene's output folder; of a cache the folder of frames/ and the film")
         .threads()
         .quiet()
-        .json()
-        .dry_run();
+        .json();
 
     Verb& preview = add(verbs, app, "preview", "Quick pictures of a cache, or of a scene's first instant.",
                         "SCENE-or-CACHE", kEither);

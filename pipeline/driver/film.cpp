@@ -132,8 +132,8 @@ void require_ffmpeg() {
         rest.remove_prefix(std::min(end + 1, rest.size()));
     }
     throw InputError(
-        "ffmpeg is not installed, which makes the film; install it, or leave the film out with --set "
-        "look.output.film=false");
+        "ffmpeg is not installed, which makes the film; install it, or leave the film of a run out with "
+        "--set look.output.film=false");
 }
 
 bool film_is_whole(const fs::path& film) { return shown_by(film).has_value(); }

@@ -6,6 +6,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/log.h"
 #include "pipeline/contract/cache.h"
+#include "pipeline/contract/picture_files.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/contract/stage_args.h"
 #include "pipeline/driver/command.h"
@@ -17,26 +18,36 @@ namespace thixo {
 namespace fs = std::filesystem;
 namespace {
 
-/// Those of the cache's frames that the command asks for.
-std::vector<int> frames_of(const Command& command, const CacheReader& cache) {
-    if (command.frames.empty()) return cache.frames();
-    std::vector<int> frames = parse_frame_range(command.frames);
-    std::erase_if(frames, [&](int n) { return !cache.has_frame(n); });
+/// Those of the cache's frames that the command asks for. Tells how many of them have no picture.
+std::vector<int> frames_of(const Command& command, const CacheReader& cache, const fs::path& pictures) {
+    const std::vector<int> frames = command.frames.empty() ? cache.frames() : parse_frame_range(command.frames);
+    for (const int n : frames)
+        if (!cache.has_frame(n))
+            throw CacheError("{}: frame {} is not in the cache; simulate it first", cache.folder().string(), n);
+    const auto missing = std::ranges::count_if(frames, [&](int n) { return !fs::exists(png_path(pictures, n)); });
+    if (missing > 0)
+        log_warning("{} of {} frames have no picture in {}; the film holds the picture before in their place", missing,
+                    frames.size(), pictures.string());
     return frames;
 }
 
 /// What a command that changes the look leaves to do first: pictures of that look, mixed or rendered.
 std::optional<RenderArgs> pictures_first(const Command& command, const Job& job) {
+    if (command.set.empty() && command.restart)
+        throw InputError("film: --restart goes with --set; without it the frames are shown as they are");
     if (command.set.empty()) return std::nullopt;
+    if (!command.look.empty())
+        throw InputError("film: --look shows the frames of a look as they are; change the look file in place of --set");
     RenderArgs args = render_args(command, job);
     args.relight = true;
     return args;
 }
 
-/// A film at another rate or of another codec does not take the place of the one that `run` makes.
+/// A film of some frames, at another rate or of another codec does not take the place of the one that `run` makes.
 std::string ending_of(const Command& command, Codec codec) {
+    const std::string frames = command.frames.empty() ? "" : "." + command.frames;
     const std::string rate = command.fps > 0 ? fmt::format(".{:g}fps", command.fps) : "";
-    return rate + (codec == Codec::h265 ? ".h265" : "") + film_ending(codec);
+    return frames + rate + (codec == Codec::h265 ? ".h265" : "") + film_ending(codec);
 }
 
 }  // namespace
@@ -45,8 +56,6 @@ int film_verb(const Command& command) {
     const Job job = render_job(command);
     const fs::path root = job.pictures.empty() ? job.out : job.pictures;
     const std::optional<RenderArgs> first = pictures_first(command, job);
-    if (first && command.dry_run) return print_calls({stage_call("thixo-render", first->print())});
-    if (command.dry_run) return kDone;
     require_ffmpeg();
     if (first)
         if (const int code = run_to_end(stage_call("thixo-render", first->print())); code != kDone) return code;
@@ -54,10 +63,10 @@ int film_verb(const Command& command) {
     const CacheReader cache(job.out);
     const scene::Scene scene = scene::parse_cached_scene(cache.scene_text(), "manifest.json");
     const Codec codec = parse_codec(command.codec);
-    const bool relit = first && command.look.empty();
-    const FilmPlan plan{relit ? root / kRelitFrames : frames_folder(root, command.look), frames_of(command, cache),
-                        command.fps > 0 ? command.fps : scene.frames.fps, codec};
-    const fs::path film = film_file(root, scene.name, relit ? "relit" : command.look, ending_of(command, codec));
+    const fs::path pictures = first ? root / kRelitFrames : frames_folder(root, command.look);
+    const FilmPlan plan{pictures, frames_of(command, cache, pictures), command.fps > 0 ? command.fps : scene.frames.fps,
+                        codec};
+    const fs::path film = film_file(root, scene.name, first ? "relit" : command.look, ending_of(command, codec));
     if (!film_is_current(plan, film)) {
         log_info("encoding {}", film.string());
         make_film(plan, film);

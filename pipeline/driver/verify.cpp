@@ -121,7 +121,7 @@ class Verifier {
         ++report_.files;
         if (!film_is_whole(film))
             add(Part::film, film, fmt::format("'{}' is damaged, or not of Thixo", film.string()),
-                "thixo run makes it again");
+                "thixo run or thixo film makes it again");
     }
 
     fs::path out_;

@@ -311,6 +311,12 @@ TensionScale::TensionScale(const Smoothing& smoothing, const Strategy& strategy)
       deficit(settled(strategy).deficit / energy_of_deficit(CutPacking(smoothing))),
       adhesion(1 / reach_into_wall(smoothing)) {}
 
+Vec3 adhesion_on(std::size_t i, const Particles& particles, const Walls& walls, const TensionScale& scale,
+                 const Materials& materials, const TensionScratch& scratch, WallCursor& cursor) {
+    return scratch.own[i] * 2 * tension_of(i, particles, materials) * scale.adhesion *
+           pull_of_walls(walls, particles.position[i], cursor);
+}
+
 void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale, const Materials& materials,
                  TensionScratch& scratch) {
     const auto& [neighbours, walls, smoothing, sweep] = input;
@@ -327,8 +333,7 @@ void add_tension(Particles& particles, const SweepInput& input, const TensionSca
             for (std::size_t i = begin; i < end; ++i) {
                 Vec3 f = scratch.filled[i] * pull_of_neighbours(i, neighbours[i], sweep, kernel, scratch);
                 if (wet && sweep.walls[i].share > 0)
-                    f += scratch.own[i] * 2 * tension_of(i, particles, materials) * scale.adhesion *
-                         pull_of_walls(walls, particles.position[i], cursor);
+                    f += adhesion_on(i, particles, walls, scale, materials, scratch, cursor);
                 particles.acceleration[i] += f / particles.mass[i];
             }
         },

@@ -66,4 +66,9 @@ struct TensionScratch {
 void add_tension(Particles& particles, const SweepInput& input, const TensionScale& scale, const Materials& materials,
                  TensionScratch& scratch);
 
+/// The pull of walls on particle i by adhesion [N], of the surface that `add_tension` has packed. `cursor` is of these
+/// walls.
+Vec3 adhesion_on(std::size_t i, const Particles& particles, const Walls& walls, const TensionScale& scale,
+                 const Materials& materials, const TensionScratch& scratch, WallCursor& cursor);
+
 }  // namespace thixo

@@ -23,6 +23,7 @@ struct Probes {
     std::vector<Entry> list;
     // Mass through each disc, forward minus backward [kg], and each probe's push on walls [N s].
     std::vector<double> counted;
+    double pressed = 0;        // the time in which walls were pressed [s]
     std::vector<Vec3> before;  // positions at the beginning of the step; empty where no probe needs them [m]
     bool needs_paths() const;
     bool needs_pushes() const;

@@ -155,24 +155,38 @@ void solve_pressure(Simulation& sim, double dt) {
                 sim.stats.density);
 }
 
-/// The push of liquids on walls in this step, by the walls' part of the force of pressure on each particle.
-void press_walls(const Plan& plan, double dt, Simulation& sim) {
+/// The push of liquids on walls in this step: the reaction to the walls' part of the force of pressure on each particle,
+/// and to their adhesion. Nothing of what an emitter drives acts on it, or on the walls.
+void press_walls(const Plan& plan, const std::vector<Index>& driven, double dt, Simulation& sim) {
     if (!plan.liquid || sim.walls.list.empty() || !sim.probes.needs_pushes()) return;
     const Particles& p = sim.particles;
     const Sweep& sweep = sim.sweep;
-    const Real kick = static_cast<Real>(0.5 * (sim.clock.last_dt + dt));
-    const auto by_state = [&](std::size_t i) -> Vec3 {
-        return kick * sweep.matter[i].z * std::max(sweep.place[i].w, Real(0)) * sweep.motion[i].w *
-               sweep.walls[i].gradient;
+    const double kick = 0.5 * (sim.clock.last_dt + dt);
+    const bool sticks = std::ranges::any_of(sim.walls.list, [](const Wall& w) { return w.adhesion > 0; }) &&
+                        std::ranges::any_of(sim.problem.materials, [](const auto& m) { return m.tension > 0; });
+    const auto pressure = [&](std::size_t i) {  // times a volume [N m]
+        return incompressible(sim) ? p.mass[i] * sim.pressure_system.slope[i].w * p.pressure[i]
+                                   : sweep.matter[i].z * std::max(sweep.place[i].w, Real(0)) * sweep.motion[i].w;
     };
-    const auto by_solve = [&](std::size_t i) -> Vec3 {
-        return kick * p.mass[i] * sim.pressure_system.slope[i].w * p.pressure[i] * sweep.walls[i].gradient;
-    };
-    const Real support = sim.problem.smoothing.support;
-    if (incompressible(sim))
-        count_pushes(sim.probes, p, by_solve, support);
-    else
-        count_pushes(sim.probes, p, by_state, support);
+    std::vector<Vec3> push(p.size(), Vec3::Zero());
+    parallel_chunks(
+        p.size(),
+        [&](std::size_t begin, std::size_t end, std::size_t) {
+            WallCursor cursor(sim.walls);
+            for (std::size_t i = begin; i < end; ++i) {
+                if (!(sweep.walls[i].share > 0)) continue;
+                Vec3 force = pressure(i) * sweep.walls[i].gradient;
+                if (sticks)
+                    force -=
+                        adhesion_on(i, p, sim.walls, sim.problem.tension, sim.problem.materials, sim.tension, cursor);
+                push[i] = static_cast<Real>(kick) * force;
+            }
+        },
+        256);
+    for (const Index i : driven) push[i].setZero();
+    count_pushes(
+        sim.probes, p, [&](std::size_t i) { return push[i]; }, sim.problem.smoothing.support);
+    sim.probes.pressed += kick;
 }
 
 /// Walls stop what their pressure let through. That is a push, too.
@@ -189,12 +203,13 @@ void hold_off(double dt, double wall_speed, Simulation& sim) {
 
 /// Matter that an emitter drives moves as the emitter says, whatever presses against it. The pressure solve takes it for
 /// infinitely heavy: its neighbours make way. Were it light, they would be told of a part of the flow alone.
-void drive_openings(const Plan& plan, Simulation& sim) {
+std::vector<Index> drive_openings(const Plan& plan, Simulation& sim) {
     const auto driven = drive_openings(sources_of(sim), sim.clock.time, sim.emitters, sim.particles);
     for (const Index i : driven) {
         sim.particles.acceleration[i].setZero();
         if (plan.pressure_solve) sim.pressure_system.slope[i].w = 0;  // V0/(m k)
     }
+    return driven;
 }
 
 void emit(Simulation& sim) {
@@ -359,11 +374,11 @@ void step(Simulation& sim) {
     sum_up(plan, sim);       // geometry, density
     find_forces(plan, sim);  // forces     4.3, 4.4.2
     const double wall_speed = largest_wall_speed(sim.walls, sim.particles.position);
-    const double dt = choose_step(plan, sim, wall_speed);  // time_step, health
-    if (plan.viscosity_solve) find_viscosity(sim, dt);     // viscosity_solver  4.3.1
-    drive_openings(plan, sim);                             // sources
+    const double dt = choose_step(plan, sim, wall_speed);         // time_step, health
+    if (plan.viscosity_solve) find_viscosity(sim, dt);            // viscosity_solver  4.3.1
+    const std::vector<Index> driven = drive_openings(plan, sim);  // sources
     if (plan.pressure_solve) solve_pressure(sim, dt);
-    press_walls(plan, dt, sim);          // probes
+    press_walls(plan, driven, dt, sim);  // probes
     conduct(sim, dt);                    // heat       6.5
     move_on(plan, dt, wall_speed, sim);  // leapfrog   7.2, solids  5.3, 6.3, walls
     break_solids(plan, sim);             // fracture   5.6

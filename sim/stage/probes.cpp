@@ -161,17 +161,18 @@ std::int64_t nearest_id(const Probes::Entry& e, const Particles& p) {
     return found;
 }
 
-/// What was counted since the frame before, a second; none in the first frame.
-std::optional<double> mean_rate(const Simulation& sim, double counted) {
+/// What passed since the frame before, a second.
+double mean_rate(const Simulation& sim, double counted) {
     const scene::Frames& frames = sim.problem.scene.frames;
     const double span = sim.clock.frame > frames.first ? sim.clock.time - frame_time(frames, sim.clock.frame - 1) : 0;
-    return span > 0 ? std::optional(counted / span) : std::nullopt;
+    return span > 0 ? counted / span : 0;
 }
 
 std::optional<double> of_wall(const Simulation& sim, const scene::Probe& p, double counted) {
-    const std::optional<double> force = mean_rate(sim, counted);
-    if (!force || p.measure == Measure::wall_force) return force;
-    return -*force / pressed_area(p.radius, static_cast<double>(sim.problem.smoothing.support));
+    if (!(sim.probes.pressed > 0)) return std::nullopt;
+    const double force = counted / sim.probes.pressed;
+    if (p.measure == Measure::wall_force) return force;
+    return -force / pressed_area(p.radius, static_cast<double>(sim.problem.smoothing.support));
 }
 
 double count_of(const Simulation& sim, Measure what) {
@@ -241,7 +242,7 @@ std::vector<std::optional<double>> measure(Simulation& sim) {
                 break;
             }
             case Measure::flux:
-                values.push_back(mean_rate(sim, probes.counted[k]).value_or(0));
+                values.push_back(mean_rate(sim, probes.counted[k]));
                 break;
             case Measure::wall_force:
             case Measure::wall_pressure:
@@ -258,6 +259,7 @@ std::vector<std::optional<double>> measure(Simulation& sim) {
         }
     }
     std::fill(probes.counted.begin(), probes.counted.end(), 0.0);
+    probes.pressed = 0;
     return values;
 }
 

@@ -101,6 +101,7 @@ double frequency_of_sheet(double amplitude, const std::vector<std::string>& set)
         last = swelling;
         since = s.clock.time;
     }
+    EXPECT_GE(zeros.size(), 3u) << "it does not swing";
     if (zeros.size() < 3) return 0;
     return kPi * static_cast<double>(zeros.size() - 1) / (zeros.back() - zeros.front()) / omega;
 }

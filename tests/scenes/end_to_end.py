@@ -360,6 +360,7 @@ class Command(Case):
         self.assertEqual(out / "tiny.12fps.mov", film)
         brighter = call("thixo", "film", out, "--set", "look.output.exposure=1")
         self.assertEqual(out / "tiny.relit.mp4", pathlib.Path(brighter.stdout.strip()))
+        call("thixo", "verify", out)
         self.assertNotIn("is rendered", brighter.stderr)  # these pictures have no light groups, and need none
         first, second = (out / f / "beauty.0001.png" for f in ("frames", "frames.relit"))
         self.assertNotEqual(digest(first), digest(second))
@@ -368,6 +369,12 @@ class Command(Case):
         self.assertEqual(made, second.stat().st_mtime_ns)  # nothing is made twice
         lit = call("thixo", "film", out, "--restart", "--frames", 1, "--set", "look.lights.lamp.strength=3")
         self.assertIn("no light groups", lit.stderr)
+        part = call("thixo", "film", out, "--frames", "2-3")
+        self.assertEqual(out / "tiny.2-3.mp4", pathlib.Path(part.stdout.strip()))
+        (out / "frames/beauty.0002.png").unlink()
+        self.assertIn("1 of 6 frames have no picture", call("thixo", "film", out).stderr)
+        call("thixo", "film", out, "--frames", "99", code=4)
+        call("thixo", "film", out, "--restart", code=2)
         call("thixo", "film", out, "--look", self.folder / "none.yaml", code=4)
 
     def test_output_goes_to_out_below_the_current_folder(self):

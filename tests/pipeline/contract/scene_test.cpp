@@ -387,7 +387,9 @@ TEST(Scene, KeysThatAProbesMeasureDoesNotReadAreTold) {
     EXPECT_EQ(told("measure: mean, quantity: angular_z, position: [1, 0, 0]"), "");
     EXPECT_EQ(told("measure: mean, quantity: z, position: [1, 0, 0]"),
               "probes.p.position does nothing with `measure: mean`\n");
-    EXPECT_EQ(told("measure: wall_pressure, position: [1, 0, 0], direction: [1, 0, 0], radius: 1"), "");
+    EXPECT_EQ(told("measure: wall_pressure, position: [1, 0, 0], direction: [1, 0, 0], radius: 1"),
+              "probes.p measures what presses on walls, and there is none\n");
+    EXPECT_THROW(told("measure: wall_pressure"), InputError);
     EXPECT_EQ(told("measure: bodies, material: water, quantity: z, region: {sphere: {radius: 1}}"),
               "probes.p.quantity does nothing with `measure: bodies`\n"
               "probes.p.material does nothing with `measure: bodies`\n"

@@ -102,7 +102,7 @@ std::vector<double> numbers_of(const PointSet& points, const Attribute& attribut
 }
 
 /// The largest difference between numbers and numbers in units of `unit`. Axes of discs have no sign: where rounding
-/// decides it, t1 and t2 may both turn round.
+/// decides it, t1 and t2 may turn round.
 double worst_of(const std::string& attribute, const std::vector<double>& a, const std::vector<double>& b, double unit) {
     const bool axis = attribute == "t1" || attribute == "t2";
     const std::size_t group = axis ? 3 : 1;
@@ -116,6 +116,16 @@ double worst_of(const std::string& attribute, const std::vector<double>& a, cons
         worst = std::max(worst, axis ? std::min(along, against) : along);
     }
     return worst;
+}
+
+/// t1 x t2 of every disc: both turn round, or neither.
+std::vector<Vec3d> sides_of(const PointSet& points) {
+    std::vector<Vec3d> sides;
+    if (!points.find("t1")) return sides;
+    const std::vector<double> t1 = numbers_of(points, *points.find("t1")), t2 = numbers_of(points, *points.find("t2"));
+    for (std::size_t k = 0; k < t1.size(); k += 3)
+        sides.push_back(Vec3d(t1[k], t1[k + 1], t1[k + 2]).cross(Vec3d(t2[k], t2[k + 1], t2[k + 2])));
+    return sides;
 }
 
 /// Every number of both point sets agrees to a part in 10^5 of the largest one of its attribute.
@@ -132,6 +142,8 @@ void expect_alike(const PointSet& usual, const PointSet& scaled, const Scale& sc
         }
         EXPECT_LE(worst_of(attribute.name, a, b, unit), 1e-5 * largest) << what << ' ' << attribute.name;
     }
+    const std::vector<Vec3d> a = sides_of(usual), b = sides_of(scaled);
+    for (std::size_t k = 0; k < a.size(); ++k) EXPECT_GT(a[k].normalized().dot(b[k].normalized()), 0.99) << what << k;
 }
 
 /// The ends of the range of solver.spacing, and everyday sizes that are powers of 4 away from them.

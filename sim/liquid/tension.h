@@ -45,8 +45,8 @@ struct TensionScratch {
 /// The second term, a smaller part of the energy, pulls on particles that lack neighbours: single drops hold on to the
 /// others. TensionScale chooses a and b for settled drops of 7 to 11 spacings. These have the tension gamma of the
 /// scene, within a tenth with `dfsph`, a quarter with `eos` (gate drop). Smaller drops have more, and so have thick
-/// liquids at rest. Agitated liquids have less: waves on a sheet swing as if by half to three quarters of the tension
-/// (report capillary wave). Pair forces inside a liquid vanish but for its disorder. The cohesion of
+/// liquids at rest. Agitated liquids have less: waves on a sheet swing as if by 0.6 to 0.73 of the tension (report
+/// capillary wave). Pair forces inside a liquid vanish but for its disorder. The cohesion of
 /// dissertation 4.15, as any pairwise attraction of its range, needs an inner pressure of dozens of times that of a
 /// drop. Particles under it are as stiff as a soft solid, and drops do not swing. Pair forces are opposite: linear
 /// momentum is conserved. The stencil of i has a torque V_i a_i where S_i does not share its axes with the

@@ -155,8 +155,8 @@ void solve_pressure(Simulation& sim, double dt) {
                 sim.stats.density);
 }
 
-/// The push of liquids on walls in this step: the reaction to the walls' part of the force of pressure on each particle,
-/// and to their adhesion. Nothing of what an emitter drives acts on it, or on the walls.
+/// The push of liquids on walls in this step. It is the reaction to the walls' part of the force of pressure on each
+/// particle, and to their adhesion. Nothing of it acts on what an emitter drives.
 void press_walls(const Plan& plan, const std::vector<Index>& driven, double dt, Simulation& sim) {
     if (!plan.liquid || sim.walls.list.empty() || !sim.probes.needs_pushes()) return;
     const Particles& p = sim.particles;

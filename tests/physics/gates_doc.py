@@ -30,7 +30,7 @@ solver's tolerance changes that. A support of 2.5 spacings halves the error of t
 distribution (Lind et al. 2012) leave the period as it is, and take away more of the height.
 
 Capillary waves are reported, too. The scale of the tension is that of drops of 7 to 11 spacings at rest. Waves on a flat sheet swing as
-if by half to three quarters of it: least where the liquid is thin and the wave high. Two energies of the surface were tried in its place,
+if by 0.6 to 0.73 of it: least where the liquid is thin and the wave high. On a sheet that has not settled it is half. Two energies of the surface were tried in its place,
 of the gradient and of the lack of the colour. Sheets under the first fly apart, and under the second no longer swing.
 
 | law | quantity | measured | reference | tolerance | source |

@@ -22,8 +22,8 @@ function(thixo_precompiled name header_target)
   endif()
 endfunction()
 
-# Sources of one target are compiled eight at a time. Templates that they share are then instantiated once: the whole build takes half as
-# long. A name at file scope must therefore be the only one of its target.
+# Sources of one target are compiled eight at a time. Templates that they share are then instantiated once, which takes half of the time for
+# pipeline/. A name at file scope must therefore be the only one of its target.
 option(THIXO_UNITY "Compile sources of a target together" OFF)
 function(thixo_together name sources)
   list(LENGTH sources count)

@@ -7,7 +7,7 @@
 
 namespace thixo {
 
-/// h264: for every player; h265: half the size; prores: for cutting, 4:2:2 with 10 bits, some fifty times the size.
+/// h264: for every player; h265: smaller; prores: for cutting, 4:2:2 with 10 bits, far larger.
 enum class Codec { h264, h265, prores };
 inline const std::vector<std::string> kCodecs{"h264", "h265", "prores"};
 /// Throws InputError for another word.

@@ -33,8 +33,10 @@ std::vector<int> frames_of(const Command& command, const CacheReader& cache, con
 
 /// What a command that changes the look leaves to do first: pictures of that look, mixed or rendered.
 std::optional<RenderArgs> pictures_first(const Command& command, const Job& job) {
-    if (command.set.empty() && command.restart)
-        throw InputError("film: --restart goes with --set; without it the frames are shown as they are");
+    const bool draft = command.draft && !job.scene;  // of a scene it chooses the folder
+    if (command.set.empty() && (command.restart || draft))
+        throw InputError("film: --{} goes with --set; without it the frames are shown as they are",
+                         command.restart ? "restart" : "draft");
     if (command.set.empty()) return std::nullopt;
     if (!command.look.empty())
         throw InputError("film: --look shows the frames of a look as they are; change the look file in place of --set");

@@ -375,6 +375,7 @@ class Command(Case):
         self.assertIn("1 of 6 frames have no picture", call("thixo", "film", out).stderr)
         call("thixo", "film", out, "--frames", "99", code=4)
         call("thixo", "film", out, "--restart", code=2)
+        call("thixo", "film", out, "--draft", code=2)
         call("thixo", "film", out, "--look", self.folder / "none.yaml", code=4)
 
     def test_output_goes_to_out_below_the_current_folder(self):

@@ -71,8 +71,8 @@ void expect_energy_kept(const std::string& what, const std::vector<std::string>&
 }
 
 TEST(Rebound, KeepsTheEnergyAtAnyStiffness) {
-    for (const std::string& stiffness : {"1e5", "1e6"})
-        for (const std::string& spacing : {"0.01", "0.00625"})
+    for (const std::string stiffness : {"1e5", "1e6"})
+        for (const std::string spacing : {"0.01", "0.00625"})
             expect_energy_kept("rebound, E = " + stiffness + " Pa, spacing " + spacing + " m",
                                {"materials.rubber.youngs_modulus=" + stiffness, "solver.spacing=" + spacing});
     expect_energy_kept("rebound, E = 1e5 Pa, steps of 0.1 ms", {"solver.time_step.maximum=1e-4"});

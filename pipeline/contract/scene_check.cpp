@@ -344,6 +344,27 @@ void check_sampling(const Scene& scene, const Checker& check) {
     }
 }
 
+/// What solids in a periodic domain cannot do yet. They are one prism without ends (sim/space/endless.h).
+template <class Find>
+void check_endless(const Scene& scene, const Find& find, const Checker& check) {
+    if (scene.world.periodic.empty()) return;
+    const auto refuse = [&](bool has, const std::string& path, const std::string& what) {
+        check.require(!has, path, what + " in a periodic domain is not supported yet");
+    };
+    int solids = 0;
+    for (const Body& b : scene.bodies) {
+        const auto m = find(b.material);
+        if (m == scene.materials.end() || !m->elastic.solid()) continue;
+        const std::string path = "bodies." + b.name;
+        refuse(++solids > 1, path + ".material", "a second solid");
+        refuse(m->melting.any(), path + ".material", "a solid that melts");
+        refuse(m->fracture.any(), path + ".material", "a solid that breaks");
+        refuse(b.sampling.lattice != Lattice::hexagonal, path + ".sampling.lattice", "a solid on such a lattice");
+    }
+    refuse(!scene.blades.empty(), "world.periodic", "a blade");
+    refuse(scene.solver.solids != SolidSteps::leapfrog, "solver.solids", "a solid in implicit steps");
+}
+
 /// What solids cannot do yet, told before anything is computed.
 void check_solids(const Scene& scene, const Checker& check) {
     const auto find = [&](const std::string& material) {
@@ -369,7 +390,7 @@ void check_solids(const Scene& scene, const Checker& check) {
     check.require(!flows || scene.solver.solids == SolidSteps::leapfrog, "solver.solids",
                   "implicit solids together with liquids, emitters and what melts are not supported yet",
                   "write solids: leapfrog");
-    check.require(scene.world.periodic.empty(), "world.periodic", "solids in a periodic domain are not supported yet");
+    check_endless(scene, find, check);
 }
 
 void check_emitter(const Emitter& e, const std::vector<std::string>& materials, const Checker& check) {

@@ -13,6 +13,7 @@ namespace {
 struct Bond {
     Index neighbour;
     Real weight, weight_back, base, base_back, visibility;
+    Vec3 across{0, 0, 0};
 };
 using BondLists = std::vector<std::vector<Bond>>;
 
@@ -22,9 +23,10 @@ BondLists unpack(const Bonds& bonds) {
     parallel_for(lists.size(), [&](std::size_t i) {
         for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k)
             if (const Index j = bonds.neighbour[k]; j != i)
-                lists[i].push_back({j, bonds.weight[k], bonds.weight_back[k], has_base ? bonds.base[k] : Real(0),
-                                    has_base ? bonds.base_back[k] : Real(0),
-                                    has_visibility ? bonds.visibility[k] : Real(1)});
+                lists[i].push_back(
+                    {j, bonds.weight[k], bonds.weight_back[k], has_base ? bonds.base[k] : Real(0),
+                     has_base ? bonds.base_back[k] : Real(0), has_visibility ? bonds.visibility[k] : Real(1),
+                     bonds.wrap() ? Vec3(bonds.across[0][k], bonds.across[1][k], bonds.across[2][k]) : Vec3(0, 0, 0)});
     });
     return lists;
 }
@@ -40,6 +42,8 @@ void pack(const BondLists& lists, Bonds& bonds) {
     for (auto* array : {&bonds.weight, &bonds.weight_back}) array->assign(total, 0);
     for (auto* array : {&bonds.base, &bonds.base_back}) array->assign(has_base ? total : 0, 0);
     bonds.visibility.assign(has_visibility ? total : 0, 1);
+    const bool wrap = bonds.wrap();
+    for (auto& array : bonds.across) array.assign(wrap ? total : 0, 0);
     parallel_for(n, [&](std::size_t i) {
         std::size_t k = bonds.begin[i];
         for (const Bond& bond : lists[i]) {
@@ -48,6 +52,8 @@ void pack(const BondLists& lists, Bonds& bonds) {
             bonds.weight_back[k] = bond.weight_back;
             if (has_base) bonds.base[k] = bond.base, bonds.base_back[k] = bond.base_back;
             if (has_visibility) bonds.visibility[k] = bond.visibility;
+            if (wrap)
+                for (int a = 0; a < 3; ++a) bonds.across[static_cast<std::size_t>(a)][k] = bond.across[a];
             ++k;
         }
         while (k < bonds.begin[i + 1]) bonds.neighbour[k++] = static_cast<Index>(i);

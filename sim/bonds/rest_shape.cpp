@@ -9,21 +9,42 @@
 namespace thixo {
 namespace {
 
+struct Neighbour {
+    Index element;
+    Vec3 across;  // periods on the way to it [m]
+};
+
+/// The images of an endless body's elements across periodic faces, within `reach` [m] of them.
+Ghosts images_of(const SolidBody& body, const std::vector<Vec3>& rest, Real reach, const Periodic& periodic) {
+    Ghosts images;
+    if (!body.endless) return images;
+    std::vector<Vec3> place = rest;
+    for (Vec3& x : place) x += body.origin;
+    find_ghosts(periodic, place, reach, images);
+    return images;
+}
+
 /// Appends the neighbours of the elements of one body to `lists`, from the body's first element on.
-void list_body(const SolidBody& body, const Elements& elements, const std::function<bool(Index, Index)>& hang_together,
-               std::vector<std::vector<Index>>& lists) {
+void list_body(const SolidBody& body, const Elements& elements, const Periodic& periodic,
+               const std::function<bool(Index, Index, const Vec3&)>& hang_together,
+               std::vector<std::vector<Neighbour>>& lists) {
     if (!body.shaped() || body.empty()) return;
-    const std::vector<Vec3> place = rest_places(body, elements);
+    std::vector<Vec3> place = rest_places(body, elements);
     Real widest = 0;
     for (const Index i : body.elements) widest = std::max(widest, elements.support[i]);
+    const Ghosts images = images_of(body, place, widest, periodic);
+    for (std::size_t g = 0; g < images.size(); ++g) place.push_back(place[images.source[g]] + images.shift[g]);
     PointGrid grid;
     grid.build(place, widest);
     parallel_for(body.size(), [&](std::size_t k) {
         const Index i = body.elements[k];
         grid.for_each_neighbour(place[k], widest, [&](Index near, Real r2) {
-            const Index j = body.elements[near];
+            const bool image = near >= body.size();
+            const Index j = body.elements[image ? images.source[near - body.size()] : near];
             if (j == i || !(r2 < square((elements.support[i] + elements.support[j]) / 2))) return;
-            if (!hang_together || hang_together(std::min(i, j), std::max(i, j))) lists[i].push_back(j);
+            const Vec3 way = place[near] - place[k];
+            if (hang_together && !hang_together(std::min(i, j), std::max(i, j), i < j ? way : Vec3(-way))) return;
+            lists[i].push_back({j, image ? images.shift[near - body.size()] : Vec3(0, 0, 0)});
         });
     });
 }
@@ -31,9 +52,8 @@ void list_body(const SolidBody& body, const Elements& elements, const std::funct
 Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
     Mat3d a = Mat3d::Zero();
     first.setZero();
-    const Vec3d m = xyz(elements.rest[i]).cast<double>();
     for (std::size_t k = elements.bonds.begin[i]; k < elements.bonds.begin[i + 1]; ++k) {
-        const Vec3d r = xyz(elements.rest[elements.bonds.neighbour[k]]).cast<double>() - m;
+        const Vec3d r = bond_vector(elements, i, k);
         const double w = static_cast<double>(elements.bonds.weight[k]);
         a += w * r * r.transpose();
         first += w * r;
@@ -45,13 +65,14 @@ Mat3d moment_matrix(const Elements& elements, std::size_t i, Vec3d& first) {
 
 Real rest_weight(Real hi, Real hj, Real r) { return weight_unit(hi) * (cube(hj / hi) * Spiky((hi + hj) / 2).value(r)); }
 
-void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements, const HangTogether& hang_together) {
+void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements, const HangTogether& hang_together,
+                          const Periodic& periodic) {
     const std::size_t n = elements.size();
-    std::vector<std::vector<Index>> lists(n);
+    std::vector<std::vector<Neighbour>> lists(n);
     for (std::size_t b = 0; b < bodies.size(); ++b)
-        list_body(bodies[b], elements,
-                  hang_together ? [&](Index i, Index j) { return hang_together(b, i, j); }
-                                : std::function<bool(Index, Index)>(),
+        list_body(bodies[b], elements, periodic,
+                  hang_together ? [&](Index i, Index j, const Vec3& way) { return hang_together(b, i, j, way); }
+                                : std::function<bool(Index, Index, const Vec3&)>(),
                   lists);
     Bonds& bonds = elements.bonds;
     bonds.changed();
@@ -61,12 +82,16 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
     bonds.neighbour.resize(bonds.begin[n]);
     bonds.weight.assign(bonds.begin[n], 0);
     bonds.weight_back.assign(bonds.begin[n], 0);
+    const bool wrap = std::ranges::any_of(bodies, &SolidBody::endless);
+    for (auto& array : bonds.across) array.assign(wrap ? bonds.begin[n] : 0, 0);
     parallel_for(n, [&](std::size_t i) {
         std::size_t k = bonds.begin[i];
-        for (const Index j : lists[i]) {
-            const Real r = (xyz(elements.rest[j]) - xyz(elements.rest[i])).norm();
+        for (const auto& [j, across] : lists[i]) {
+            const Real r = (xyz(elements.rest[j]) + across - xyz(elements.rest[i])).norm();
             bonds.weight[k] = rest_weight(elements.support[i], elements.support[j], r);
             bonds.weight_back[k] = rest_weight(elements.support[j], elements.support[i], r);
+            if (wrap)
+                for (int a = 0; a < 3; ++a) bonds.across[static_cast<std::size_t>(a)][k] = across[a];
             bonds.neighbour[k++] = j;
         }
         while (k < bonds.begin[i + 1]) bonds.neighbour[k++] = static_cast<Index>(i);
@@ -75,11 +100,11 @@ void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elemen
 
 HangTogether hang_together_in_shapes(const Solids& solids) {
     constexpr Real kOutside = Real(0.25);
-    return [&solids](std::size_t b, Index i, Index j) {
+    return [&solids](std::size_t b, Index i, Index j, const Vec3& way) {
         const Elements& e = solids.elements;
         const SolidBody& body = solids.bodies[b];
         if (!body.shape) return true;
-        const Vec3 from = xyz(e.rest[i]), way = xyz(e.rest[j]) - from;
+        const Vec3 from = xyz(e.rest[i]);
         const Real outside = kOutside * std::cbrt(e.volume[i]);
         // The depth changes by no more than the way: most pairs lie too deep to leave the shape between them.
         if (e.depth[i] + e.depth[j] + 2 * outside >= way.norm()) return true;

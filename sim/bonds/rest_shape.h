@@ -4,12 +4,13 @@
 #include <functional>
 
 #include "pipeline/geometry/power_of_two.h"
+#include "sim/space/periodic.h"
 #include "sim/state/solids.h"
 
 namespace thixo {
 
-/// Whether elements i < j of a body (by its index) are connected by matter all the way between them.
-using HangTogether = std::function<bool(std::size_t, Index, Index)>;
+/// Whether elements i < j of a body (by its index) are connected by matter all the way from i to j [m].
+using HangTogether = std::function<bool(std::size_t, Index, Index, const Vec3&)>;
 
 /// Two elements of a body are connected where every place between them lies in the body's rest shape. Places outside
 /// count as inside up to a part of a particle's width. No bond reaches across the gap between two limbs. This is the
@@ -21,9 +22,10 @@ HangTogether hang_together_in_shapes(const Solids& solids);
 /// Where sizes change, matter counts by its volume, and both ends see each other alike. The forces of a uniform stress
 /// then nearly balance there, as they do where sizes are equal. The dissertation takes h_i alone. With that, a ball
 /// sampled by an octree was squashed a sixth deeper on a floor than one of a packing, and rose less high.
-/// Pairs that `hang_together` denies are no neighbours. Without it, all are connected.
+/// Pairs that `hang_together` denies are no neighbours. Without it, all are connected. Endless bodies are bonded across
+/// the faces of `periodic`, in the world at time 0.
 void find_rest_neighbours(const std::vector<SolidBody>& bodies, Elements& elements,
-                          const HangTogether& hang_together = nullptr);
+                          const HangTogether& hang_together = nullptr, const Periodic& periodic = {});
 
 /// A power of two near h^3 [m^3], by which all weights of a stencil are multiplied. Forces do not depend on it. Without
 /// it a modulus times five lengths would leave the range of a float where the spacing is a micrometre or a kilometre.

@@ -20,6 +20,13 @@ struct StressScratch {
     std::vector<Vec3> own;  // [N]
 };
 
+/// Adds the periods that bonds k, k + 1, ... go across.
+inline void add_periods(const Bonds& bonds, std::size_t k, Lanes& x, Lanes& y, Lanes& z) {
+    x += load(bonds.across[0].data() + k);
+    y += load(bonds.across[1].data() + k);
+    z += load(bonds.across[2].data() + k);
+}
+
 /// sum_j w_ij (a_j - a_i) r_ij^T and sum_j w_ij (a_j - a_i) of a vector field.
 struct Differences {
     Mat3 outer;
@@ -27,6 +34,7 @@ struct Differences {
 };
 inline Differences differences(const Elements& e, std::size_t i, const Quad* field) {
     const Quad m = e.rest[i], a = field[i];
+    const bool wrap = e.bonds.wrap();
     Lanes s[3][3]{}, t[3]{};
     for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; k += kLanes) {
         const Index* j = e.bonds.neighbour.data() + k;
@@ -37,6 +45,7 @@ inline Differences differences(const Elements& e, std::size_t i, const Quad* fie
         x -= m.x;
         y -= m.y;
         z -= m.z;
+        if (wrap) add_periods(e.bonds, k, x, y, z);
         const Lanes d[3] = {w * (ax - a.x), w * (ay - a.y), w * (az - a.z)};
         for (int c = 0; c < 3; ++c) {
             s[c][0] += d[c] * x;
@@ -71,6 +80,7 @@ inline Mat3 cofactors(const Mat3& j) {
 inline Vec3 force_of_neighbours(const Elements& e, const StencilForce* stencil, std::size_t i) {
     const StencilForce& own = stencil[i];
     const Quad* first = stencil->row;
+    const bool wrap = e.bonds.wrap();
     Lanes fx{}, fy{}, fz{};
     alignas(32) Index at[kLanes];
     for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; k += kLanes) {
@@ -81,6 +91,7 @@ inline Vec3 force_of_neighbours(const Elements& e, const StencilForce* stencil, 
         x -= own.place.x;
         y -= own.place.y;
         z -= own.place.z;
+        if (wrap) add_periods(e.bonds, k, x, y, z);
         gather(first, at, tx, ty, tz, u);
         fx += w * (c * (u - own.row[0].w) - (tx * x + ty * y + tz * z));
         gather(first + 1, at, tx, ty, tz, u);

@@ -151,7 +151,7 @@ ContactSamples sample_bodies(const std::vector<std::uint8_t>& which, std::uint64
         const auto number = static_cast<std::int32_t>(b);
         // A single body without walls meets nothing but itself, element by element.
         const bool others = solids.bodies.size() > 1 || solids.contacts.beside_walls;
-        const bool meets = others && solids.bodies[b].shape && !solids.bodies[b].empty();
+        const bool meets = others && solids.bodies[b].shape && !solids.bodies[b].empty() && !solids.bodies[b].endless;
         if (meets && which[b])
             sample_body(number, solids, seed, samples);
         else if (meets)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/contact/stiffness.h"
+#include "sim/space/periodic.h"
 #include "sim/space/walls.h"
 #include "sim/state/solids.h"
 
@@ -31,10 +32,10 @@ struct ElementBesideWalls {
 ///     f_t <= mu f_n
 /// It can hold without creep, and never reverses the motion. No element of any layer drifts into the wall: its inward
 /// motion ends there. In and out: u [m] and v [m/s] in the body's frame, v after the kick by all other forces.
-inline void push_off_walls(const Walls& walls, const ElementBesideWalls& element, Real kick, Real drift,
-                           WallCursor& cursor, Vec3& u, Vec3& v) {
+inline void push_off_walls(const Walls& walls, const Periodic& periodic, const ElementBesideWalls& element, Real kick,
+                           Real drift, WallCursor& cursor, Vec3& u, Vec3& v) {
     const auto& [law, pose, e, i, layer] = element;
-    const Vec3 x = pose.turn * (xyz(e.rest[i]) + u) + pose.place;
+    const Vec3 x = periodic.wrapped(pose.turn * (xyz(e.rest[i]) + u) + pose.place);
     const Vec3 slow = xyz(e.velocity[i]);
     const Real spring = contact_stiffness(law, e.volume[i], e.mass[i]);
     for (std::size_t k = 0; k < walls.list.size(); ++k) {

@@ -15,7 +15,7 @@ Real rest_share(const Elements& e, const Poly6& kernel, std::size_t i) {
         const Index j = e.bonds.neighbour[k];
         if (j == i) continue;
         const Real solid = std::min(own, e.solidity(j));
-        sum += e.volume[j] * solid * kernel.value((xyz(e.rest[j]) - xyz(e.rest[i])).squaredNorm());
+        sum += e.volume[j] * solid * kernel.value(bond_vector(e, i, k).cast<Real>().squaredNorm());
     }
     return sum;
 }

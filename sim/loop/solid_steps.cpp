@@ -69,7 +69,7 @@ void update_laws(const Problem& problem, double time, Solids& solids) {
 /// One sub-step of leapfrog, with the walls:
 ///     v(t + dt/2) = v(t - dt0/2) + (dt0 + dt)/2 (f/m + a_np)
 ///     x(t + dt) = x(t) + dt v(t + dt/2)
-void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
+void leapfrog_elements(const Walls& walls, const Periodic& periodic, double dt, Solids& solids) {
     Elements& e = solids.elements;
     const Real kick = static_cast<Real>(0.5 * (solids.last_dt + dt)), drift = static_cast<Real>(dt);
     const std::vector<BodyPose> poses = poses_of(solids.bodies);
@@ -84,8 +84,9 @@ void leapfrog_elements(const Walls& walls, double dt, Solids& solids) {
                 Vec3 v = before + kick * (solids.force[i] / e.mass[i] + solids.external[i]);
                 Vec3 u = xyz(e.displacement[i]);
                 if (!walls.list.empty())
-                    push_off_walls(walls, {contact_law(solids, i), poses[owner], e, i, layer_beside_walls(solids, i)},
-                                   kick, drift, cursor, u, v);
+                    push_off_walls(walls, periodic,
+                                   {contact_law(solids, i), poses[owner], e, i, layer_beside_walls(solids, i)}, kick,
+                                   drift, cursor, u, v);
                 else
                     u += drift * v;
                 e.acceleration[i] = (v - before) / kick;
@@ -152,7 +153,7 @@ void leapfrog_through(const SolidStep& whole, Walls& walls, Solids& solids, Soli
             ScopedTimer timer(report.contact_seconds);
             add_contact_forces(walls, step, solids);
         }
-        leapfrog_elements(walls, step, solids);
+        leapfrog_elements(walls, whole.problem.periodic, step, solids);
         now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
         move_held(now, step, solids);
         drift_flow(step, solids);

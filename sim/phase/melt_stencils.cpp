@@ -34,10 +34,9 @@ Symmetric times(Real f, const Symmetric& a) { return {f * a.xx, f * a.yy, f * a.
 /// Times a modulus this is what a stencil with few or one-sided neighbours adds to omega^2.
 double unevenness(const Elements& e, std::size_t i) {
     const Mat3 inverse = matrix(e.bonds.moment[i].inverse);
-    const Vec3 m = xyz(e.rest[i]);
     Real sum = 0;
     for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k)
-        sum += (e.bonds.weight[k] * (inverse * (xyz(e.rest[e.bonds.neighbour[k]]) - m))).squaredNorm();
+        sum += (e.bonds.weight[k] * (inverse * bond_vector(e, i, k).cast<Real>())).squaredNorm();
     return static_cast<double>(e.volume[i] / e.mass[i] * sum);
 }
 

@@ -183,7 +183,7 @@ void see(const Elements& e, const std::vector<Corner>& corner, std::size_t i, Se
                 difference[seen.find(corners(j)[c].node)] += static_cast<double>(corners(j)[c].weight);
             if (own[c].weight > 0) difference[seen.find(own[c].node)] -= static_cast<double>(own[c].weight);
         }
-        const Vec3d r = xyz(e.rest[j]).cast<double>() - xyz(e.rest[i]).cast<double>();
+        const Vec3d r = bond_vector(e, i, k);
         for (std::size_t a = 0; a < n; ++a) {
             if (difference[a] == 0) continue;
             seen.moment[a] += w * difference[a] * r;

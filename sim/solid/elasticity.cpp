@@ -157,8 +157,8 @@ double elastic_energy_of(const StressLaw& law, const Elements& e, std::size_t i)
     double residual = 0;
     for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
         const Index j = e.bonds.neighbour[k];
-        const Vec3 r = xyz(e.rest[j]) - xyz(e.rest[i]), u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
-        residual += static_cast<double>(e.bonds.weight[k] * (u - h * r).squaredNorm());
+        const Vec3 u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
+        residual += static_cast<double>(e.bonds.weight[k] * (u - h * bond_vector(e, i, k).cast<Real>()).squaredNorm());
     }
     return static_cast<double>(e.quadrature[i]) * density + 0.5 * static_cast<double>(e.rest[i].w) * residual;
 }

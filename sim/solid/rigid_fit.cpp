@@ -44,7 +44,8 @@ void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements, const s
             Sums{});
         if (!(sum.mass > 0)) continue;
         const Vec3d mbar = sum.rest / sum.mass, ybar = mbar + sum.shift / sum.mass;
-        const Mat3d turn = fitting_rotation(sum.spread - sum.mass * mbar * ybar.transpose());
+        const Mat3d turn =
+            body.endless ? Mat3d::Identity().eval() : fitting_rotation(sum.spread - sum.mass * mbar * ybar.transpose());
         // The new pose (turn, shift) within the old frame: y = turn m' + shift.
         const Vec3d shift = ybar - turn * mbar;
         const Mat3d back = turn.transpose(), change = back - Mat3d::Identity();

@@ -64,7 +64,7 @@ Mat3 block_of(const std::vector<StressLaw>& laws, const Elements& e, std::size_t
         weights += e.bonds.weight[k];
         const Real w = e.bonds.weight_back[k];
         if (!(w > 0)) continue;
-        const Vec3 r = xyz(e.rest[i]) - xyz(e.rest[j]);
+        const Vec3 r = -bond_vector(e, i, k).cast<Real>();
         const Vec3 c = w * (matrix(e.bonds.moment[j].inverse) * r);
         add_block(laws[e.law_of(j)], e, j, c, block);
         elsewhere += e.rest[j].w * (w - w * r.dot(c));

@@ -8,6 +8,7 @@
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/shapes.h"
+#include "sim/space/endless.h"
 
 namespace thixo {
 namespace {
@@ -195,12 +196,13 @@ SampledVolume pack_solid(const Shape& shape, Real spacing, const Periodic& perio
     const Shape lying = periodic.any() ? shape : transformed(shape, 1, turn, turn * -centre);
     const Fit fit = fit_to_box(*lying.bounds(), spacing, kSolidMargin, periodic, !periodic.any());
     const Vec3d cell = packing_steps(spacing).cwiseProduct(fit.stretch);
+    const Shape filled = periodic.any() ? endless(shape, periodic) : lying;
     SampledVolume sites;
     sites.position = sites_in(lying, spacing, fit, anywhere, periodic).position;
     sites.spacing.assign(sites.position.size(), spacing);
     sites.volume.resize(sites.position.size());
     parallel_for(sites.position.size(), [&](std::size_t k) {
-        sites.volume[k] = static_cast<Real>(volume_inside(lying, sites.position[k], cell));
+        sites.volume[k] = static_cast<Real>(volume_inside(filled, sites.position[k], cell));
     });
     if (periodic.any()) return sites;
     for (Vec3& x : sites.position) x = (turn.conjugate() * x.cast<double>() + centre).cast<Real>();

@@ -15,6 +15,7 @@
 #include "sim/liquid/tension.h"
 #include "sim/phase/phases.h"
 #include "sim/solid/laws.h"
+#include "sim/space/endless.h"
 #include "sim/space/sampling.h"
 #include "sim/space/scene_shapes.h"
 #include "sim/stage/probes.h"
@@ -134,6 +135,16 @@ void refuse_beyond_faces(const scene::Body& body, const Shape& shape, const Vec3
     }
 }
 
+/// Throws InputError where a solid ends between periodic faces: its ends would have to meet its own images.
+void refuse_ends(const scene::Body& body, const Shape& shape, const std::vector<Vec3>& sites, const Simulation& sim) {
+    const Periodic& periodic = sim.problem.periodic;
+    if (periodic.any() && !goes_through(shape, sites, sim.problem.smoothing.spacing, periodic))
+        throw InputError(
+            "{}: body '{}' does not go on from face to face of the periodic axes with one section; other solids in a "
+            "periodic domain are not supported yet",
+            body.shape.where, body.name);
+}
+
 void refuse_overlap(const scene::Body& body, const std::vector<Vec3>& sites, const Simulation& sim) {
     for (const Vec3& x : sites)
         if (wall_distance(sim.walls, x) < 0)
@@ -199,10 +210,15 @@ SampledVolume sample_solid(const scene::Body& body, const Shape& shape, SkinSetu
     SampledVolume sites = body.sampling.lattice == scene::Lattice::hexagonal ? pack_turned(body, shape, sim)
                                                                              : sample_cells(body, shape, d);
     if (sites.position.empty() || skins != SkinSetup::make) return sites;
+    const Periodic& periodic = sim.problem.periodic;
+    std::vector<Vec3> places;  // in the section, of an endless body
     std::vector<double> freedom;
-    for (std::size_t k = 0; k < sites.position.size(); ++k)
-        freedom.push_back(outer_freedom(static_cast<double>(-shape.distance(sites.position[k]) / sites.spacing[k])));
-    match_moments(sites.position, freedom, moments(shape, kMomentCell * static_cast<double>(d)), sites.volume);
+    for (std::size_t k = 0; k < sites.position.size(); ++k) {
+        places.push_back(in_section(sites.position[k], periodic));
+        freedom.push_back(outer_freedom(static_cast<double>(-shape.distance(places.back()) / sites.spacing[k])));
+    }
+    const ShapeMoments whole = moments(shape, kMomentCell * static_cast<double>(d));
+    match_moments(places, freedom, section_moments(whole, periodic), sites.volume);
     return sites;
 }
 
@@ -278,6 +294,7 @@ void add_body(const scene::Body& body, int number, SkinSetup skins, PlacedBodies
             "{}: body '{}' holds no particle at a spacing of {} m; lower solver.spacing or move it out of the wall",
             body.shape.where, body.name, d);
     if (solid) refuse_overlap(body, sites.position, sim);
+    if (solid) refuse_ends(body, shape, sites.position, sim);
     const Vec3d centre = centre_of_mass(sites);
     const Mat3d gradient = body.velocity_gradient.matrix();
     const std::size_t first = sim.particles.size();
@@ -359,7 +376,7 @@ Simulation make_simulation(const scene::Scene& in_world, SkinSetup skins) {
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
         add_body(scene.bodies[b], static_cast<int>(b), skins, placed, sim);
     sim.probes = make_probes(scene, sim.particles);
-    sim.solids = make_solids(scene, smoothing, sim.particles);
+    sim.solids = make_solids(scene, smoothing, sim.problem.periodic, sim.particles);
     make_phases(scene, sim.problem.materials, smoothing, sim.particles, sim.solids);
     locate_particles(sim.particles, sim.solids);
     if (scene.surface.enabled && skins == SkinSetup::make) sim.embedded = make_embedded_surface(scene, sim.solids);

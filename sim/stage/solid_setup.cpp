@@ -13,6 +13,7 @@
 #include "sim/bonds/rest_shape.h"
 #include "sim/contact/contact.h"
 #include "sim/solid/stable_step.h"
+#include "sim/space/endless.h"
 #include "sim/space/scene_shapes.h"
 #include "sim/surface/skin_sampling.h"
 
@@ -56,8 +57,8 @@ void refuse_thin(const scene::Scene& scene, const scene::Body& source, const Sol
     if (scene.bodies.size() > 1) sample_surface(*body.shape, contact_sampling(body, e, scene.solver.seed));
 }
 
-void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& smoothing, const Particles& particles,
-              Solids& s) {
+void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& smoothing, const Periodic& periodic,
+              const Particles& particles, Solids& s) {
     const scene::Body& source = scene.bodies[static_cast<std::size_t>(number)];
     const auto material = std::ranges::find(scene.materials, source.material, &scene::Material::name);
     if (material == scene.materials.end() || !material->elastic.solid()) return;
@@ -74,7 +75,9 @@ void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& s
     centre /= mass;
     body.place = centre;
     body.origin = centre.cast<Real>();
+    body.endless = periodic.any();
     body.shape = make_shape(scene, source.shape);
+    if (body.endless) body.shape = endless(*body.shape, periodic);
     for (const Index k : order) {
         const Index i = append_element(e, particles.id[k], static_cast<std::int32_t>(s.bodies.size()));
         e.rest[i] = quad((particles.position[k].cast<double>() - centre).cast<Real>());
@@ -126,7 +129,7 @@ PointMoments moments_of_strain(const Elements& e, Index i, const Mat3d& axes, co
     const Vec3d x = axes.transpose() * xyz(e.rest[i]).cast<double>();
     Mat3d place = x.transpose().replicate<3, 1>();  // row a: x_b as axis a finds it
     for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
-        const Vec3d r = axes.transpose() * (xyz(e.rest[e.bonds.neighbour[k]]) - xyz(e.rest[i])).cast<double>();
+        const Vec3d r = axes.transpose() * bond_vector(e, i, k);
         place += static_cast<double>(e.bonds.weight[k]) * (inverse * r).cwiseProduct(r) * r.transpose();
     }
     PointMoments out;
@@ -149,8 +152,9 @@ PointMoments moments_of_strain(const Elements& e, Index i, const Mat3d& axes, co
 /// Sets the volumes by which elements integrate stress: with them a body is as stiff in bending as its shape. By the
 /// volumes of matter a plate of n layers is too soft by about 3.4/n^2. Matter that melts keeps its own volumes, for its stencils do not
 /// stay.
-void weigh_elements(const scene::Scene& scene, Solids& s) {
+void weigh_elements(const scene::Scene& scene, const Periodic& periodic, Solids& s) {
     Elements& e = s.elements;
+    const Mat3d section = onto_section(periodic);
     for (const SolidBody& body : s.bodies) {
         const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.source)];
         const auto material = std::ranges::find(scene.materials, source.material, &scene::Material::name);
@@ -161,7 +165,7 @@ void weigh_elements(const scene::Scene& scene, Solids& s) {
         for (std::size_t k = 0; k < count; ++k) {
             const Index i = body.elements[k];
             const double v = static_cast<double>(volume[k] = e.volume[i]);
-            const Vec3d m = xyz(e.rest[i]).cast<double>();
+            const Vec3d m = section * xyz(e.rest[i]).cast<double>();
             shape += {v, v * m, v * m * m.transpose()};
         }
         const Eigen::SelfAdjointEigenSolver<Mat3d> principal(shape.second);
@@ -169,6 +173,8 @@ void weigh_elements(const scene::Scene& scene, Solids& s) {
         std::vector<PointMoments> points(count);
         parallel_for(count, [&](std::size_t k) {
             points[k] = moments_of_strain(e, body.elements[k], principal.eigenvectors(), reach2);
+            points[k].first = section * points[k].first;
+            points[k].second = section * points[k].second * section;
         });
         const double part = match_moments(points, shape, volume);
         if (part < kCoarse && reach2.minCoeff() < kSlender * reach2.maxCoeff())
@@ -180,7 +186,8 @@ void weigh_elements(const scene::Scene& scene, Solids& s) {
 
 }  // namespace
 
-Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const Particles& particles) {
+Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const Periodic& periodic,
+                   const Particles& particles) {
     Solids s;
     s.elements.hardens =
         std::ranges::any_of(scene.materials, [](const scene::Material& m) { return m.elastic.hardening > 0; });
@@ -190,15 +197,15 @@ Solids make_solids(const scene::Scene& scene, const Smoothing& smoothing, const 
         return material != scene.materials.end() && material->elastic.solid() && (material->fracture.any() || cut);
     });
     for (std::size_t b = 0; b < scene.bodies.size(); ++b)
-        add_body(scene, static_cast<std::int32_t>(b), smoothing, particles, s);
+        add_body(scene, static_cast<std::int32_t>(b), smoothing, periodic, particles, s);
     if (s.empty()) return s;
     if (scene.handles.size() > 255)
         throw InputError("the scene has {} handles; 255 are possible", scene.handles.size());
     s.next_body = static_cast<std::int32_t>(scene.bodies.size() + scene.emitters.size());
     make_contacts(scene, s);
-    find_rest_neighbours(s.bodies, s.elements, hang_together_in_shapes(s));
+    find_rest_neighbours(s.bodies, s.elements, hang_together_in_shapes(s), periodic);
     measure_moments(s.elements);
-    weigh_elements(scene, s);
+    weigh_elements(scene, periodic, s);
     for (const scene::Handle& h : scene.handles) s.handles.push_back(make_handle(scene, h, s));
     return s;
 }

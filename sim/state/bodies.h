@@ -38,6 +38,8 @@ struct SolidBody {
     bool scene_shape = true;           // the shape is the scene's, unchanged by splits
     std::vector<std::int32_t> cuts{};  // sheets along which the body was cut: it lies behind each
     Vec3 origin{0, 0, 0};              // of the material frame there [m]
+    // It goes on through periodic faces, and its shape with it. It never turns: its images would turn about themselves.
+    bool endless = false;
 
     std::size_t size() const { return elements.size(); }
     bool empty() const { return elements.empty(); }

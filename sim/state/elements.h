@@ -3,6 +3,7 @@
 // the order of the particles.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -53,6 +54,8 @@ struct Bonds {
     std::vector<Real> weight_back;      // w_ji, of j's stencil
     std::vector<Real> base, base_back;  // of the rest shape alone [1]
     std::vector<Real> visibility;       // the same in both directions: 1 visible, 0 behind a full crack [1]
+    // The periods that a bond goes across, along x, y, z [m]. Empty where no body goes on through periodic faces.
+    std::array<std::vector<Real>, 3> across;
     std::vector<RestMoment> moment;
     // Elements without rank 3, ascending, and their projection P = A A+.
     std::vector<std::pair<Index, Symmetric>> flat;
@@ -65,6 +68,7 @@ struct Bonds {
     std::uint64_t weakened = 0;
 
     std::size_t size() const { return begin.empty() ? 0 : begin.size() - 1; }
+    bool wrap() const { return !across[0].empty(); }
     void changed() { ++version, ++weights_version, weakened = 0; }
     void changed_by_cracks() { ++version, ++weights_version, ++weakened; }
 };
@@ -110,6 +114,13 @@ struct Elements {
     /// The share of the element that is bound to the rest shape [1].
     Real solidity(std::size_t i) const { return !softens ? Real(1) : phase[i] == Phase::solid ? 1 - melt[i] : Real(0); }
 };
+
+/// r_ij of bond k of element i in the rest shape [m]: to its neighbour, or to the neighbour's image across periodic faces.
+inline Vec3d bond_vector(const Elements& e, std::size_t i, std::size_t k) {
+    const Vec3d r = xyz(e.rest[e.bonds.neighbour[k]]).cast<double>() - xyz(e.rest[i]).cast<double>();
+    const auto& across = e.bonds.across;
+    return e.bonds.wrap() ? Vec3d(r + Vec3(across[0][k], across[1][k], across[2][k]).cast<double>()) : r;
+}
 
 template <class E, class F>
 void for_each_field(E& e, F&& f) requires requires {

@@ -85,12 +85,8 @@ double modulus_by_ringing(double f, double nu) {
     return 0.9465 * mass * square(f) / kHeight * cube(kLength / kHeight) * correction;
 }
 
-/// Modulus over the material's by how a beam of a spacing [m] rings, turned by degrees about x, y, z.
-double stiffness_in_bending(double spacing, const Vec3d& degrees) {
-    const auto turn =
-        std::to_string(degrees.x()) + "," + std::to_string(degrees.y()) + "," + std::to_string(degrees.z());
-    Simulation s = make_simulation(gate::load(
-        "free_beam", {"solver.spacing=" + std::to_string(spacing), "bodies.beam.shape.rotate=[" + turn + "]"}));
+/// The first frequency of a free beam, turned by degrees about x, y, z [1/s]; 0: it does not ring.
+double ringing(Simulation& s, const Vec3d& degrees) {
     Elements& e = s.solids.elements;
     const Quatd rotation = rotation_from_degrees(degrees);
     const Vec3d along = rotation * Vec3d::UnitX(), up = rotation * Vec3d::UnitZ();
@@ -115,8 +111,26 @@ double stiffness_in_bending(double spacing, const Vec3d& degrees) {
         last = now;
         since = time;
     }
-    if (zeros.size() < 3) return 0;
-    return modulus_by_ringing(1 / (zeros[2] - zeros[0]), 0.3) / kModulus;
+    return zeros.size() < 3 ? 0 : 1 / (zeros[2] - zeros[0]);
+}
+
+/// Modulus over the material's by how a beam of a spacing [m] rings, turned by degrees about x, y, z.
+double stiffness_in_bending(double spacing, const Vec3d& degrees) {
+    const auto turn =
+        std::to_string(degrees.x()) + "," + std::to_string(degrees.y()) + "," + std::to_string(degrees.z());
+    Simulation s = make_simulation(gate::load(
+        "free_beam", {"solver.spacing=" + std::to_string(spacing), "bodies.beam.shape.rotate=[" + turn + "]"}));
+    return modulus_by_ringing(ringing(s, degrees), 0.3) / kModulus;
+}
+
+TEST(FreeStrip, IsAsStiffInBendingAsPlaneStrainHasIt) {
+    // A plane beam of E/(1 - nu^2) and nu/(1 - nu), at two numbers of layers.
+    for (const std::string spacing : {"0.004", "0.003"}) {
+        Simulation s = make_simulation(gate::load("free_strip", {"solver.spacing=" + spacing}));
+        const double stiffness = modulus_by_ringing(ringing(s, {0, 0, 0}), 0.3 / 0.7) / (kModulus / (1 - square(0.3)));
+        gate::expect({"free strip in plane strain, spacing " + spacing + " m", "stiffness in bending over the law's",
+                      "1", stiffness, 1, 0.03, "ASTM E 1876, plane strain"});
+    }
 }
 
 TEST(FreeBeam, IsAsStiffInBendingAtAnySpacing) {

@@ -49,8 +49,8 @@ class Slope {
 struct Pulled {
     double strain, lateral;  // along z, along x [1]
 };
-Pulled pulled(const std::vector<std::string>& set) {
-    Simulation s = make_simulation(gate::load("pulled_bar", set));
+Pulled pulled(const std::vector<std::string>& set, const std::string& scene = "pulled_bar") {
+    Simulation s = make_simulation(gate::load(scene, set));
     evaluate(s);
     const Slope along(s.particles, 2, 0.1), across(s.particles, 0, 0.05);
     std::vector<double> time{0}, length{0}, width{0};
@@ -88,6 +88,19 @@ TEST(PulledBar, SampledByOtherLatticesGetsLongerTheSame) {
         gate::expect({"pulled bar, " + lattice, "strain F/(E A)", "%", 100 * strain, 1, 0.03, "Hooke"});
         gate::expect({"pulled bar, " + lattice, "lateral contraction", "1", -lateral / strain, 0.3, 0.009, "Poisson"});
     }
+}
+
+TEST(PulledStrip, InPlaneStrainGetsLongerByForceOverItsStiffness) {
+    // Of E/(1 - nu^2), and narrows by nu/(1 - nu): along the periodic axis it cannot. Tolerances as of the bar.
+    for (const std::string spacing : {"0.01", "0.007"}) {
+        const std::string law = "pulled strip in plane strain, spacing " + spacing + " m";
+        const auto [strain, lateral] = pulled({"solver.spacing=" + spacing}, "plane_strain");
+        gate::expect({law, "strain F (1 - nu^2)/(E A)", "%", 100 * strain, 1, 0.03, "Hooke"});
+        gate::expect({law, "lateral contraction", "1", -lateral / strain, 0.3 / 0.7, 0.013, "Poisson"});
+    }
+    const auto [strain, lateral] = pulled({"solver.time_step.maximum=1e-4"}, "plane_strain");
+    gate::expect({"pulled strip in plane strain, steps of 0.1 ms", "strain F (1 - nu^2)/(E A)", "%", 100 * strain, 1,
+                  0.03, "Hooke"});
 }
 
 /// Deflection over that of Timoshenko's beam.

@@ -1,0 +1,25 @@
+// Bodies that go on through periodic faces: prisms without ends along the periodic axes, as in plane strain.
+#pragma once
+
+#include "pipeline/geometry/shapes.h"
+#include "sim/space/periodic.h"
+
+namespace thixo {
+
+/// The place with the same coordinates across the periodic axes, in the middle between their faces.
+Vec3 in_section(const Vec3& x, const Periodic& periodic);
+
+/// The projection onto the section: 1 along the axes across the periodic ones.
+Mat3d onto_section(const Periodic& periodic);
+
+/// The prism without ends that has the shape's section in the middle between the periodic faces. Unbounded.
+Shape endless(Shape shape, const Periodic& periodic);
+
+/// The moments of the shape's matter moved to the middle between the periodic faces: those of its section alone.
+ShapeMoments section_moments(const ShapeMoments& moments, const Periodic& periodic);
+
+/// Whether a prism through all of these places lies in the shape from face to face, but for a quarter of a spacing [m] at
+/// each face. Of a body with these sites it tells whether its section is the same everywhere.
+bool goes_through(const Shape& shape, const std::vector<Vec3>& sites, Real spacing, const Periodic& periodic);
+
+}  // namespace thixo

@@ -25,6 +25,11 @@ struct ElementBesideWalls {
     Real layer;  // layer_beside_walls [m]
 };
 
+/// Durations of a step's kick and drift [s].
+struct LeapfrogTimes {
+    Real kick, drift;
+};
+
 /// The end of a kick, and the drift, of an element beside walls. The body's surface lies `layer` before the element. A
 /// wall at distance d < layer compresses that layer, and pushes with
 ///     f_n = max(k (layer - d) - 2 zeta sqrt(k m) v_n, 0),   k = (lambda + 2 mu) V^(1/3)      [N]
@@ -32,8 +37,9 @@ struct ElementBesideWalls {
 ///     f_t <= mu f_n
 /// It can hold without creep, and never reverses the motion. No element of any layer drifts into the wall: its inward
 /// motion ends there. In and out: u [m] and v [m/s] in the body's frame, v after the kick by all other forces.
-inline void push_off_walls(const Walls& walls, const Periodic& periodic, const ElementBesideWalls& element, Real kick,
-                           Real drift, WallCursor& cursor, Vec3& u, Vec3& v) {
+inline void push_off_walls(const Walls& walls, const Periodic& periodic, const ElementBesideWalls& element,
+                           const LeapfrogTimes& times, WallCursor& cursor, Vec3& u, Vec3& v) {
+    const auto [kick, drift] = times;
     const auto& [law, pose, e, i, layer] = element;
     const Vec3 x = periodic.wrapped(pose.turn * (xyz(e.rest[i]) + u) + pose.place);
     const Vec3 slow = xyz(e.velocity[i]);

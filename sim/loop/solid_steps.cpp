@@ -85,8 +85,8 @@ void leapfrog_elements(const Walls& walls, const Periodic& periodic, double dt, 
                 Vec3 u = xyz(e.displacement[i]);
                 if (!walls.list.empty())
                     push_off_walls(walls, periodic,
-                                   {contact_law(solids, i), poses[owner], e, i, layer_beside_walls(solids, i)}, kick,
-                                   drift, cursor, u, v);
+                                   {contact_law(solids, i), poses[owner], e, i, layer_beside_walls(solids, i)},
+                                   {kick, drift}, cursor, u, v);
                 else
                     u += drift * v;
                 e.acceleration[i] = (v - before) / kick;

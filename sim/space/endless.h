@@ -18,8 +18,8 @@ Shape endless(Shape shape, const Periodic& periodic);
 /// The moments of the shape's matter moved to the middle between the periodic faces: those of its section alone.
 ShapeMoments section_moments(const ShapeMoments& moments, const Periodic& periodic);
 
-/// Whether a prism through all of these places lies in the shape from face to face, but for a quarter of a spacing [m] at
-/// each face. Of a body with these sites it tells whether its section is the same everywhere.
+/// Whether the prism through all of these places lies in the shape. It may end a quarter of a spacing [m] before the
+/// periodic faces. Of a body's sites this tells that its section is the same everywhere.
 bool goes_through(const Shape& shape, const std::vector<Vec3>& sites, Real spacing, const Periodic& periodic);
 
 }  // namespace thixo

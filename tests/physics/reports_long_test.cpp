@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/physics/gate.h"
+#include "tests/physics/pendant_drop.h"
 
 namespace thixo {
 namespace {
@@ -121,6 +122,16 @@ TEST(Rolling, OfABallOfTenSpacingsIsReported) {
     Simulation s = make_simulation(gate::load("rolling", {"solver.spacing=0.005"}));
     gate::report("ball on a slope, 10 spacings", "acceleration over g sin/(1 + I/(m R^2))", "1",
                  gate::run(s).rate("speed", 6) / (1.70349 / 1.4));
+}
+
+TEST(PendantDrop, OfFewSpacingsAndUnderEosHasMoreTension) {
+    const auto report = [](const std::string& law, const std::vector<std::string>& set) {
+        gate::report(law, "tension by its shape over the scene's", "1", pendant::hang(set).tension);
+    };
+    report("pendant drop, spacing 16 mm", {"solver.spacing=0.016"});
+    // Under eos a film creeps over a disc that it wets wholly, and the drop falls off it.
+    report("pendant drop, eos, spacing 12.5 mm",
+           {"solver.pressure=eos", "world.gravity=[0,0,-5]", "world.boundaries.disc.contact_angle=75"});
 }
 
 }  // namespace

@@ -43,6 +43,18 @@ Camera camera_at(const scene::Camera& c, double time, int width, int height) {
     return camera;
 }
 
+Camera between(const Camera& from, const Camera& to, float part) {
+    const auto mix = [&](const Vec3f& a, const Vec3f& b) { return Vec3f((1 - part) * a + part * b); };
+    Camera camera = from;
+    camera.position = mix(from.position, to.position);
+    camera.forward = mix(from.forward, to.forward).normalized();
+    camera.right = mix(from.right, to.right);
+    camera.right = (camera.right - camera.right.dot(camera.forward) * camera.forward).normalized();
+    camera.down = camera.forward.cross(camera.right);
+    camera.focus = (1 - part) * from.focus + part * to.focus;
+    return camera;
+}
+
 Vec2f Camera::pixel(const Vec3f& point) const {
     const Vec3f to = point - position;
     const float depth = std::max(to.dot(forward), 1e-6f);

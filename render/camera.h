@@ -22,6 +22,9 @@ struct Camera {
     Vec2f pixel(const Vec3f& point) const;
 };
 
+/// Between two places of one camera, `part` of the way: it goes straight, and turns by the shortest way.
+Camera between(const Camera& from, const Camera& to, float part);
+
 /// The camera at time [s]: its motion turns it about its own position and then shifts it. Throws InputError where
 /// position and look_at are the same, or up is along the view.
 Camera camera_at(const scene::Camera& camera, double time, int width, int height);

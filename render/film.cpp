@@ -53,7 +53,8 @@ void add_sample(Samples& samples, const World& world, const PixelFilter& filter,
     Pixel& pixel = samples.pixel;
     Sampler sampler(settings.seed, std::uint32_t(x), std::uint32_t(y), std::uint32_t(pixel.samples));
     const Vec2f offset = filter.offset(sampler.next2()), lens = sampler.next2();
-    const Ray ray = world.camera.ray(float(x) + 0.5f + offset.x(), float(y) + 0.5f + offset.y(), lens);
+    const float time = world.shutter.moves() ? sampler.next() : 0;
+    const Ray ray = world.camera_ray(float(x) + 0.5f + offset.x(), float(y) + 0.5f + offset.y(), lens, time);
     FirstHit first;
     const Vec3f light = radiance(world, ray, sampler, first, settings.strategy, samples.half());
     pixel.add(light, first, world);

@@ -141,6 +141,12 @@ ObjectLabel label_of(const FrameObstacle& obstacle, const Vec3d& origin, const s
     return label;
 }
 
+/// Open for no time, it shows the frame's own.
+Shutter shutter_of(const scene::Camera& camera, double fps) {
+    if (camera.shutter_close == camera.shutter_open) return {};
+    return {float(camera.shutter_open / fps), float(camera.shutter_close / fps)};
+}
+
 MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle, const Vec3d& origin) {
     Eigen::Matrix4d m;
     for (int k = 0; k < 16; ++k) m(k / 4, k % 4) = obstacle.transform[std::size_t(k)];
@@ -149,6 +155,11 @@ MeshObject placed(const TriangleMesh& mesh, const FrameObstacle& obstacle, const
     MeshObject object;
     object.to_own = linear.inverse().cast<float>();
     object.own_shift = (-linear.inverse() * shift).cast<float>();
+    object.motion.pivot = shift.cast<float>();
+    for (int k = 0; k < 3; ++k) {
+        object.motion.velocity[k] = float(obstacle.velocity[std::size_t(k)]);
+        object.motion.angular[k] = float(obstacle.angular_velocity[std::size_t(k)]);
+    }
     object.mesh.triangles = mesh.triangles;
     object.mesh.uvs = mesh.uvs;
     object.mesh.colours = mesh.colours;
@@ -191,7 +202,11 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
                    fmt::format("the mesh of the boundary '{}'", o.name));
         placed_meshes.back().solid = world.material(placed_meshes.back().object).dielectric();
     }
-    world.rays = std::make_unique<RayScene>(surfels_of(frame, object_of_body), std::move(placed_meshes));
+    world.shutter = shutter_of(look.camera, scene.frames.fps);
+    SurfelSet surfels = surfels_of(frame, object_of_body);
+    if (world.shutter.moves() && surfels.velocity.empty() && surfels.cloud.size() > 0)
+        throw CacheError("frame {}: its surfels have no velocities (v), which look.camera.shutter needs", frame.number);
+    world.rays = std::make_unique<RayScene>(std::move(surfels), std::move(placed_meshes), world.shutter);
     for (const scene::Light& l : look.lights)
         world.lights.push_back(
             make_light(l, l.type == scene::LightType::environment ? pictures.environments.at(l.content) : nullptr));
@@ -203,11 +218,14 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
     world.background = look.background.cast<float>();
     const scene::Output& output = look.output;
     world.settings = {output.max_bounces, output.straight_shadows, float(output.clamp), output.transparent_background};
-    world.camera = camera_at(look.camera, frame.time, output.width, output.height);
+    const auto camera_then = [&](double after) {
+        return camera_at(look.camera, frame.time + after, output.width, output.height);
+    };
+    world.camera = camera_then(0);
+    world.moving_camera = {camera_then(world.shutter.open), camera_then(world.shutter.close)};
     if (world.passes.motion) {
         const double seconds = 1 / scene.frames.fps;
-        world.neighbours = {camera_at(look.camera, frame.time - seconds, output.width, output.height),
-                            camera_at(look.camera, frame.time + seconds, output.width, output.height), float(seconds)};
+        world.neighbours = {camera_then(-seconds), camera_then(seconds), float(seconds)};
     }
     world.camera_interior = interior_at(world, world.camera.position);
     return world;

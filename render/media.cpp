@@ -57,6 +57,7 @@ float first_crossing_of(const World& world, Index object, bool inside, const Vec
     Ray ray;
     ray.origin = point;
     ray.direction = Vec3f(0.12f, 0.23f, 0.96f).normalized();
+    ray.time = world.shutter.frame_time();
     Hit hit;
     for (int hits = 0; hits < 256 && world.rays->intersect(ray, interior, hit); ++hits) {
         if (hit.object == object) return hit.t;

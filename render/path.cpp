@@ -104,9 +104,9 @@ class Path {
                                    ? hit.attributes.velocity
                                    : Vec3f(label.velocity + label.angular_velocity.cross(hit.position - label.origin));
         const Neighbours& n = world_.neighbours;
-        const Vec2f here = world_.camera.pixel(hit.position),
-                    next = n.after.pixel(hit.position + n.seconds * velocity) - here,
-                    last = n.before.pixel(hit.position - n.seconds * velocity) - here;
+        const Vec3f place = hit.position - world_.shutter.seconds(s_.ray.time) * velocity;
+        const Vec2f here = world_.camera.pixel(place), next = n.after.pixel(place + n.seconds * velocity) - here,
+                    last = n.before.pixel(place - n.seconds * velocity) - here;
         return {next.x(), -next.y(), last.x(), -last.y()};
     }
 

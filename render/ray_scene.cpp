@@ -44,12 +44,6 @@ void free_memory(std::vector<T>& v) {
     std::vector<T>().swap(v);  // v = {} would keep it
 }
 
-/// Normal of a triangle, not of unit length.
-Vec3f face_normal(const TriangleMesh& mesh, Index triangle) {
-    const auto& [a, b, c] = mesh.triangles[triangle];
-    return (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
-}
-
 }  // namespace
 
 struct RayScene::Impl {
@@ -58,16 +52,20 @@ struct RayScene::Impl {
     SurfelBlocks packed;
     std::vector<MeshObject> meshes;  // geometry id less one
     std::vector<Box3> bounds;        // by object
+    Shutter shutter;
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
 
-    Impl(SurfelSet surfel_set, std::vector<MeshObject> objects)
-        : surfels(std::move(surfel_set)), meshes(std::move(objects)) {
-        trims = Trims(surfels.trim, surfels.object, surfels.layer, surfels.cloud);
+    Impl(SurfelSet surfel_set, std::vector<MeshObject> objects, const Shutter& open)
+        : surfels(std::move(surfel_set)), meshes(std::move(objects)), shutter(open.moves() ? open : Shutter()) {
+        MovingSurfels moving{surfels.cloud, surfels.velocity, shutter};
+        trims = Trims(surfels.trim, surfels.object, surfels.layer, surfels.cloud,
+                      moving.move() ? moving.velocity : std::span<const Vec3f>());
         find_bounds();
         device = make_device();
         scene = rtcNewScene(device);
-        packed = pack_surfels(surfels.cloud, surfels.layer);
+        for (const Index object : surfels.object) moving.angular.push_back(trims.angular(object));
+        packed = pack_surfels(moving, surfels.layer);
         // What is left of the cloud serves the attributes: axes and normals are in the blocks.
         for (std::vector<Vec3f>* v : {&surfels.cloud.axis1, &surfels.cloud.axis2, &surfels.cloud.normal})
             free_memory(*v);
@@ -88,6 +86,13 @@ struct RayScene::Impl {
         boxes[object].upper = boxes[object].upper.cwiseMax(x + half);
     }
 
+    /// Of a surfel, `seconds` after the frame's own time [m].
+    Vec3f place_of(Index surfel, float seconds) const {
+        const Vec3f& x = surfels.cloud.position[surfel];
+        if (seconds == 0 || surfels.velocity.empty() || !surfels.velocity[surfel].allFinite()) return x;
+        return x + seconds * surfels.velocity[surfel];
+    }
+
     void find_bounds() {
         constexpr std::size_t chunk = 1 << 16;
         const std::size_t n = surfels.cloud.size();
@@ -97,8 +102,9 @@ struct RayScene::Impl {
             [&](std::size_t begin, std::size_t end, std::size_t c) {
                 for (std::size_t i = begin; i < end; ++i) {
                     const Vec3f half = surfels.cloud.axis1[i].cwiseAbs() + surfels.cloud.axis2[i].cwiseAbs();
-                    if (surfels.cloud.position[i].allFinite() && half.allFinite())
-                        grow(parts[c], surfels.object[surfels.layer[i]], surfels.cloud.position[i], half);
+                    if (!surfels.cloud.position[i].allFinite() || !half.allFinite()) continue;
+                    for (const float seconds : {shutter.open, shutter.close})
+                        grow(parts[c], surfels.object[surfels.layer[i]], place_of(Index(i), seconds), half);
                 }
             },
             chunk);
@@ -109,12 +115,42 @@ struct RayScene::Impl {
                 bounds[o].upper = bounds[o].upper.cwiseMax(part[o].upper);
             }
         for (const MeshObject& m : meshes)
-            for (const Vec3f& v : m.mesh.vertices) grow(bounds, m.object, v, Vec3f::Constant(rounding(v)));
+            for (const Vec3f& v : m.mesh.vertices)
+                for (int step = 0; step < steps_of(m); ++step)
+                    grow(bounds, m.object, at_step(m, v, step), Vec3f::Constant(rounding(v)));
+    }
+
+    // ---- moving meshes ------------------------------------------------------------------------------------------------
+    /// Between two steps Embree moves vertices straight. A chord is off the circle by s^2/8 of its radius, s = kTurn.
+    static constexpr float kTurn = 0.05f;
+    static constexpr int kMostSteps = RTC_MAX_TIME_STEP_COUNT;
+
+    int steps_of(const MeshObject& m) const {
+        if (!shutter.moves() || m.motion.still()) return 1;
+        const float steps = std::ceil((shutter.close - shutter.open) * m.motion.angular.norm() / kTurn) + 1;
+        return int(std::clamp(steps, 2.0f, float(kMostSteps)));
+    }
+    Vec3f at_step(const MeshObject& m, const Vec3f& x, int step) const {
+        const int steps = steps_of(m);
+        return steps == 1 ? x : m.motion.moved(x, shutter.seconds(float(step) / float(steps - 1)));
+    }
+    /// Where a vertex is at a ray's time, as Embree has it.
+    Vec3f at_time(const MeshObject& m, const Vec3f& x, float time) const {
+        const int steps = steps_of(m);
+        if (steps == 1) return x;
+        const float step = time * float(steps - 1);
+        const int before = std::min(int(step), steps - 2);
+        const float part = step - float(before);
+        return (1 - part) * at_step(m, x, before) + part * at_step(m, x, before + 1);
+    }
+    Mat3f turn_at(const MeshObject& m, float time) const {
+        return steps_of(m) == 1 ? Mat3f(Mat3f::Identity()) : m.motion.turn(shutter.seconds(time));
     }
 
     void add_surfels() {
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryUserPrimitiveCount(geometry, unsigned(packed.blocks().size()));
+        if (packed.motion) rtcSetGeometryTimeStepCount(geometry, 2);
         rtcSetGeometryUserData(geometry, this);
         rtcSetGeometryBoundsFunction(geometry, &block_bounds, nullptr);
         rtcSetGeometryIntersectFunction(geometry, &meet_block);
@@ -127,15 +163,22 @@ struct RayScene::Impl {
         const TriangleMesh& mesh = object.mesh;
         if (mesh.triangles.empty()) return;
         RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        auto* vertices = static_cast<Vec3f*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3f), mesh.vertices.size()));
+        const int steps = steps_of(object);
+        rtcSetGeometryTimeStepCount(geometry, unsigned(steps));
+        std::vector<Vec3f*> vertices;
+        for (int step = 0; step < steps; ++step)
+            vertices.push_back(
+                static_cast<Vec3f*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, unsigned(step),
+                                                            RTC_FORMAT_FLOAT3, sizeof(Vec3f), mesh.vertices.size())));
         auto* triangles = static_cast<std::array<Index, 3>*>(rtcSetNewGeometryBuffer(
             geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(std::array<Index, 3>), mesh.triangles.size()));
         throw_if_failed(device);
-        std::copy(mesh.vertices.begin(), mesh.vertices.end(), vertices);
+        for (int step = 0; step < steps; ++step)
+            std::ranges::transform(mesh.vertices, vertices[std::size_t(step)],
+                                   [&](const Vec3f& x) { return at_step(object, x, step); });
         std::copy(mesh.triangles.begin(), mesh.triangles.end(), triangles);
         if (object.solid) {
-            rtcSetGeometryUserData(geometry, const_cast<MeshObject*>(&object));
+            rtcSetGeometryUserData(geometry, this);
             rtcSetGeometryIntersectFilterFunction(geometry, &keep_own_side);
         }
         rtcCommitGeometry(geometry);
@@ -144,7 +187,8 @@ struct RayScene::Impl {
     }
 
     static void block_bounds(const RTCBoundsFunctionArguments* args) {
-        const Box3& b = static_cast<const Impl*>(args->geometryUserPtr)->packed.bounds[args->primID];
+        const SurfelBlocks& packed = static_cast<const Impl*>(args->geometryUserPtr)->packed;
+        const Box3& b = (args->timeStep == 0 ? packed.bounds : packed.last_bounds)[args->primID];
         *args->bounds_o = {b.lower.x(), b.lower.y(), b.lower.z(), 0, b.upper.x(), b.upper.y(), b.upper.z(), 0};
     }
 
@@ -160,16 +204,25 @@ struct RayScene::Impl {
 
     /// Drops hits of a solid that a ray on this side of it cannot have.
     static void keep_own_side(const RTCFilterFunctionNArguments* args) {
-        const MeshObject& object = *static_cast<const MeshObject*>(args->geometryUserPtr);
+        const Impl& impl = *static_cast<const Impl*>(args->geometryUserPtr);
         const Query& query = *reinterpret_cast<const Query*>(args->context);
-        const Index triangle = reinterpret_cast<const RTCHit*>(args->hit)->primID;
-        const bool entering = face_normal(object.mesh, triangle).dot(query.from->ray.direction) < 0;
+        const RTCHit& hit = *reinterpret_cast<const RTCHit*>(args->hit);
+        const MeshObject& object = impl.meshes[hit.geomID - 1];
+        const Ray& ray = query.from->ray;
+        const bool entering = impl.face_normal(object, hit.primID, ray.time).dot(ray.direction) < 0;
         if (entering == query.from->interior.contains(object.object)) args->valid[0] = 0;
+    }
+
+    /// Normal of a triangle at a ray's time, not of unit length.
+    Vec3f face_normal(const MeshObject& m, Index triangle, float time) const {
+        const auto& [a, b, c] = m.mesh.triangles[triangle];
+        const Vec3f first = at_time(m, m.mesh.vertices[a], time);
+        return (at_time(m, m.mesh.vertices[b], time) - first).cross(at_time(m, m.mesh.vertices[c], time) - first);
     }
 
     bool intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const;
     void surfel_hit(const Ray& ray, const Interior& interior, const SurfelHit& found, Hit& hit) const;
-    void blend_attributes(const SurfelHit& found, Hit& hit) const;
+    void blend_attributes(const SurfelHit& found, float time, Hit& hit) const;
     Vec3f blend_colours(const SurfelHit& found) const;
     void mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) const;
 };
@@ -194,14 +247,15 @@ void RayScene::Impl::surfel_hit(const Ray& ray, const Interior& interior, const 
 /// Weighted means over the surfels of the hit. The mean of m0 holds at the mean place of the surfels. It is carried
 /// from there to the hit by the derivatives of m0 in the tangent plane, which least squares fit to the surfels. An
 /// affine m0 is met exactly, so textures do not swim.
-void RayScene::Impl::blend_attributes(const SurfelHit& found, Hit& hit) const {
+void RayScene::Impl::blend_attributes(const SurfelHit& found, float time, Hit& hit) const {
+    const float seconds = shutter.seconds(time);
     Attributes& at = hit.attributes = {};
     Vec3f a, b;
     orthonormal_basis(hit.normal, a, b);
     Vec2f mean = Vec2f::Zero();
     for (int i = 0; i < found.count; ++i) {
         const Index k = found.source[i];
-        const Vec3f offset = surfels.cloud.position[k] - hit.position;
+        const Vec3f offset = place_of(k, seconds) - hit.position;
         mean += found.weight[i] * Vec2f(a.dot(offset), b.dot(offset));
         if (!surfels.rest.empty()) at.rest += found.weight[i] * surfels.rest[k];
         if (!surfels.velocity.empty()) at.velocity += found.weight[i] * surfels.velocity[k];
@@ -213,7 +267,7 @@ void RayScene::Impl::blend_attributes(const SurfelHit& found, Hit& hit) const {
     Eigen::Matrix<float, 3, 2> product = Eigen::Matrix<float, 3, 2>::Zero();
     for (int i = 0; i < found.count; ++i) {
         const Index k = found.source[i];
-        const Vec3f offset = surfels.cloud.position[k] - hit.position;
+        const Vec3f offset = place_of(k, seconds) - hit.position;
         const Vec2f flat = Vec2f(a.dot(offset), b.dot(offset)) - mean;
         spread += found.weight[i] * flat * flat.transpose();
         product += found.weight[i] * (surfels.rest[k] - at.rest) * flat.transpose();
@@ -246,11 +300,14 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
     const float u = found.hit.u, v = found.hit.v;
     hit.t = found.ray.tfar;
     // From the triangle, not along the ray: the error is then that of the position alone.
-    hit.position = (1 - u - v) * mesh.vertices[a] + u * mesh.vertices[b] + v * mesh.vertices[c];
-    hit.geometric = face_normal(mesh, found.hit.primID).normalized();
+    const auto place = [&](Index i) { return at_time(object, mesh.vertices[i], ray.time); };
+    const Vec3f own_place = (1 - u - v) * mesh.vertices[a] + u * mesh.vertices[b] + v * mesh.vertices[c];
+    const Mat3f turn = turn_at(object, ray.time);
+    hit.position = (1 - u - v) * place(a) + u * place(b) + v * place(c);
+    hit.geometric = face_normal(object, found.hit.primID, ray.time).normalized();
     hit.normal = hit.geometric;
     if (!mesh.normals.empty()) {
-        const Vec3f smooth = (1 - u - v) * mesh.normals[a] + u * mesh.normals[b] + v * mesh.normals[c];
+        const Vec3f smooth = turn * ((1 - u - v) * mesh.normals[a] + u * mesh.normals[b] + v * mesh.normals[c]);
         if (smooth.dot(hit.geometric) > 0) hit.normal = smooth.normalized();
     }
     hit.object = object.object;
@@ -261,16 +318,16 @@ void RayScene::Impl::mesh_hit(const Ray& ray, const RTCRayHit& found, Hit& hit) 
     Vec3f a_axis, b_axis;
     orthonormal_basis(hit.normal, a_axis, b_axis);
     hit.attributes = {};
-    hit.attributes.rest = object.to_own * hit.position + object.own_shift;
-    hit.attributes.rest_a = object.to_own * a_axis;
-    hit.attributes.rest_b = object.to_own * b_axis;
+    hit.attributes.rest = object.to_own * own_place + object.own_shift;
+    hit.attributes.rest_a = object.to_own * turn.transpose() * a_axis;
+    hit.attributes.rest_b = object.to_own * turn.transpose() * b_axis;
     if (!mesh.colours.empty())
         hit.attributes.colour = (1 - u - v) * mesh.colours[a] + u * mesh.colours[b] + v * mesh.colours[c];
     if (mesh.uvs.empty()) return;
     const auto& [uv_a, uv_b, uv_c] = mesh.uvs[found.hit.primID];
     hit.attributes.uv = (1 - u - v) * uv_a + u * uv_b + v * uv_c;
     const Vec2f p = uv_b - uv_a, q = uv_c - uv_a;
-    const float area = face_normal(mesh, found.hit.primID).norm();
+    const float area = face_normal(object, found.hit.primID, ray.time).norm();
     hit.attributes.uv_per_metre = area > 0 ? std::sqrt(std::abs(p.x() * q.y() - p.y() * q.x()) / area) : 0;
 }
 
@@ -307,7 +364,7 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
         SurfelHit surfel;
         if (faced && first_crossing(from, trims, query.candidates, end, attributes, surfel)) {
             surfel_hit(ray, interior, surfel, hit);
-            if (attributes) blend_attributes(surfel, hit);
+            if (attributes) blend_attributes(surfel, ray.time, hit);
             return true;
         }
         if (mesh_found) {
@@ -321,8 +378,8 @@ bool RayScene::Impl::intersect(const Ray& ray, const Interior& interior, Hit& hi
     return false;
 }
 
-RayScene::RayScene(SurfelSet surfels, std::vector<MeshObject> meshes)
-    : impl_(std::make_unique<Impl>(std::move(surfels), std::move(meshes))) {}
+RayScene::RayScene(SurfelSet surfels, std::vector<MeshObject> meshes, const Shutter& shutter)
+    : impl_(std::make_unique<Impl>(std::move(surfels), std::move(meshes), shutter)) {}
 RayScene::~RayScene() = default;
 
 bool RayScene::intersect(const Ray& ray, const Interior& interior, Hit& hit, bool attributes) const {

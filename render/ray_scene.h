@@ -10,6 +10,7 @@
 #include "pipeline/geometry/shape.h"
 #include "pipeline/geometry/surfel.h"
 #include "render/ray.h"
+#include "render/shutter.h"
 
 namespace thixo::render {
 
@@ -32,14 +33,15 @@ struct MeshObject {
     Vec3f own_shift{0, 0, 0};
     bool solid = false;  // closed and transparent: hit from outside by rays outside it, from inside by rays inside, as
                          // surfels are
+    RigidVelocity motion;
 };
 
 /// Immutable after construction; intersect may be called from any number of threads.
 class RayScene {
   public:
     /// Builds the acceleration structure on all threads. Throws ResourceError where Embree cannot, CacheError for a bad
-    /// trim tree.
-    RayScene(SurfelSet surfels, std::vector<MeshObject> meshes);
+    /// trim tree. While the shutter is open, surfels go on straight with their velocities and meshes turn with theirs.
+    RayScene(SurfelSet surfels, std::vector<MeshObject> meshes, const Shutter& shutter = {});
     ~RayScene();
     RayScene(const RayScene&) = delete;
     RayScene& operator=(const RayScene&) = delete;

@@ -46,8 +46,10 @@ Vec3f centre_of(const SurfelBlock& block, int lane) {
     return {block.centre[0][lane], block.centre[1][lane], block.centre[2][lane]};
 }
 
-void append(Group& g, const Reference& reference, const SurfelBlock& block, const Candidate& candidate,
+void append(Group& g, const Gathering& from, const Reference& reference, const Candidate& candidate,
             const Vec3f& normal, float agreement) {
+    SurfelBlock room;
+    const SurfelBlock& block = from.packed.at(candidate.surfel / kFloatLanes, from.ray.time, room);
     const int i = g.count++, lane = candidate.surfel % kFloatLanes, at = i % kFloatLanes;
     FitLanes& l = g.lanes[i / kFloatLanes];
     const Vec3f &d = reference.direction, s = centre_of(block, lane) - reference.position;
@@ -175,8 +177,8 @@ bool crossing_of(const Window& window, const Group& g, float start, bool inside,
             tau = refine(g, d, t_before, f_before * sign, t, f * sign, at);
             const bool against = ray.bounced && tau - start < kStart * g.radius && sign * at.gradient.dot(d) > 0;
             if (at.weight > 0 && !against && !beyond_edge(window.groups, g, trimmed, d, tau, at) &&
-                (!trimmed ||
-                 window.trims.keeps(g.object, g.layer, ray.origin + (window.reference.t + tau) * d, g.radius)))
+                (!trimmed || window.trims.keeps(g.object, g.layer, ray.origin + (window.reference.t + tau) * d,
+                                                g.radius, window.from.seconds())))
                 return true;
         }
         f_before = here.weight > 0 ? f : -1;
@@ -209,8 +211,8 @@ float peak_weight(const SurfelBlock& block, const Ray& ray, const Candidate& c, 
 }
 
 /// The open candidates that agree with the strongest of them.
-void next_group(std::span<const SurfelBlock> blocks, const Candidates& candidates, const Reference& reference, int seed,
-                Work& work, Group& g) {
+void next_group(const Gathering& from, const Candidates& candidates, const Reference& reference, int seed, Work& work,
+                Group& g) {
     Vec3f mean = Vec3f::Zero();
     for (int i = 0; i < candidates.count; ++i)
         if (work.open[i] && work.layer[i] == work.layer[seed] && work.normal[i].dot(work.normal[seed]) > 0.5f)
@@ -228,7 +230,7 @@ void next_group(std::span<const SurfelBlock> blocks, const Candidates& candidate
         if (cosine <= kLimitCosine && i != seed) continue;
         const float a = clamp01((cosine - kLimitCosine) / (kFullCosine - kLimitCosine));
         const Candidate& c = candidates.list[i];
-        append(g, reference, blocks[c.surfel / kFloatLanes], c, work.normal[i], std::max(a * a * (3 - 2 * a), 1e-6f));
+        append(g, from, reference, c, work.normal[i], std::max(a * a * (3 - 2 * a), 1e-6f));
         work.open[i] = false;
     }
     pad(g);
@@ -247,11 +249,11 @@ void sort_candidates(Candidates& candidates, float end) {
 
 /// Looks at every candidate once; returns where on the ray the first of them begins, but not before the window [m].
 float look_at(const Gathering& from, const Candidates& candidates, float end, Work& work) {
-    const std::span<const SurfelBlock> blocks = from.packed.blocks();
     float first = kInfinity;
     for (int i = 0; i < candidates.count; ++i) {
         const Candidate& c = candidates.list[i];
-        const SurfelBlock& block = blocks[c.surfel / kFloatLanes];
+        SurfelBlock room;
+        const SurfelBlock& block = from.packed.at(c.surfel / kFloatLanes, from.ray.time, room);
         const int lane = c.surfel % kFloatLanes;
         work.layer[i] = block.layer[lane];
         work.normal[i] = normal_of(block, lane);
@@ -283,7 +285,7 @@ bool first_crossing(const Gathering& from, const Trims& trims, Candidates& candi
             if (work.open[i] && (seed < 0 || work.peak[i] > work.peak[seed])) seed = i;
         if (seed < 0) break;
         Group& g = store[std::size_t(count)];
-        next_group(from.packed.blocks(), candidates, reference, seed, work, g);
+        next_group(from, candidates, reference, seed, work, g);
         g.object = from.object[work.layer[seed]];
     }
     const Window window{from, trims, {store.data(), std::size_t(count)}, reference, end - t_reference};

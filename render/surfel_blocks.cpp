@@ -2,6 +2,7 @@
 
 #include <oneapi/tbb/parallel_invoke.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -135,8 +136,20 @@ std::vector<Place> spatial_order(const SurfelCloud& cloud) {
     return places;
 }
 
-void set_lane(SurfelBlock& block, int lane, const SurfelCloud& cloud, Index i, std::uint32_t layer, Box3& bounds) {
-    const Vec3f &centre = cloud.position[i], &t1 = cloud.axis1[i], &t2 = cloud.axis2[i];
+/// Half of the box about a support.
+Vec3f half_box(const Vec3f& t1, const Vec3f& t2, const Vec3f& n, float height) {
+    return (square(kReach) * (t1.cwiseAbs2() + t2.cwiseAbs2()) + square(height) * n.cwiseAbs2()).cwiseSqrt();
+}
+
+void include(Box3& bounds, const Vec3f& centre, const Vec3f& half) {
+    bounds.lower = bounds.lower.cwiseMin(centre - half);
+    bounds.upper = bounds.upper.cwiseMax(centre + half);
+}
+
+/// Adds the support's box to `bounds`.
+void set_lane(SurfelBlock& block, int lane, const SurfelCloud& cloud, Index i, std::uint32_t layer, const Vec3f& centre,
+              Box3& bounds) {
+    const Vec3f &t1 = cloud.axis1[i], &t2 = cloud.axis2[i];
     const Vec3f across = t1.cross(t2);
     const float area = across.norm(), height = kHeight * std::sqrt(t1.norm() * t2.norm());
     const Vec3f n = across / area;
@@ -149,10 +162,7 @@ void set_lane(SurfelBlock& block, int lane, const SurfelCloud& cloud, Index i, s
     block.height[lane] = height;
     block.layer[lane] = layer;
     block.source[lane] = i;
-    const Vec3f half =
-        (square(kReach) * (t1.cwiseAbs2() + t2.cwiseAbs2()) + square(height) * n.cwiseAbs2()).cwiseSqrt();
-    bounds.lower = bounds.lower.cwiseMin(centre - half);
-    bounds.upper = bounds.upper.cwiseMax(centre + half);
+    include(bounds, centre, half_box(t1, t2, n, height));
 }
 
 void clear_lane(SurfelBlock& block, int lane) {
@@ -184,31 +194,148 @@ BlockSummary summarise(const SurfelBlock& block, int lanes) {
     return {{centre.x(), centre.y(), centre.z()}, std::sqrt(radius2) + 1e-5f, layer};
 }
 
+/// How a patch of near surfels turns by their velocities [rad/s]: its normal as the slope of the velocity has it, and
+/// itself about that.
+Vec3f angular_velocity(std::span<const Vec3f> place, std::span<const Vec3f> velocity) {
+    if (place.size() < 4) return Vec3f::Zero();
+    const auto mean = [](std::span<const Vec3f> v) {
+        Vec3f sum = Vec3f::Zero();
+        for (const Vec3f& x : v) sum += x;
+        return Vec3f(sum / float(v.size()));
+    };
+    const Vec3f centre = mean(place), drift = mean(velocity);
+    Mat3f spread = Mat3f::Zero(), product = Mat3f::Zero();
+    for (std::size_t k = 0; k < place.size(); ++k) {
+        spread += (place[k] - centre) * (place[k] - centre).transpose();
+        product += (velocity[k] - drift) * (place[k] - centre).transpose();
+    }
+    Eigen::SelfAdjointEigenSolver<Mat3f> axes;
+    axes.computeDirect(spread);
+    const Vec3f &s = axes.eigenvalues(), n = axes.eigenvectors().col(0), a = axes.eigenvectors().col(1),
+                b = axes.eigenvectors().col(2);
+    if (!(s[1] > 1e-3f * s[2])) return Vec3f::Zero();  // in a line: nothing tells how it turns about that
+    const Vec3f along_a = product * a / s[1], along_b = product * b / s[2];  // derivatives of the velocity
+    const Vec3f tilting = -n.dot(along_a) * a - n.dot(along_b) * b;          // of the normal
+    const float side = a.cross(b).dot(n) < 0 ? -1.0f : 1.0f;
+    const Vec3f turn = n.cross(tilting) + side * 0.5f * (b.dot(along_a) - a.dot(along_b)) * n;
+    return turn.allFinite() ? turn : Vec3f(Vec3f::Zero());
+}
+
+const Box3 kEmpty{Vec3f::Constant(3e38f), Vec3f::Constant(-3e38f)};
+
+/// Packs the surfels of one block.
+class Packing {
+  public:
+    Packing(const MovingSurfels& surfels, std::span<const std::uint32_t> layer, std::span<const Place> order,
+            SurfelBlocks& packed)
+        : surfels_(surfels), layer_(layer), order_(order), packed_(packed), moves_(surfels.move()) {}
+
+    void pack(std::size_t b) const {
+        const std::size_t first = b * kFloatLanes, lanes = std::min<std::size_t>(kFloatLanes, order_.size() - first);
+        SurfelBlock& block = packed_.storage[b];
+        packed_.bounds[b] = kEmpty;
+        for (std::size_t lane = 0; lane < kFloatLanes; ++lane) {
+            if (lane >= lanes) {
+                clear_lane(block, int(lane));
+                continue;
+            }
+            const Index i = order_[first + lane].surfel;
+            const Vec3f place = surfels_.cloud.position[i] + surfels_.shutter.open * velocity(i);
+            set_lane(block, int(lane), surfels_.cloud, i, layer_[i], place, packed_.bounds[b]);
+        }
+        packed_.summary[b] = summarise(block, int(lanes));
+        if (moves_) set_moving(b, order_.subspan(first, lanes));
+    }
+
+  private:
+    Vec3f velocity(Index i) const {
+        return moves_ && surfels_.velocity[i].allFinite() ? surfels_.velocity[i] : Vec3f(0, 0, 0);
+    }
+
+    void set_moving(std::size_t b, std::span<const Place> places) const {
+        const float duration = surfels_.shutter.close - surfels_.shutter.open, now = surfels_.shutter.frame_time();
+        const SurfelBlock& block = packed_.storage[b];
+        BlockMotion& motion = packed_.motion[b] = {};
+        std::array<Vec3f, kFloatLanes> place, speed;
+        for (std::size_t lane = 0; lane < places.size(); ++lane) {
+            place[lane] = surfels_.cloud.position[places[lane].surfel];
+            speed[lane] = velocity(places[lane].surfel);
+        }
+        const Vec3f together =
+            packed_.summary[b].layer == kNone
+                ? Vec3f(Vec3f::Zero())
+                : angular_velocity(std::span(place).first(places.size()), std::span(speed).first(places.size()));
+        float most = 0, widest = 0;
+        for (std::size_t lane = 0; lane < places.size(); ++lane) {
+            const Index i = places[lane].surfel;
+            const std::uint32_t layer = layer_[i];
+            const bool told = layer < surfels_.angular.size() && surfels_.angular[layer];
+            const Vec3f turn = duration * (told ? *surfels_.angular[layer] : together);
+            for (int a = 0; a < 3; ++a) {
+                motion.way[a][int(lane)] = duration * speed[lane][a];
+                motion.turn[a][int(lane)] = turn[a];
+            }
+            most = std::max(most, turn.norm() * std::max(now, 1 - now));
+            widest =
+                std::max(widest, kReach * std::max(surfels_.cloud.axis1[i].norm(), surfels_.cloud.axis2[i].norm()));
+            widest = std::max(widest, block.height[int(lane)]);
+        }
+        packed_.summary[b].radius += most;
+        // The ends of axes that turn lie in a ball about the centre.
+        const Vec3f room = Vec3f::Constant(most > 0 ? widest : 0.0f);
+        Box3& first = packed_.bounds[b];
+        Box3& last = packed_.last_bounds[b] = kEmpty;
+        for (std::size_t lane = 0; lane < places.size(); ++lane) {
+            const Index i = places[lane].surfel;
+            const Vec3f start = place[lane] + surfels_.shutter.open * speed[lane];
+            const Vec3f &t1 = surfels_.cloud.axis1[i], &t2 = surfels_.cloud.axis2[i];
+            const Vec3f half = half_box(t1, t2, t1.cross(t2).normalized(), block.height[int(lane)]).cwiseMax(room);
+            include(first, start, half);
+            include(last, start + duration * speed[lane], half);
+        }
+    }
+
+    const MovingSurfels& surfels_;
+    std::span<const std::uint32_t> layer_;
+    std::span<const Place> order_;
+    SurfelBlocks& packed_;
+    bool moves_;
+};
+
 }  // namespace
 
-SurfelBlocks pack_surfels(const SurfelCloud& cloud, std::span<const std::uint32_t> layer) {
-    THIXO_ASSERT(
-        layer.size() == cloud.size() && cloud.axis1.size() == cloud.size() && cloud.axis2.size() == cloud.size(),
-        "{} surfels, {} layers", cloud.size(), layer.size());
+const SurfelBlock& SurfelBlocks::moved(Index block, float time, SurfelBlock& room) const {
+    const BlockMotion& m = motion[block];
+    room = storage[block];
+    const float since = time - shutter.frame_time();
+    FloatLanes turn[3];
+    for (int k = 0; k < 3; ++k) {
+        room.centre[k] = multiply_add(m.way[k], float_lanes(time), room.centre[k]);
+        turn[k] = m.turn[k] * since;
+    }
+    for (auto& row : room.to_unit) turn_by(turn, row);
+    return room;
+}
+
+SurfelBlocks pack_surfels(const MovingSurfels& surfels, std::span<const std::uint32_t> layer) {
+    const SurfelCloud& cloud = surfels.cloud;
+    const bool moves = surfels.move();
+    THIXO_ASSERT(layer.size() == cloud.size() && cloud.axis1.size() == cloud.size() &&
+                     cloud.axis2.size() == cloud.size() && (!moves || surfels.velocity.size() == cloud.size()),
+                 "{} surfels, {} layers, {} velocities", cloud.size(), layer.size(), surfels.velocity.size());
     const std::vector<Place> order = spatial_order(cloud);
     SurfelBlocks packed;
     packed.dropped = cloud.size() - order.size();
+    packed.shutter = surfels.shutter;
     packed.bounds.resize((order.size() + kFloatLanes - 1) / kFloatLanes);
     packed.storage = std::make_unique_for_overwrite<SurfelBlock[]>(packed.bounds.size());
     packed.summary = std::make_unique_for_overwrite<BlockSummary[]>(packed.bounds.size());
-    parallel_for(packed.bounds.size(), [&](std::size_t b) {
-        Box3& bounds = packed.bounds[b];
-        bounds = {Vec3f::Constant(3e38f), Vec3f::Constant(-3e38f)};
-        for (int lane = 0; lane < kFloatLanes; ++lane) {
-            const std::size_t k = b * kFloatLanes + lane;
-            if (k < order.size())
-                set_lane(packed.storage[b], lane, cloud, order[k].surfel, layer[order[k].surfel], bounds);
-            else
-                clear_lane(packed.storage[b], lane);
-        }
-        packed.summary[b] =
-            summarise(packed.storage[b], int(std::min<std::size_t>(kFloatLanes, order.size() - b * kFloatLanes)));
-    });
+    if (moves) {
+        packed.motion = std::make_unique_for_overwrite<BlockMotion[]>(packed.bounds.size());
+        packed.last_bounds.resize(packed.bounds.size());
+    }
+    const Packing packing(surfels, layer, order, packed);
+    parallel_for(packed.bounds.size(), [&](std::size_t b) { packing.pack(b); });
     return packed;
 }
 

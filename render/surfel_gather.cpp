@@ -35,7 +35,9 @@ FloatLanes dot(const FloatLanes (&m)[3], FloatLanes x, FloatLanes y, FloatLanes 
 
 /// Lanes whose supports the ray crosses within [tmin, end]; `disc`: whose discs it hits. Fills all of the row but block
 /// and lanes.
-unsigned cross(const SurfelBlock& block, const Ray& ray, float end, Row& row, unsigned& disc) {
+unsigned cross(const SurfelBlocks& packed, Index index, const Ray& ray, float end, Row& row, unsigned& disc) {
+    SurfelBlock room;
+    const SurfelBlock& block = packed.at(index, ray.time, room);
     const FloatLanes dx = float_lanes(ray.direction.x()), dy = float_lanes(ray.direction.y()),
                      dz = float_lanes(ray.direction.z());
     FloatLanes e[3];  // direction in the support's unit space
@@ -107,13 +109,12 @@ void Candidates::make_list(float tmin) {
 namespace {
 
 void gather_lanes(const Gathering& from, Index block_index, unsigned inside, Candidates& found) {
-    const SurfelBlock& block = from.packed.storage[block_index];
     const Ray& ray = from.ray;
     if (!found.listed && found.row_count == Candidates::kRows) found.make_list(ray.tmin);
     Row beyond;
     Row& row = found.listed ? beyond : found.rows[found.row_count];
     unsigned disc = 0;
-    row.lanes = cross(block, ray, std::min(ray.tmax, found.end), row, disc);
+    row.lanes = cross(from.packed, block_index, ray, std::min(ray.tmax, found.end), row, disc);
     if (row.lanes == 0) return;
     // A ray outside an object can only enter it, one inside only leave it: n.d towards the side it is going to.
     unsigned facing = row.lanes & bits(row.facing < 0);

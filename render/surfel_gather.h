@@ -65,6 +65,8 @@ struct Gathering {
     const Ray& ray;
     const Interior& interior;
     std::span<const Index> object;
+    /// From the frame's own time to the ray's [s].
+    float seconds() const { return packed.motion ? packed.shutter.seconds(ray.time) : 0; }
 };
 
 /// Adds the surfels of one block to the candidates and draws the window's end in. The result does not depend on the

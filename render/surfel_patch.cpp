@@ -83,11 +83,12 @@ bool sort_rows(std::span<const SurfelBlock> blocks, const Candidates& candidates
 }
 
 /// False: their normals do not agree.
-bool prepare(std::span<const SurfelBlock> blocks, const Vec3f& reference, float t_reference, Patch& patch) {
+bool prepare(const SurfelBlocks& packed, float time, const Vec3f& reference, float t_reference, Patch& patch) {
     FloatLanes normal[3]{}, heights{};
     for (int i = 0; i < patch.count; ++i) {
         const Row& row = *patch.row[i];
-        const SurfelBlock& block = blocks[row.block];
+        SurfelBlock room;
+        const SurfelBlock& block = packed.at(row.block, time, room);
         const LaneMask mask = mask_of(patch.taking_part[i]);
         FitLanes& l = patch.lanes[i];
         const FloatLanes off = t_reference - row.near, two_b = row.b + row.b, a_off = row.a * off;
@@ -150,7 +151,7 @@ bool smooth_crossing(const Gathering& from, const Trims& trims, const Candidates
     // Half-way through the first support: near the surface, and the same for every order of the rows.
     const float t_reference = std::max(ray.tmin, patch.row[0]->near[std::countr_zero(patch.taking_part[0])]);
     const Vec3f& d = ray.direction;
-    if (!prepare(blocks, ray.origin + t_reference * d, t_reference, patch)) return false;
+    if (!prepare(from.packed, ray.time, ray.origin + t_reference * d, t_reference, patch)) return false;
     // Where Newton's last step was shorter than this, its own error is under 1e-5 radii.
     const float last_step = kLastStep * patch.radius, reach = 16 * patch.radius;
     float tau = guess(patch, t_reference);
@@ -167,7 +168,7 @@ bool smooth_crossing(const Gathering& from, const Trims& trims, const Candidates
         const float t = t_reference + tau + step;
         if (!(t >= candidates.start(ray, patch.radius) && t <= end)) return false;
         if (trims.trimmed(object[patch.layer]) &&
-            !trims.keeps(object[patch.layer], patch.layer, ray.origin + t * d, patch.radius))
+            !trims.keeps(object[patch.layer], patch.layer, ray.origin + t * d, patch.radius, from.seconds()))
             return false;
         hit.t = t;
         hit.normal = (at.gradient + step * at.curvature * d).normalized();

@@ -1,5 +1,6 @@
 #include "render/trim.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "pipeline/base/error.h"
@@ -34,10 +35,38 @@ void check_sheets(const TrimNode& node, std::span<const Index> object, Index own
     for (const TrimNode& part : node.parts) check_sheets(part, object, own);
 }
 
+/// Least squares over surfels. Along directions in which they do not spread, the velocity does not change.
+AffineVelocity affine_velocity(const SurfelCloud& cloud, std::span<const Vec3f> velocity,
+                               const std::vector<Index>& surfels) {
+    constexpr double kFlat = 1e-6;  // of the largest spread
+    Vec3d place(0, 0, 0), mean(0, 0, 0);
+    for (const Index i : surfels) {
+        place += cloud.position[i].cast<double>();
+        mean += velocity[i].cast<double>();
+    }
+    if (surfels.empty()) return {};
+    place /= double(surfels.size());
+    mean /= double(surfels.size());
+    Mat3d spread = Mat3d::Zero(), product = Mat3d::Zero();
+    for (const Index i : surfels) {
+        const Vec3d x = cloud.position[i].cast<double>() - place;
+        spread += x * x.transpose();
+        product += (velocity[i].cast<double>() - mean) * x.transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<Mat3d> axes(spread);
+    Mat3d inverse = Mat3d::Zero();
+    for (int k = 0; k < 3; ++k)
+        if (const double s = axes.eigenvalues()[k]; s > kFlat * axes.eigenvalues()[2])
+            inverse += axes.eigenvectors().col(k) * axes.eigenvectors().col(k).transpose() / s;
+    const Mat3d gradient = product * inverse;
+    if (!gradient.allFinite() || !mean.allFinite()) return {};
+    return {place.cast<float>(), mean.cast<float>(), gradient.cast<float>()};
+}
+
 }  // namespace
 
 Trims::Trims(const std::vector<std::optional<TrimNode>>& tree, std::span<const Index> object,
-             std::span<const std::uint32_t> layer, SurfelCloud& cloud) {
+             std::span<const std::uint32_t> layer, SurfelCloud& cloud, std::span<const Vec3f> velocity) {
     std::vector<signed char> side(object.size(), 0);
     trees_.resize(tree.size());
     for (Index o = 0; o < tree.size(); ++o) {
@@ -54,6 +83,11 @@ Trims::Trims(const std::vector<std::optional<TrimNode>>& tree, std::span<const I
     fields_.resize(object.size());
     for (std::size_t l = 0; l < object.size(); ++l)
         if (side[l] != 0) fields_[l].emplace(cloud, members[l]);
+    if (velocity.empty()) return;
+    std::vector<std::vector<Index>> own(tree.size());
+    for (std::size_t l = 0; l < object.size(); ++l)
+        if (side[l] != 0) own[object[l]].insert(own[object[l]].end(), members[l].begin(), members[l].end());
+    for (const std::vector<Index>& surfels : own) motion_.push_back(affine_velocity(cloud, velocity, surfels));
 }
 
 bool Trims::near(const TrimNode& node, const Vec3f& x, float reach) const {
@@ -73,7 +107,8 @@ struct Leaf {
 
 }  // namespace
 
-bool Trims::keeps(Index object, std::uint32_t layer, const Vec3f& x, float radius) const {
+bool Trims::keeps(Index object, std::uint32_t layer, const Vec3f& place, float radius, float seconds) const {
+    const Vec3f x = seconds == 0 || motion_.empty() ? place : motion_[object].before(place, seconds);
     const float overlap = kTrimOverlap * radius;
     const Leaf leaf{[&](const TrimNode& node) -> unsigned {
                         const auto l = std::uint32_t(node.sheet);

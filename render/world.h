@@ -1,6 +1,7 @@
 // Everything one picture is made of.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "render/lights.h"
 #include "render/material.h"
 #include "render/ray_scene.h"
+#include "render/shutter.h"
 
 namespace thixo::render {
 
@@ -47,12 +49,20 @@ struct World {
     PathSettings settings;
     Vec3d origin{0, 0, 0};  // what all places of this world count from [m]
     Camera camera;
-    bool attributes = false;          // some material looks at the attributes of hits
-    Interior camera_interior;         // the objects the camera is inside of
-    scene::Passes passes;             // those beside the ones that are always there
-    std::vector<ObjectLabel> labels;  // by object, where one of these passes needs them
-    Neighbours neighbours;            // where motion is asked for
+    Shutter shutter;
+    std::array<Camera, 2> moving_camera;  // as the shutter opens and closes, where it moves
+    bool attributes = false;              // some material looks at the attributes of hits
+    Interior camera_interior;             // the objects the camera is inside of
+    scene::Passes passes;                 // those beside the ones that are always there
+    std::vector<ObjectLabel> labels;      // by object, where one of these passes needs them
+    Neighbours neighbours;                // where motion is asked for
 
+    /// A ray of the camera at a ray's time.
+    Ray camera_ray(float x, float y, const Vec2f& lens, float time) const {
+        Ray ray = (shutter.moves() ? between(moving_camera[0], moving_camera[1], time) : camera).ray(x, y, lens);
+        ray.time = time;
+        return ray;
+    }
     const Material& material(Index object) const { return materials[material_of[object]]; }
     /// Of the surface that was hit.
     const Material& material(const Hit& hit) const {

@@ -35,6 +35,9 @@ void check_look(const Look& look, ReadContext& context) {
     check.require(view.norm() <= 1e-9 || view.normalized().cross(c.up.normalized()).norm() > 1e-6, "look.camera.up",
                   "\"up\" of the camera points along its view", "write for example up: [0, 1, 0]");
     check_motion(c.motion, "look.camera.motion", check);
+    check.require(
+        c.shutter_open <= c.shutter_close, "look.camera.shutter_close",
+        fmt::format("the shutter closes at {} frames, before it opens at {}", c.shutter_close, c.shutter_open));
     check.require(!look.output.denoise || look.output.samples > 1, "look.output.denoise",
                   "\"denoise\" needs 2 samples a pixel at least", "write for example samples: 8");
     for (const Appearance& a : look.appearances) {

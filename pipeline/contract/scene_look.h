@@ -16,6 +16,8 @@ struct Camera {
     double aperture = 0;        // m, lens radius
     double focus_distance = 0;  // m; 0: distance to look_at
     std::vector<Key> motion;    // moves the camera rigidly about its own position
+    // Frames, from the frame's own time. Both the same: nothing is blurred.
+    double shutter_open = 0, shutter_close = 0;
 };
 template <class V>
 void visit(V& v, Camera& c) {
@@ -25,6 +27,10 @@ void visit(V& v, Camera& c) {
     v.key("fov", c.fov, "degrees", between(0.1, 170), "horizontal field of view");
     v.key("aperture", c.aperture, "m", at_least(0), "radius of the lens; 0: everything is sharp");
     v.key("focus_distance", c.focus_distance, "m", at_least(0), "distance that is sharp; 0: the distance of look_at");
+    v.key("shutter_open", c.shutter_open, "frames", between(-1, 1),
+          "when the shutter opens, from the frame's own time; moving things are blurred until it closes");
+    v.key("shutter_close", c.shutter_close, "frames", between(-1, 1),
+          "when the shutter closes; -0.25 to 0.25 is half a frame, as in film; both the same: nothing is blurred");
     v.list("motion", c.motion, "moves the camera rigidly about its own position");
 }
 

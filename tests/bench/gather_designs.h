@@ -63,7 +63,7 @@ class FilterGather {
 class BlockGather {
   public:
     explicit BlockGather(const SurfelCloud& cloud)
-        : packed_(render::pack_surfels(cloud, std::vector<std::uint32_t>(cloud.size(), 0))),
+        : packed_(render::pack_surfels({cloud}, std::vector<std::uint32_t>(cloud.size(), 0))),
           device_(rtcNewDevice("max_isa=avx2,start_threads=0")),
           scene_(rtcNewScene(device_)) {
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);

@@ -116,6 +116,13 @@ TEST_F(RenderStage, TwoHalvesRenderedApartEqualTheWhole) {
     EXPECT_NE(bytes(out("whole"), 1), bytes(out("whole"), 2));
 }
 
+TEST_F(RenderStage, AShutterThatIsOpenNeedsVelocities) {
+    make_cache(out("a"), 1);
+    RenderArgs blurred = args(out("a"));
+    blurred.set = {"look.camera.shutter_open=-0.25", "look.camera.shutter_close=0.25"};
+    EXPECT_THROW(run_stage(blurred), CacheError);
+}
+
 TEST_F(RenderStage, PicturesThatAreThereAreKept) {
     make_cache(out("a"));
     run_stage(args(out("a"), "1-2"));

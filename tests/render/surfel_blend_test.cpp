@@ -284,7 +284,7 @@ TEST(SurfelBlend, TheShortWayFindsTheSurfaceOfTheGeneralOne) {
     // Rounding of t is added.
     for (const SurfelCloud& cloud : {shapes::sphere(3000, 1, Vec3f::Zero(), 0.3f), shapes::torus(3000, 0.7f, 0.3f)}) {
         const SurfelSet set = shapes::one_object(cloud);
-        const SurfelBlocks packed = pack_surfels(set.cloud, set.layer);
+        const SurfelBlocks packed = pack_surfels({set.cloud}, set.layer);
         const float radius = set.cloud.axis1[0].norm();
         int compared = 0;
         for (std::uint64_t i = 0; i < 3000; ++i) {

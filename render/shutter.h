@@ -1,0 +1,66 @@
+// While the shutter is open: the time of a ray, and where moving things are then.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "pipeline/base/math.h"
+
+namespace thixo::render {
+
+/// A ray's time goes from 0, as the shutter opens, to 1, as it closes.
+struct Shutter {
+    float open = 0, close = 0;  // from the frame's own time [s]; equal: nothing moves in the picture
+
+    bool moves() const { return close > open; }
+    /// From the frame's own time to a ray's [s].
+    float seconds(float time) const { return open + time * (close - open); }
+    /// The ray's time that is nearest to the frame's own.
+    float frame_time() const { return moves() ? std::clamp(-open / (close - open), 0.0f, 1.0f) : 0.0f; }
+};
+
+/// Goes on as it moves at the frame's own time.
+struct RigidVelocity {
+    Vec3f pivot{0, 0, 0};                       // [m]
+    Vec3f velocity{0, 0, 0}, angular{0, 0, 0};  // of the pivot [m/s], about it [rad/s]
+
+    bool still() const { return velocity.isZero(0) && angular.isZero(0); }
+    Mat3f turn(float seconds) const {
+        const float angle = seconds * angular.norm();
+        return angle == 0 ? Mat3f(Mat3f::Identity())
+                          : Eigen::AngleAxisf(angle, angular.normalized()).toRotationMatrix();
+    }
+    Vec3f moved(const Vec3f& x, float seconds) const {
+        return pivot + seconds * velocity + turn(seconds) * (x - pivot);
+    }
+};
+
+/// x turned by the vector `by` [rad]. To second order: right to a thousandth where it is 0.2 or less.
+template <class V, class W>
+void turn_by(const W (&by)[3], V (&x)[3]) {
+    const auto cross = [&](const V(&v)[3], V(&out)[3]) {
+        for (int k = 0; k < 3; ++k) out[k] = by[(k + 1) % 3] * v[(k + 2) % 3] - by[(k + 2) % 3] * v[(k + 1) % 3];
+    };
+    V once[3], twice[3];
+    cross(x, once);
+    cross(once, twice);
+    for (int k = 0; k < 3; ++k) x[k] = x[k] + once[k] + twice[k] * 0.5f;
+}
+
+/// The velocity of matter about a place, to first order: v(x) = velocity + gradient (x - centre).
+struct AffineVelocity {
+    Vec3f centre{0, 0, 0}, velocity{0, 0, 0};  // [m], [m/s]
+    Mat3f gradient = Mat3f::Zero();            // [1/s]
+
+    /// How fast it turns [rad/s].
+    Vec3f angular() const {
+        return 0.5f *
+               Vec3f(gradient(2, 1) - gradient(1, 2), gradient(0, 2) - gradient(2, 0), gradient(1, 0) - gradient(0, 1));
+    }
+    /// Where matter that is at x `seconds` later is at the frame's own time.
+    Vec3f before(const Vec3f& x, float seconds) const {
+        return centre + (Mat3f::Identity() + seconds * gradient).inverse() * (x - centre - seconds * velocity);
+    }
+};
+
+}  // namespace thixo::render

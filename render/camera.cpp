@@ -23,13 +23,15 @@ RigidPose pose_at(const std::vector<scene::Key>& keys, double time) {
 
 Camera camera_at(const scene::Camera& c, double time, int width, int height) {
     const RigidPose pose = pose_at(c.motion, time);
-    const Vec3d to = pose.rotation * (c.look_at - c.position), up = pose.rotation * c.up;
+    const Quatd round(Eigen::AngleAxisd(c.orbit * time * kPi / 180, c.up.normalized()));
+    const Vec3d eye = c.look_at + round * (c.position - c.look_at);
+    const Vec3d to = pose.rotation * (c.look_at - eye), up = pose.rotation * c.up;
     const Vec3d across = to.cross(up);
     if (!(to.norm() > 0)) throw InputError("look.camera: position and look_at are the same point; move one of them");
     if (!(across.norm() > 1e-9 * to.norm() * up.norm()))
         throw InputError("look.camera.up is along the view; choose another direction");
     Camera camera;
-    camera.position = (c.position + pose.translation).cast<float>();
+    camera.position = (eye + pose.translation).cast<float>();
     const Vec3d forward = to.normalized(), right = across.normalized();
     camera.forward = forward.cast<float>();
     camera.right = right.cast<float>();

@@ -15,6 +15,13 @@ namespace {
 Vec3f turned(const Vec3f& d, float cosine, float sine) {
     return {cosine * d.x() + sine * d.y(), cosine * d.y() - sine * d.x(), d.z()};
 }
+/// The part of a spot's intensity that goes along d: it fades smoothly from the bright cosine to the dark one.
+float spot_part(const Light& light, const Vec3f& d) {
+    if (light.type != LightType::spot) return 1;
+    const float s = clamp01((light.normal.dot(d) - light.dark) / std::max(light.bright - light.dark, 1e-6f));
+    return s * s * (3 - 2 * s);
+}
+
 Vec3f own_direction(const Light& light, const Vec3f& d) { return turned(d, light.turn.x(), light.turn.y()); }
 
 }  // namespace
@@ -40,6 +47,13 @@ Light make_light(const scene::Light& l, std::shared_ptr<const Environment> envir
         light.edge1 = u * float(l.size.x() / 2);
         light.edge2 = direction.cross(u) * float(l.size.y() / 2);
         light.area = float(l.size.x() * l.size.y());
+    }
+    if (light.sizeless()) {
+        light.normal = direction;
+        light.centre = l.position.cast<float>();
+        const double half = l.cone * kPi / 360;
+        light.dark = float(std::cos(half));
+        light.bright = float(std::cos(half * (1 - l.softness)));
     }
     if (l.type == LightType::environment) {
         THIXO_ASSERT(environment, "the environment {} has no picture", l.name);
@@ -91,6 +105,15 @@ LightSample sample_light(const Light& light, const Vec3f& position, const Vec3f&
             sample.pdf = sample.distance * sample.distance / (cosine * light.area);
             break;
         }
+        case LightType::point:
+        case LightType::spot: {
+            const Vec3f to = light.centre - position;
+            sample.distance = std::max(to.norm(), 1e-20f);
+            sample.direction = to / sample.distance;
+            sample.radiance = light.radiance * (spot_part(light, -sample.direction) / square(sample.distance));
+            sample.pdf = sample.radiance.maxCoeff() > 0 ? 1 : 0;
+            break;
+        }
     }
     return sample;
 }
@@ -105,12 +128,16 @@ float light_pdf(const Light& light, const Vec3f& n, const Vec3f& d, float distan
             return light.environment->pdf(own_direction(light, d));
         case LightType::area:
             return distance * distance / (std::max(1e-6f, -light.normal.dot(d)) * light.area);
+        case LightType::point:
+        case LightType::spot:
+            return 0;
     }
     return 0;
 }
 
 float hit_area(const Light& light, const Vec3f& origin, const Vec3f& d) {
     constexpr float missed = std::numeric_limits<float>::infinity();
+    if (light.type != LightType::area) return missed;
     const float cosine = light.normal.dot(d);
     if (cosine >= 0) return missed;
     const float t = light.normal.dot(light.centre - origin) / cosine;
@@ -128,6 +155,11 @@ float light_strength(const Light& l, const Vec3f& position) {
         const Vec3f to = position - l.centre;
         const float d2 = to.squaredNorm() + l.area;
         solid_angle = l.area * std::max(0.05f, l.normal.dot(to) / std::sqrt(d2)) / d2;
+    }
+    if (l.sizeless()) {
+        const Vec3f to = position - l.centre;
+        const float d2 = std::max(to.squaredNorm(), 1e-12f);
+        return luminance(l.radiance) * std::max(0.05f, spot_part(l, to / std::sqrt(d2))) / d2;
     }
     if (l.type == LightType::environment)
         return luminance(l.radiance.cwiseProduct(l.environment->mean())) * solid_angle;

@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "pipeline/base/error.h"
+#include "render/checker.h"
 
 namespace thixo::render {
 namespace {
@@ -27,9 +28,8 @@ Vec3f Material::colour_at(const Hit& hit) const {
     if (colour_by == ColourBy::vertices && hit.attributes.colour.minCoeff() >= 0) return hit.attributes.colour;
     if (image.texture) return image.colour(hit, in_rest);
     if (checker <= 0) return colour;
-    const Vec3f& position = in_rest ? hit.attributes.rest : hit.position;
-    const auto field = [&](float x) { return std::int64_t(std::floor(x / checker)); };
-    return ((field(position.x()) + field(position.y())) & 1) == 0 ? colour : colour2;
+    const float share = checker_share(in_rest ? hit.attributes.rest : hit.position, seen_width(hit, in_rest), checker);
+    return share * colour + (1 - share) * colour2;
 }
 
 namespace {

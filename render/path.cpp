@@ -65,7 +65,7 @@ class Path {
             }
             s_.throughput = s_.throughput.cwiseProduct(absorb(world_, s_.interior, s_.ray, 0, hit.t));
             const Material& material = world_.material(hit);
-            hit.footprint = (s_.travelled += hit.t) * world_.camera.pixel_angle();
+            note_footprint(hit);
             if (material.bump.amplitude > 0) hit.normal = bumped_normal(material.bump, hit);
             note_first(hit, material);
             if (material.dielectric() ? !interact(hit, material) : !shade(hit, material)) break;
@@ -75,6 +75,14 @@ class Path {
     }
 
   private:
+    void note_footprint(Hit& hit) {
+        constexpr float kGrazing = 1e-3f;
+        hit.footprint = (s_.travelled += hit.t) * world_.camera.pixel_angle();
+        const Vec3f& d = s_.ray.direction;
+        const float along = hit.geometric.dot(d);
+        hit.slant = hit.footprint / std::max(std::abs(along), kGrazing) * (d - along * hit.geometric);
+    }
+
     void note_first(const Hit& hit, const Material& material) {
         if (s_.bounces > 0 || first_.found) return;
         first_.found = true;
@@ -391,7 +399,8 @@ class Path {
         if (left.maxCoeff() <= 0) return;
         const float chance = share(i) * light.pdf;
         // Light that came through a dielectric cannot be met by chance (chance_weight).
-        const float weight = through || strategy_ == Strategy::lights ? 1 : 1 - surface_weight(i, pdf, chance);
+        const bool alone = through || strategy_ == Strategy::lights || world_.lights[i].sizeless();
+        const float weight = alone ? 1 : 1 - surface_weight(i, pdf, chance);
         add(i, scattered.cwiseProduct(light.radiance).cwiseProduct(left) * (weight / chance), s_.shaded > 1);
     }
 

@@ -73,6 +73,7 @@ struct Hit {
     float offset = 0;          // rays that bounce off start this far from the surface [m]
     float rounding = 0;        // of the position [m]
     float footprint = 0;       // width of what a pixel sees there, across the ray [m]
+    Vec3f slant{0, 0, 0};      // by how much that is longer along the surface, away from the ray [m]
     Attributes attributes;     // where they were asked for
 };
 

@@ -33,7 +33,7 @@ struct MeshObject {
     Vec3f own_shift{0, 0, 0};
     bool solid = false;  // closed and transparent: hit from outside by rays outside it, from inside by rays inside, as
                          // surfels are
-    RigidVelocity motion;
+    SteadyMotion motion;
 };
 
 /// Immutable after construction; intersect may be called from any number of threads.

@@ -20,7 +20,7 @@ struct Shutter {
 };
 
 /// Goes on as it moves at the frame's own time.
-struct RigidVelocity {
+struct SteadyMotion {
     Vec3f pivot{0, 0, 0};                       // [m]
     Vec3f velocity{0, 0, 0}, angular{0, 0, 0};  // of the pivot [m/s], about it [rad/s]
 

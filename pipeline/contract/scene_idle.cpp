@@ -98,6 +98,37 @@ void idle_of_probes(const Scene& scene, Lines& lines) {
     }
 }
 
+/// Keys that a light's type does not read.
+void idle_of_lights(const Scene& scene, Lines& lines) {
+    const Light plain;
+    for (const Light& l : scene.look.lights) {
+        using enum LightType;
+        const auto tell = [&](std::initializer_list<LightType> readers, const auto& value, const auto& by_default,
+                              const char* key) {
+            if (std::ranges::find(readers, l.type) != readers.end()) return;
+            const std::string why =
+                fmt::format("with `type: {}`", Words<LightType>::list[static_cast<std::size_t>(l.type)]);
+            tell_if_set(value, by_default, fmt::format("look.lights.{}.{}", l.name, key), why.c_str(), lines);
+        };
+        tell({sun, area, spot}, l.direction, plain.direction, "direction");
+        tell({sun}, l.angle, plain.angle, "angle");
+        tell({spot}, l.cone, plain.cone, "cone");
+        tell({spot}, l.softness, plain.softness, "softness");
+        tell({area, point, spot}, l.position, plain.position, "position");
+        tell({area}, l.size, plain.size, "size");
+        tell({sky}, l.horizon, plain.horizon, "horizon");
+        tell({sky}, l.ground, plain.ground, "ground");
+        tell({environment}, l.file, plain.file, "file");
+        tell({environment}, l.rotation, plain.rotation, "rotation");
+        const bool sizeless = l.type == point || l.type == spot;
+        if (sizeless && !scene.look.output.straight_shadows &&
+            std::ranges::any_of(scene.look.appearances,
+                                [](const auto& a) { return a.type == AppearanceType::dielectric; }))
+            lines.push_back(fmt::format(
+                "look.lights.{} has no size: without straight_shadows it does not shine through dielectrics", l.name));
+    }
+}
+
 /// Artificial viscosity is what keeps particles of the `eos` solver from wandering.
 void mixing(const Scene& scene, Lines& lines) {
     constexpr double kCalm = 0.05;
@@ -121,6 +152,7 @@ std::vector<std::string> idle_keys(const Scene& scene) {
     idle_of_steps(scene, lines);
     idle_of_plasticity(scene, lines);
     idle_of_probes(scene, lines);
+    idle_of_lights(scene, lines);
     mixing(scene, lines);
     return lines;
 }

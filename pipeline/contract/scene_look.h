@@ -18,6 +18,7 @@ struct Camera {
     std::vector<Key> motion;    // moves the camera rigidly about its own position
     // Frames, from the frame's own time. Both the same: nothing is blurred.
     double shutter_open = 0, shutter_close = 0;
+    double orbit = 0;  // degrees/s, about look_at
 };
 template <class V>
 void visit(V& v, Camera& c) {
@@ -32,22 +33,27 @@ void visit(V& v, Camera& c) {
     v.key("shutter_close", c.shutter_close, "frames", between(-1, 1),
           "when the shutter closes; -0.25 to 0.25 is half a frame, as in film; both the same: nothing is blurred");
     v.list("motion", c.motion, "moves the camera rigidly about its own position");
+    v.key("orbit", c.orbit, "degrees/s", between(-3600, 3600),
+          "the camera goes round look_at, about `up`, from its place at 0 s; seen from above to the left around");
 }
 
-enum class LightType { sun, sky, area, environment };
+enum class LightType { sun, sky, area, environment, point, spot };
 template <>
 struct Words<LightType> {
-    static constexpr std::array<std::string_view, 4> list{"sun", "sky", "area", "environment"};
+    static constexpr std::array<std::string_view, 6> list{"sun", "sky", "area", "environment", "point", "spot"};
 };
 struct Light {
     std::string name;
     LightType type = LightType::sky;
-    std::string group;            // of lights that share a pass; empty: the light alone
-    Vec3d colour{1, 1, 1};        // linear Rec.709
-    double strength = 1;          // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]; environment: factor
-    Vec3d direction{0, 0, -1};    // sun: where the light goes; area: the side it shines to
+    std::string group;      // of lights that share a pass; empty: the light alone
+    Vec3d colour{1, 1, 1};  // linear Rec.709
+    // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]; point, spot: intensity [W/sr]; environment: factor
+    double strength = 1;
+    Vec3d direction{0, 0, -1};    // sun, spot: where the light goes; area: the side it shines to
     double angle = 0.53;          // sun: angular diameter [degrees]
-    Vec3d position{0, 0, 3};      // area: centre [m]
+    double cone = 40;             // spot: from side to side [degrees]
+    double softness = 0.2;        // spot: part of the half cone in which it fades [1]
+    Vec3d position{0, 0, 3};      // area: centre; point, spot: place [m]
     Vec2d size{1, 1};             // area: edge lengths [m]
     Vec3d horizon{1, 1, 1};       // sky: colour factor at the horizon
     Vec3d ground{0.3, 0.3, 0.3};  // sky: colour factor below the horizon
@@ -59,16 +65,19 @@ template <class V>
 void visit(V& v, Light& l) {
     v.key("type", l.type, "", required(),
           "sun: parallel light; sky: light from all sides; area: a rectangle that shines; environment: a picture of "
-          "light "
-          "from all sides");
+          "light from all sides; point: a lamp without size; spot: one that shines into a cone");
     v.key("group", l.group, "", any(),
           "lights of one group share a pass of look.output.passes.lights; none: the light has its own");
     v.key("colour", l.colour, kColour, at_least(0), "colour, linear Rec.709; of an environment a factor");
-    v.key("strength", l.strength, "W/m^2, W/(m^2 sr)", at_least(0),
-          "sun: irradiance; sky and area: radiance; environment: what the picture's values are times");
-    v.key("direction", l.direction, "", direction(), "sun: where the light goes; area: the side it shines to");
+    v.key(
+        "strength", l.strength, "W/m^2, W/(m^2 sr), W/sr", at_least(0),
+        "sun: irradiance; sky and area: radiance; point and spot: intensity, the irradiance a metre away; environment: "
+        "what the picture's values are times");
+    v.key("direction", l.direction, "", direction(), "sun and spot: where the light goes; area: the side it shines to");
     v.key("angle", l.angle, "degrees", between(0, 90), "sun: angular diameter; the real sun's is 0.53");
-    v.key("position", l.position, "m", any(), "area: centre");
+    v.key("cone", l.cone, "degrees", between(0.1, 180), "spot: the whole angle of its cone, from dark to dark");
+    v.key("softness", l.softness, "1", between(0, 1), "spot: the outer part of the cone in which the light fades");
+    v.key("position", l.position, "m", any(), "area: centre; point and spot: place");
     v.key("size", l.size, "m", above(0), "area: edge lengths");
     v.key("horizon", l.horizon, kColour, at_least(0), "sky: colour factor at the horizon");
     v.key("ground", l.ground, kColour, at_least(0), "sky: colour factor below the horizon");

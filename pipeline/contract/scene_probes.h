@@ -62,7 +62,7 @@ void visit(V& v, Probe& p) {
           "extent: how far "
           "particle centres reach along `direction` [m]; flux: mass a second through a disc [kg/s], mean since the "
           "frame before; follow: `quantity` of the particle that was nearest to `position` at the start. wall_force: "
-          "with which liquids in `region` press on walls along `direction` [N]; wall_pressure: the same "
+          "with which liquids in `region` press on walls along `direction`, without drag [N]; wall_pressure: the same "
           "over a disc on a wall [Pa]; both are means since the frame before. bodies: "
           "number of "
           "pieces of solid matter; crack_area: of all cracks within bodies [m^2]; fronts: number of fronts of cracks");
@@ -74,7 +74,7 @@ void visit(V& v, Probe& p) {
           "momentum");
     v.reference("material", p.material, Refers::material, any(), "counts this material only; left out: all");
     v.shape("region", p.region, any(),
-            "mean, total, extent, wall_force: counts particles in this shape only; left out: everywhere");
+            "mean, total, extent, follow, wall_force: counts particles in this shape only; left out: everywhere");
     v.key("position", p.position, "m", any(), "point, follow, angular: where; flux, wall_pressure: centre of the disc");
     v.key("direction", p.direction, "", direction(),
           "extent: which way; flux: the side that counts as forward; "

@@ -24,6 +24,16 @@ TEST(Camera, TheFieldOfViewIsHorizontalAndPixelsCountFromTheTopLeft) {
     EXPECT_NEAR(c.ray(100, 50, {0, 0}).direction.y(), 1, 1e-6);
 }
 
+TEST(Camera, OrbitsWhatItLooksAt) {
+    scene::Camera s = camera();
+    s.look_at = {1, 0, 0};
+    s.orbit = 30;
+    const Camera start = camera_at(s, 0, 200, 200), later = camera_at(s, 3, 200, 200);  // a quarter round
+    EXPECT_LT((start.position - Vec3f(0, -2, 0)).norm(), 1e-6f);
+    EXPECT_LT((later.position - Vec3f(3, -1, 0)).norm(), 1e-6f);
+    EXPECT_LT((later.pixel({1, 0, 0}) - Vec2f(100, 100)).norm(), 1e-3f);
+}
+
 TEST(Camera, RaysOfALensMeetInTheFocus) {
     scene::Camera s = camera();
     s.aperture = 0.2;

@@ -39,6 +39,36 @@ TEST(Lights, AGradientSkyHasTheIrradianceOfItsFormula) {
     EXPECT_NEAR(irradiance(make_light(sky), {0, 0, 0}, {0, 0, -1}), 2 * kPi * 0.3, 1e-3);
 }
 
+TEST(Lights, APointHasItsIntensityOverTheSquareOfTheDistance) {
+    scene::Light lamp;
+    lamp.type = scene::LightType::point;
+    lamp.position = {1, 2, 2};  // 3 m away, at a cosine of 2/3
+    lamp.strength = 6;
+    EXPECT_NEAR(irradiance(make_light(lamp), {0, 0, 0}, {0, 0, 1}), 6.0 / 9 * 2 / 3, 1e-5);
+    EXPECT_EQ(hit_area(make_light(lamp), {0, 0, 0}, Vec3f(1, 2, 2) / 3), std::numeric_limits<float>::infinity());
+}
+
+TEST(Lights, ASpotShinesIntoItsConeAndFadesAtItsRim) {
+    scene::Light lamp;
+    lamp.type = scene::LightType::spot;
+    lamp.position = {0, 0, 2};
+    lamp.strength = 8;
+    lamp.cone = 60;
+    lamp.softness = 0.5;
+    const Light light = make_light(lamp);
+    const auto part = [&](double degrees) {  // of what a point would give
+        const Vec3f at(float(2 * std::tan(degrees * kPi / 180)), 0, 0);
+        lamp.type = scene::LightType::point;
+        return irradiance(light, at, {0, 0, 1}) / irradiance(make_light(lamp), at, {0, 0, 1});
+    };
+    EXPECT_NEAR(part(0), 1, 1e-5);
+    EXPECT_NEAR(part(14.9), 1, 1e-5);
+    const double half = (std::cos(15 * kPi / 180) + std::cos(30 * kPi / 180)) / 2;
+    EXPECT_NEAR(part(std::acos(half) * 180 / kPi), 0.5, 1e-3);
+    EXPECT_EQ(part(30.1), 0);
+    EXPECT_EQ(part(80), 0);
+}
+
 TEST(Lights, TheDensityOfAChanceHitIsThatOfTheSample) {
     scene::Light lamp;
     lamp.type = scene::LightType::area;

@@ -172,6 +172,45 @@ TEST(Material, ACheckerHasFieldsOfItsEdge) {
     EXPECT_EQ(m.colour_at(at({-0.25f, -0.25f, 9})).x(), 1);
 }
 
+TEST(Material, ACheckerTooSmallToBeSeenHasItsMeanColour) {
+    // A pixel that sees 40 fields a side shows their mean, within the part of one field. So nothing crawls.
+    scene::Appearance a;
+    a.checker = 0.5;
+    a.colour = {1, 0.5, 0.2};
+    a.colour2 = {0, 0.1, 0.2};
+    const Material m = make_material(a);
+    for (int k = 0; k < 100; ++k) {
+        Hit hit = at({0.173f * float(k), -0.31f * float(k), 0});
+        hit.footprint = 20;
+        EXPECT_LT((m.colour_at(hit) - Vec3f(0.5f, 0.3f, 0.2f)).norm(), 0.01f);
+    }
+}
+
+TEST(Material, ACheckerFadesAsItsMeanOverWhatIsSeen) {
+    // The mean over a square, by points, for widths from sharp to twice a field.
+    scene::Appearance a;
+    a.checker = 1;
+    a.colour = {1, 1, 1};
+    a.colour2 = {0, 0, 0};
+    const Material m = make_material(a);
+    for (const float width : {0.1f, 0.4f, 1.0f, 2.2f}) {
+        const float filtered = std::max(0.0f, width - 0.25f);
+        for (const Vec3f& x : {Vec3f(0.3f, 0.6f, 0), Vec3f(-5.05f, 7.9f, 0), Vec3f(1000.5f, 0.02f, 0)}) {
+            double sum = 0;
+            constexpr int n = 400;
+            for (int i = 0; i < n; ++i)
+                for (int j = 0; j < n; ++j) {
+                    const auto off = [&](int k) { return filtered * ((float(k) + 0.5f) / n - 0.5f); };
+                    sum += double(m.colour_at(at({x.x() + off(i), x.y() + off(j), 0})).x());
+                }
+            Hit hit = at(x);
+            hit.normal = {0, 0, 1};
+            hit.footprint = width;
+            EXPECT_NEAR(m.colour_at(hit).x(), sum / (n * n), 0.01) << width << " " << x.transpose();
+        }
+    }
+}
+
 TEST(Material, AColourMapMixesBetweenItsStops) {
     scene::Appearance a;
     a.colour_by = scene::ColourBy::temperature;

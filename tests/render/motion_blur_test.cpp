@@ -13,11 +13,11 @@ const Shutter kShutter{-0.5f, 0.5f};  // [s]
 /// A red ball of surfels that flies, and a grey box that flies and turns, on a ground.
 struct Moving {
     Vec3f velocity{0.8f, 0.2f, 0};
-    RigidVelocity box{{-1, 0.6f, 0.5f}, {0.1f, -0.5f, 0}, {0, 0, 1.2f}};
+    SteadyMotion box{{-1, 0.6f, 0.5f}, {0.1f, -0.5f, 0}, {0, 0, 1.2f}};
     double camera_speed = 0;  // along x [m/s]
 };
 
-MeshObject box_at(const RigidVelocity& motion) {
+MeshObject box_at(const SteadyMotion& motion) {
     MeshObject box;
     box.mesh = *thixo::box({0.8, 0.4, 0.6}).node().exact_mesh(4);
     for (Vec3f& v : box.mesh.vertices) v += motion.pivot;

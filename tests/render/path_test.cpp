@@ -51,6 +51,30 @@ TEST(Path, ASunGivesItsIrradianceTimesTheCosine) {
     EXPECT_NEAR(mean_colour(picture(world, 64)).y(), 0.5 * 3 * std::sqrt(0.5) / kPi, 2e-3);
 }
 
+TEST(Path, APointLightsAMattGroundWithoutNoise) {
+    World world = matt_ground();
+    scene::Light lamp;
+    lamp.type = scene::LightType::point;
+    lamp.position = {0, 0, 2};
+    lamp.strength = 8;
+    world.lights = {make_light(lamp)};
+    // E = I/d^2, L = albedo E/pi. The picture is a degree wide: 2e-5 of the light is lost at its corners.
+    const Image image = picture(world, 4);
+    EXPECT_NEAR(mean_colour(image).y(), 0.5 * 2 / kPi, 1e-4);
+    EXPECT_LT(standard_error(image), 1e-5);
+}
+
+TEST(Path, ABallStandsInTheLightOfAPoint) {
+    World world = matt_ground();
+    scene::Light lamp;
+    lamp.type = scene::LightType::point;
+    lamp.position = {0, 0, 2};
+    world.lights = {make_light(lamp)};
+    world.rays = std::make_unique<RayScene>(shapes::one_object(shapes::sphere(2000, 0.2f, {0, 0, 1})),
+                                            std::vector{ground(add_object(world, {}))});
+    EXPECT_EQ(mean_colour(picture(world, 4)).y(), 0);
+}
+
 TEST(Path, ARectangleGivesTheFormFactorOfItsPlace) {
     World world = matt_ground();
     scene::Light lamp;

@@ -1,45 +1,22 @@
 #include "render/camera.h"
 
-#include "pipeline/base/error.h"
-#include "pipeline/geometry/keyframes.h"
+#include "render/camera_pose.h"
 #include "render/warp.h"
 
 namespace thixo::render {
-namespace {
-
-RigidPose pose_at(const std::vector<scene::Key>& keys, double time) {
-    if (keys.empty()) return {};
-    std::vector<double> times;
-    std::vector<Vec3d> positions, degrees;
-    for (const scene::Key& k : keys) {
-        times.push_back(k.time);
-        positions.push_back(k.position);
-        degrees.push_back(k.rotate);
-    }
-    return motion_from_degrees(times, positions, degrees).pose(time);
-}
-
-}  // namespace
 
 Camera camera_at(const scene::Camera& c, double time, int width, int height) {
-    const RigidPose pose = pose_at(c.motion, time);
-    const Quatd round(Eigen::AngleAxisd(c.orbit * time * kPi / 180, c.up.normalized()));
-    const Vec3d eye = c.look_at + round * (c.position - c.look_at);
-    const Vec3d to = pose.rotation * (c.look_at - eye), up = pose.rotation * c.up;
-    const Vec3d across = to.cross(up);
-    if (!(to.norm() > 0)) throw InputError("look.camera: position and look_at are the same point; move one of them");
-    if (!(across.norm() > 1e-9 * to.norm() * up.norm()))
-        throw InputError("look.camera.up is along the view; choose another direction");
+    const CameraPose pose = camera_pose(c, time);
     Camera camera;
-    camera.position = (eye + pose.translation).cast<float>();
-    const Vec3d forward = to.normalized(), right = across.normalized();
+    camera.position = pose.position.cast<float>();
+    const Vec3d forward = pose.to.normalized(), right = pose.to.cross(pose.up).normalized();
     camera.forward = forward.cast<float>();
     camera.right = right.cast<float>();
     camera.down = forward.cross(right).cast<float>();
-    camera.half_width = float(std::tan(c.fov * kPi / 360));
+    camera.half_width = float(std::tan(pose.fov * kPi / 360));
     camera.half_height = camera.half_width * float(height) / float(width);
     camera.aperture = float(c.aperture);
-    camera.focus = float(c.focus_distance > 0 ? c.focus_distance : to.norm());
+    camera.focus = float(c.focus_distance > 0 ? c.focus_distance : pose.to.norm());
     camera.width = width;
     camera.height = height;
     return camera;

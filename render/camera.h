@@ -25,8 +25,7 @@ struct Camera {
 /// Between two places of one camera, `part` of the way: it goes straight, and turns by the shortest way.
 Camera between(const Camera& from, const Camera& to, float part);
 
-/// The camera at time [s]: it goes round look_at, then its motion turns it about its own position and shifts it. Throws InputError where
-/// position and look_at are the same, or up is along the view.
+/// The camera at time [s] (camera_pose.h, which says what it throws).
 Camera camera_at(const scene::Camera& camera, double time, int width, int height);
 
 }  // namespace thixo::render

@@ -119,7 +119,7 @@ void fill_in(Scene& scene, const std::string& source_name, const Where& where) {
         add_default_appearance(scene.look, b.look, b.name, std::move(ground));
     }
     const auto given = [&](const char* key) { return where.find(key) != where.end(); };
-    if (!given("look.camera.position") && !given("look.camera.look_at"))
+    if (!given("look.camera.position") && !given("look.camera.look_at") && scene.look.camera.path.empty())
         fit_camera(scene, scene.look.camera, scene.look.output);
 }
 

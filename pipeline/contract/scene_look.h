@@ -10,15 +10,32 @@
 
 namespace thixo::scene {
 
+/// One instant of a camera's path.
+struct CameraKey {
+    double time = 0;                             // s
+    Vec3d position{0, -3, 1}, look_at{0, 0, 0};  // m
+    double fov = 0;                              // degrees; 0: the camera's
+};
+template <class V>
+void visit(V& v, CameraKey& k) {
+    v.key("time", k.time, "s", required(), "instant; ascending in the list");
+    v.key("position", k.position, "m", required(), "the eye");
+    v.key("look_at", k.look_at, "m", required(), "point in the middle of the picture");
+    v.key("fov", k.fov, "degrees", between(0, 170), "horizontal field of view; 0: that of the camera");
+}
+
 struct Camera {
     Vec3d position{0, -3, 1}, look_at{0, 0, 0}, up{0, 0, 1};
     double fov = 40;            // degrees, horizontal
     double aperture = 0;        // m, lens radius
     double focus_distance = 0;  // m; 0: distance to look_at
     std::vector<Key> motion;    // moves the camera rigidly about its own position
+    // Takes the place of position and look_at.
+    std::vector<CameraKey> path;
+    // About look_at [degrees/s].
+    double orbit = 0;
     // Frames, from the frame's own time. Both the same: nothing is blurred.
     double shutter_open = 0, shutter_close = 0;
-    double orbit = 0;  // degrees/s, about look_at
 };
 template <class V>
 void visit(V& v, Camera& c) {
@@ -32,6 +49,9 @@ void visit(V& v, Camera& c) {
           "when the shutter opens, from the frame's own time; moving things are blurred until it closes");
     v.key("shutter_close", c.shutter_close, "frames", between(-1, 1),
           "when the shutter closes; -0.25 to 0.25 is half a frame, as in film; both the same: nothing is blurred");
+    v.list(
+        "path", c.path,
+        "where the camera is and what it looks at, smoothly from key to key; takes the place of position and look_at");
     v.list("motion", c.motion, "moves the camera rigidly about its own position");
     v.key("orbit", c.orbit, "degrees/s", between(-3600, 3600),
           "the camera goes round look_at, about `up`, from its place at 0 s; seen from above to the left around");

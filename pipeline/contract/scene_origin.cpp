@@ -132,6 +132,10 @@ Look relative_to(Look look, const Vec3d& by) {
     if (by.isZero()) return look;
     look.camera.position -= by;
     look.camera.look_at -= by;
+    for (CameraKey& k : look.camera.path) {
+        k.position -= by;
+        k.look_at -= by;
+    }
     for (Light& l : look.lights) l.position -= by;
     for (Appearance& a : look.appearances) {
         // A corner that nobody placed near the scene would be far from it: the picture then counts from the new origin.

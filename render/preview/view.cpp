@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/base/error.h"
-#include "pipeline/geometry/keyframes.h"
+#include "render/camera_pose.h"
 
 namespace thixo::preview {
 
@@ -29,24 +28,12 @@ Vec2d View::project(const Vec3d& x) const {
 }
 
 View look_view(const scene::Camera& camera, double time, int width, int height) {
-    std::vector<double> times;
-    std::vector<Vec3d> positions, degrees;
-    for (const scene::Key& key : camera.motion) {
-        times.push_back(key.time);
-        positions.push_back(key.position);
-        degrees.push_back(key.rotate);
-    }
-    const RigidPose pose = motion_from_degrees(times, positions, degrees).pose(time);
-    const Vec3d direction = camera.look_at - camera.position;
-    if (!(direction.norm() > 0) || !(direction.cross(camera.up).norm() > 1e-9 * direction.norm() * camera.up.norm()))
-        throw InputError(
-            "look: camera: position, look_at and up give no view; move look_at away from position and from the up "
-            "axis");
+    const render::CameraPose pose = render::camera_pose(camera, time);
     View view;
-    view.position = camera.position + pose.translation;
-    view.distance = direction.norm();
-    aim(view, pose.rotation * direction, pose.rotation * camera.up);
-    set_field(view, camera.fov, width, height);
+    view.position = pose.position;
+    view.distance = pose.to.norm();
+    aim(view, pose.to, pose.up);
+    set_field(view, pose.fov, width, height);
     return view;
 }
 

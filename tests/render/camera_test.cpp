@@ -24,6 +24,25 @@ TEST(Camera, TheFieldOfViewIsHorizontalAndPixelsCountFromTheTopLeft) {
     EXPECT_NEAR(c.ray(100, 50, {0, 0}).direction.y(), 1, 1e-6);
 }
 
+TEST(Camera, GoesAlongItsPath) {
+    scene::Camera s = camera();
+    s.fov = 60;
+    s.path = {{1, {0, -2, 0}, {0, 0, 0}, 0}, {2, {0, -4, 0}, {0, 0, 0}, 30}, {3, {2, -4, 0}, {2, 0, 0}, 0}};
+    for (const scene::CameraKey& k : s.path) {
+        const Camera at = camera_at(s, k.time, 200, 100);
+        EXPECT_LT((at.position - k.position.cast<float>()).norm(), 1e-6f);
+        EXPECT_LT((at.pixel(k.look_at.cast<float>()) - Vec2f(100, 50)).norm(), 1e-3f);
+        EXPECT_NEAR(at.half_width, std::tan((k.fov > 0 ? k.fov : 60) * kPi / 360), 1e-6);
+    }
+    // Between keys it goes the straight way, and beyond them it rests.
+    const Camera between = camera_at(s, 1.5, 200, 100);
+    EXPECT_NEAR(between.position.x(), 0, 1e-6);
+    EXPECT_GT(between.position.y(), -4);
+    EXPECT_LT(between.position.y(), -2);
+    EXPECT_EQ(camera_at(s, 0, 200, 100).position, camera_at(s, 1, 200, 100).position);
+    EXPECT_EQ(camera_at(s, 9, 200, 100).position, camera_at(s, 3, 200, 100).position);
+}
+
 TEST(Camera, OrbitsWhatItLooksAt) {
     scene::Camera s = camera();
     s.look_at = {1, 0, 0};

@@ -37,9 +37,8 @@ void check_look(const Look& look, ReadContext& context) {
     check_motion(c.motion, "look.camera.motion", check);
     for (std::size_t k = 0; k < c.path.size(); ++k) {
         const std::string path = fmt::format("look.camera.path.{}", k);
-        check.require(
-            k == 0 || c.path[k].time > c.path[k - 1].time, path + ".time",
-            fmt::format("\"time\" must ascend: {} is not after {}", c.path[k].time, c.path[k - (k > 0)].time));
+        check.require(k == 0 || c.path[k].time > c.path[k - 1].time, path + ".time",
+                      fmt::format("\"time\" must ascend: {} is not after {}", c.path[k].time, c.path[k - 1].time));
         check.require((c.path[k].look_at - c.path[k].position).norm() > 1e-9, path + ".look_at",
                       "\"look_at\" and \"position\" of the camera are the same point");
     }

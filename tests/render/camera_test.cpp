@@ -27,14 +27,14 @@ TEST(Camera, TheFieldOfViewIsHorizontalAndPixelsCountFromTheTopLeft) {
 TEST(Camera, GoesAlongItsPath) {
     scene::Camera s = camera();
     s.fov = 60;
-    s.path = {{1, {0, -2, 0}, {0, 0, 0}, 0}, {2, {0, -4, 0}, {0, 0, 0}, 30}, {3, {2, -4, 0}, {2, 0, 0}, 0}};
+    s.path = {{1, {0, -2, 0}, {0, 0, 0}, 0}, {2, {0, -4, 0}, {0, 0, 0}, 30}, {3, {0, -5, 0}, {0, 0, 1}, 0}};
     for (const scene::CameraKey& k : s.path) {
         const Camera at = camera_at(s, k.time, 200, 100);
         EXPECT_LT((at.position - k.position.cast<float>()).norm(), 1e-6f);
         EXPECT_LT((at.pixel(k.look_at.cast<float>()) - Vec2f(100, 50)).norm(), 1e-3f);
         EXPECT_NEAR(at.half_width, std::tan((k.fov > 0 ? k.fov : 60) * kPi / 360), 1e-6);
     }
-    // Between keys it goes the straight way, and beyond them it rests.
+    // Along a straight row of keys it goes straight, and beyond them it rests.
     const Camera between = camera_at(s, 1.5, 200, 100);
     EXPECT_NEAR(between.position.x(), 0, 1e-6);
     EXPECT_GT(between.position.y(), -4);

@@ -35,13 +35,13 @@ void check_look(const Look& look, ReadContext& context) {
     check.require(view.norm() <= 1e-9 || view.normalized().cross(c.up.normalized()).norm() > 1e-6, "look.camera.up",
                   "\"up\" of the camera points along its view", "write for example up: [0, 1, 0]");
     check_motion(c.motion, "look.camera.motion", check);
-    for (std::size_t k = 0; k < c.path.size(); ++k) {
-        const std::string path = fmt::format("look.camera.path.{}", k);
-        check.require(k == 0 || c.path[k].time > c.path[k - 1].time, path + ".time",
-                      fmt::format("\"time\" must ascend: {} is not after {}", c.path[k].time, c.path[k - 1].time));
-        check.require((c.path[k].look_at - c.path[k].position).norm() > 1e-9, path + ".look_at",
+    for (std::size_t k = 0; k < c.path.size(); ++k)
+        check.require((c.path[k].look_at - c.path[k].position).norm() > 1e-9,
+                      fmt::format("look.camera.path.{}.look_at", k),
                       "\"look_at\" and \"position\" of the camera are the same point");
-    }
+    for (std::size_t k = 1; k < c.path.size(); ++k)
+        check.require(c.path[k].time > c.path[k - 1].time, fmt::format("look.camera.path.{}.time", k),
+                      fmt::format("\"time\" must ascend: {} is not after {}", c.path[k].time, c.path[k - 1].time));
     check.require(
         c.shutter_open <= c.shutter_close, "look.camera.shutter_close",
         fmt::format("the shutter closes at {} frames, before it opens at {}", c.shutter_close, c.shutter_open));

@@ -30,7 +30,10 @@ Camera between(const Camera& from, const Camera& to, float part) {
     camera.right = mix(from.right, to.right);
     camera.right = (camera.right - camera.right.dot(camera.forward) * camera.forward).normalized();
     camera.down = camera.forward.cross(camera.right);
-    camera.focus = (1 - part) * from.focus + part * to.focus;
+    const auto between = [&](float a, float b) { return (1 - part) * a + part * b; };
+    camera.focus = between(from.focus, to.focus);
+    camera.half_width = between(from.half_width, to.half_width);
+    camera.half_height = between(from.half_height, to.half_height);
     return camera;
 }
 

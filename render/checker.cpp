@@ -31,14 +31,9 @@ float checker_share(const Vec3f& place, const Vec3f& width, float cube) {
 }
 
 Vec3f seen_width(const Hit& hit, bool in_rest) {
-    Vec3f a, b;
-    orthonormal_basis(hit.normal, a, b);
-    Vec3f first = a, second = b, slant = hit.slant;
-    if (in_rest) {
-        first = hit.attributes.rest_a;
-        second = hit.attributes.rest_b;
-        slant = a.dot(hit.slant) * first + b.dot(hit.slant) * second;
-    }
+    Vec3f first = hit.attributes.rest_a, second = hit.attributes.rest_b;
+    if (!in_rest) orthonormal_basis(hit.geometric, first, second);
+    const Vec3f& slant = in_rest ? hit.rest_slant : hit.slant;
     const Vec3f across2 = square(hit.footprint) * (first.cwiseAbs2() + second.cwiseAbs2());
     return (across2 + slant.cwiseAbs2()).cwiseSqrt();
 }

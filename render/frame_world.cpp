@@ -205,7 +205,10 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
     world.shutter = shutter_of(look.camera, scene.frames.fps);
     SurfelSet surfels = surfels_of(frame, object_of_body);
     if (world.shutter.moves() && surfels.velocity.empty() && surfels.cloud.size() > 0)
-        throw CacheError("frame {}: its surfels have no velocities (v), which look.camera.shutter needs", frame.number);
+        throw CacheError(
+            "frame {}: its surfels have no velocities (v), which an open shutter needs; without "
+            "look.camera.shutter_open and shutter_close it is drawn sharp",
+            frame.number);
     world.rays = std::make_unique<RayScene>(std::move(surfels), std::move(placed_meshes), world.shutter);
     for (const scene::Light& l : look.lights)
         world.lights.push_back(
@@ -227,7 +230,7 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
         const double seconds = 1 / scene.frames.fps;
         world.neighbours = {camera_then(-seconds), camera_then(seconds), float(seconds)};
     }
-    world.camera_interior = interior_at(world, world.camera.position);
+    world.camera_interior = interior_at(world, world.camera_then(world.shutter.frame_time()).position);
     return world;
 }
 

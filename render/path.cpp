@@ -81,6 +81,9 @@ class Path {
         const Vec3f& d = s_.ray.direction;
         const float along = hit.geometric.dot(d);
         hit.slant = hit.footprint / std::max(std::abs(along), kGrazing) * (d - along * hit.geometric);
+        Vec3f a, b;
+        orthonormal_basis(hit.normal, a, b);  // as of the attributes: before bumps
+        hit.rest_slant = a.dot(hit.slant) * hit.attributes.rest_a + b.dot(hit.slant) * hit.attributes.rest_b;
     }
 
     void note_first(const Hit& hit, const Material& material) {
@@ -88,7 +91,8 @@ class Path {
         first_.found = true;
         first_.hit = hit;
         first_.place = world_.origin + hit.position.cast<double>();
-        first_.depth = (hit.position - world_.camera.position).dot(world_.camera.forward);
+        const Camera camera = world_.camera_then(s_.ray.time);
+        first_.depth = (hit.position - camera.position).dot(camera.forward);
         first_.normal = hit.normal.dot(s_.ray.direction) < 0 ? hit.normal : Vec3f(-hit.normal);
         first_.albedo = material.dielectric() ? Vec3f(Vec3f::Ones()) : material.colour_at(hit);
         if (world_.labels.empty()) return;
@@ -108,11 +112,13 @@ class Path {
     /// The point goes on along its velocity, straight; its picture moves with it and with the camera.
     Eigen::Vector4f motion_at(const Hit& hit) const {
         const ObjectLabel& label = world_.labels[hit.object];
-        const Vec3f velocity = hit.blended
-                                   ? hit.attributes.velocity
-                                   : Vec3f(label.velocity + label.angular_velocity.cross(hit.position - label.origin));
         const Neighbours& n = world_.neighbours;
-        const Vec3f place = hit.position - world_.shutter.seconds(s_.ray.time) * velocity;
+        const float seconds = world_.shutter.seconds(s_.ray.time);
+        const SteadyMotion motion{label.origin, label.velocity, label.angular_velocity};
+        const Vec3f place = hit.blended ? Vec3f(hit.position - seconds * hit.attributes.velocity)
+                                        : motion.before(hit.position, seconds);
+        const Vec3f velocity = hit.blended ? hit.attributes.velocity
+                                           : Vec3f(label.velocity + label.angular_velocity.cross(place - label.origin));
         const Vec2f here = world_.camera.pixel(place), next = n.after.pixel(place + n.seconds * velocity) - here,
                     last = n.before.pixel(place - n.seconds * velocity) - here;
         return {next.x(), -next.y(), last.x(), -last.y()};

@@ -62,19 +62,20 @@ struct Attributes {
 };
 
 struct Hit {
-    float t = kInfinity;       // [m]
-    Vec3f position{0, 0, 0};   // [m]
-    Vec3f normal{0, 0, 1};     // for shading, unit, outward of the object
-    Vec3f geometric{0, 0, 1};  // of the surface itself, unit, outward; tells the side
-    Index object = kNone;      // index of the object in the scene
-    std::int32_t sheet = -1;   // of the surfels; -1: a mesh
-    bool entering = true;      // the ray goes from outside to inside
-    bool blended = false;      // on surfels, not on a mesh
-    float offset = 0;          // rays that bounce off start this far from the surface [m]
-    float rounding = 0;        // of the position [m]
-    float footprint = 0;       // width of what a pixel sees there, across the ray [m]
-    Vec3f slant{0, 0, 0};      // by how much that is longer along the surface, away from the ray [m]
-    Attributes attributes;     // where they were asked for
+    float t = kInfinity;        // [m]
+    Vec3f position{0, 0, 0};    // [m]
+    Vec3f normal{0, 0, 1};      // for shading, unit, outward of the object
+    Vec3f geometric{0, 0, 1};   // of the surface itself, unit, outward; tells the side
+    Index object = kNone;       // index of the object in the scene
+    std::int32_t sheet = -1;    // of the surfels; -1: a mesh
+    bool entering = true;       // the ray goes from outside to inside
+    bool blended = false;       // on surfels, not on a mesh
+    float offset = 0;           // rays that bounce off start this far from the surface [m]
+    float rounding = 0;         // of the position [m]
+    float footprint = 0;        // width of what a pixel sees there, across the ray [m]
+    Vec3f slant{0, 0, 0};       // by how much that is longer along the surface, away from the ray [m]
+    Vec3f rest_slant{0, 0, 0};  // the same in m0
+    Attributes attributes;      // where they were asked for
 };
 
 /// Where a ray that bounces off towards `direction` starts: clear of the surface, on the side it goes to.

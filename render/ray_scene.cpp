@@ -103,8 +103,9 @@ struct RayScene::Impl {
                 for (std::size_t i = begin; i < end; ++i) {
                     const Vec3f half = surfels.cloud.axis1[i].cwiseAbs() + surfels.cloud.axis2[i].cwiseAbs();
                     if (!surfels.cloud.position[i].allFinite() || !half.allFinite()) continue;
-                    for (const float seconds : {shutter.open, shutter.close})
-                        grow(parts[c], surfels.object[surfels.layer[i]], place_of(Index(i), seconds), half);
+                    for (int end = 0; end < (shutter.moves() ? 2 : 1); ++end)
+                        grow(parts[c], surfels.object[surfels.layer[i]],
+                             place_of(Index(i), end == 0 ? shutter.open : shutter.close), half);
                 }
             },
             chunk);
@@ -386,6 +387,7 @@ bool RayScene::intersect(const Ray& ray, const Interior& interior, Hit& hit, boo
     return impl_->intersect(ray, interior, hit, attributes);
 }
 std::size_t RayScene::dropped_surfels() const { return impl_->packed.dropped; }
+std::size_t RayScene::whirling_surfels() const { return impl_->packed.whirling; }
 
 const Box3& RayScene::bounds(Index object) const {
     static const Box3 nothing = kNothing;

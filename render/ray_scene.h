@@ -53,6 +53,8 @@ class RayScene {
 
     /// Surfels left out because they have no finite, non-zero frame.
     std::size_t dropped_surfels() const;
+    /// Surfels that turn too far while the shutter is open: their surface gapes (kMostTurn).
+    std::size_t whirling_surfels() const;
     /// Box around the object's vertices and surfel discs, and a little more; lower > upper where it has none.
     const Box3& bounds(Index object) const;
 

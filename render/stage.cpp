@@ -27,6 +27,7 @@
 #include "render/frame_world.h"
 #include "render/preview/preview.h"
 #include "render/relight.h"
+#include "render/surfel_blocks.h"
 #include "render/view_transform.h"
 
 namespace thixo::render {
@@ -180,6 +181,11 @@ class Stage {
         if (world.rays->dropped_surfels() > 0)
             log_warning("frame {}: {} surfels have no area or are not finite; they are left out", frame.number,
                         world.rays->dropped_surfels());
+        if (world.rays->whirling_surfels() > 0 && warned_.insert("\n\n").second)
+            log_warning(
+                "frame {}: {} surfels turn by more than {} radians while the shutter is open, and their surface gapes; "
+                "open it for a shorter time, or simulate at a higher frames.fps",
+                frame.number, world.rays->whirling_surfels(), kMostTurn);
         if (frame.surfels.count == 0 && frame.particles.count > 0 && warned_.insert("\n").second)
             log_warning(
                 "frame {} has particles but no surfels (surface.enabled is off): the matter is not drawn; see preview",

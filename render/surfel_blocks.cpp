@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <numeric>
 #include <tuple>
 
@@ -194,9 +195,10 @@ BlockSummary summarise(const SurfelBlock& block, int lanes) {
     return {{centre.x(), centre.y(), centre.z()}, std::sqrt(radius2) + 1e-5f, layer};
 }
 
-/// How a patch of near surfels turns by their velocities [rad/s]: its normal as the slope of the velocity has it, and
-/// itself about that.
-Vec3f angular_velocity(std::span<const Vec3f> place, std::span<const Vec3f> velocity) {
+/// How a patch of surfels turns by their velocities [rad/s]: its normal as the slope of the velocity has it, and itself
+/// about that. Surfels that are not one patch, because they are far apart for their radii, tell nothing.
+Vec3f angular_velocity(std::span<const Vec3f> place, std::span<const Vec3f> velocity, float radius) {
+    constexpr float kFar = 2;  // radii, the root of their mean square from the middle
     if (place.size() < 4) return Vec3f::Zero();
     const auto mean = [](std::span<const Vec3f> v) {
         Vec3f sum = Vec3f::Zero();
@@ -213,6 +215,7 @@ Vec3f angular_velocity(std::span<const Vec3f> place, std::span<const Vec3f> velo
     axes.computeDirect(spread);
     const Vec3f &s = axes.eigenvalues(), n = axes.eigenvectors().col(0), a = axes.eigenvectors().col(1),
                 b = axes.eigenvectors().col(2);
+    if (!(s[2] < square(kFar * radius) * float(place.size()))) return Vec3f::Zero();
     if (!(s[1] > 1e-3f * s[2])) return Vec3f::Zero();  // in a line: nothing tells how it turns about that
     const Vec3f along_a = product * a / s[1], along_b = product * b / s[2];  // derivatives of the velocity
     const Vec3f tilting = -n.dot(along_a) * a - n.dot(along_b) * b;          // of the normal
@@ -252,46 +255,51 @@ class Packing {
         return moves_ && surfels_.velocity[i].allFinite() ? surfels_.velocity[i] : Vec3f(0, 0, 0);
     }
 
+    /// How the surfels of a layer among those of a block turn.
+    Vec3f angular(std::uint32_t layer, std::span<const Place> places) const {
+        if (layer < surfels_.angular.size() && surfels_.angular[layer]) return *surfels_.angular[layer];
+        std::array<Vec3f, kFloatLanes> place, speed;
+        std::size_t count = 0;
+        float radius = 0;
+        for (const Place& p : places) {
+            if (layer_[p.surfel] != layer) continue;
+            place[count] = surfels_.cloud.position[p.surfel];
+            speed[count++] = velocity(p.surfel);
+            radius = std::max(radius, surfels_.cloud.axis1[p.surfel].norm());
+        }
+        return angular_velocity(std::span(place).first(count), std::span(speed).first(count), radius);
+    }
+
     void set_moving(std::size_t b, std::span<const Place> places) const {
-        const float duration = surfels_.shutter.close - surfels_.shutter.open, now = surfels_.shutter.frame_time();
+        const Shutter& shutter = surfels_.shutter;
+        const float duration = shutter.close - shutter.open;
+        const float longest = std::max(std::abs(shutter.open), std::abs(shutter.close));
         const SurfelBlock& block = packed_.storage[b];
         BlockMotion& motion = packed_.motion[b] = {};
-        std::array<Vec3f, kFloatLanes> place, speed;
-        for (std::size_t lane = 0; lane < places.size(); ++lane) {
-            place[lane] = surfels_.cloud.position[places[lane].surfel];
-            speed[lane] = velocity(places[lane].surfel);
-        }
-        const Vec3f together =
-            packed_.summary[b].layer == kNone
-                ? Vec3f(Vec3f::Zero())
-                : angular_velocity(std::span(place).first(places.size()), std::span(speed).first(places.size()));
         float most = 0, widest = 0;
         for (std::size_t lane = 0; lane < places.size(); ++lane) {
             const Index i = places[lane].surfel;
-            const std::uint32_t layer = layer_[i];
-            const bool told = layer < surfels_.angular.size() && surfels_.angular[layer];
-            const Vec3f turn = duration * (told ? *surfels_.angular[layer] : together);
+            const Vec3f speed = velocity(i), turning = angular(layer_[i], places);
             for (int a = 0; a < 3; ++a) {
-                motion.way[a][int(lane)] = duration * speed[lane][a];
-                motion.turn[a][int(lane)] = turn[a];
+                motion.way[a][int(lane)] = duration * speed[a];
+                motion.angular[a][int(lane)] = turning[a];
             }
-            most = std::max(most, turn.norm() * std::max(now, 1 - now));
-            widest =
-                std::max(widest, kReach * std::max(surfels_.cloud.axis1[i].norm(), surfels_.cloud.axis2[i].norm()));
-            widest = std::max(widest, block.height[int(lane)]);
+            most = std::max(most, longest * turning.norm());
+            widest = std::max({widest, kReach * surfels_.cloud.axis1[i].norm(), kReach * surfels_.cloud.axis2[i].norm(),
+                               block.height[int(lane)]});
         }
         packed_.summary[b].radius += most;
         // The ends of axes that turn lie in a ball about the centre.
         const Vec3f room = Vec3f::Constant(most > 0 ? widest : 0.0f);
         Box3& first = packed_.bounds[b];
         Box3& last = packed_.last_bounds[b] = kEmpty;
-        for (std::size_t lane = 0; lane < places.size(); ++lane) {
-            const Index i = places[lane].surfel;
-            const Vec3f start = place[lane] + surfels_.shutter.open * speed[lane];
-            const Vec3f &t1 = surfels_.cloud.axis1[i], &t2 = surfels_.cloud.axis2[i];
-            const Vec3f half = half_box(t1, t2, t1.cross(t2).normalized(), block.height[int(lane)]).cwiseMax(room);
-            include(first, start, half);
-            include(last, start + duration * speed[lane], half);
+        for (const Place& p : places) {
+            const Vec3f &t1 = surfels_.cloud.axis1[p.surfel], &t2 = surfels_.cloud.axis2[p.surfel];
+            const Vec3f& x = surfels_.cloud.position[p.surfel];
+            const Vec3f half =
+                half_box(t1, t2, t1.cross(t2).normalized(), kHeight * std::sqrt(t1.norm() * t2.norm())).cwiseMax(room);
+            include(first, x + shutter.open * velocity(p.surfel), half);
+            include(last, x + shutter.close * velocity(p.surfel), half);
         }
     }
 
@@ -304,14 +312,28 @@ class Packing {
 
 }  // namespace
 
+namespace {
+
+std::size_t count_whirling(const SurfelBlocks& packed, float duration) {
+    return parallel_sum<std::size_t>(
+        packed.bounds.size(),
+        [&](std::size_t b) {
+            const FloatLanes(&w)[3] = packed.motion[b].angular;
+            const FloatLanes square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+            return std::size_t(std::popcount(bits(square > kMostTurn * kMostTurn / (duration * duration))));
+        },
+        std::size_t(0));
+}
+
+}  // namespace
+
 const SurfelBlock& SurfelBlocks::moved(Index block, float time, SurfelBlock& room) const {
     const BlockMotion& m = motion[block];
     room = storage[block];
-    const float since = time - shutter.frame_time();
     FloatLanes turn[3];
     for (int k = 0; k < 3; ++k) {
         room.centre[k] = multiply_add(m.way[k], float_lanes(time), room.centre[k]);
-        turn[k] = m.turn[k] * since;
+        turn[k] = m.angular[k] * shutter.seconds(time);
     }
     for (auto& row : room.to_unit) turn_by(turn, row);
     return room;
@@ -336,6 +358,7 @@ SurfelBlocks pack_surfels(const MovingSurfels& surfels, std::span<const std::uin
     }
     const Packing packing(surfels, layer, order, packed);
     parallel_for(packed.bounds.size(), [&](std::size_t b) { packing.pack(b); });
+    if (moves) packed.whirling = count_whirling(packed, surfels.shutter.close - surfels.shutter.open);
     return packed;
 }
 

@@ -35,10 +35,12 @@ struct BlockSummary {
     std::uint32_t layer;  // of all its surfels; kNone: of several
 };
 
-/// How surfels move while the shutter is open: the centres straight and evenly [m], the axes by a vector [rad].
+/// How surfels move: the centres straight and evenly, while the shutter is open [m]; the axes turn [rad/s].
 struct BlockMotion {
-    FloatLanes way[3], turn[3];
+    FloatLanes way[3], angular[3];
 };
+
+inline constexpr float kMostTurn = 0.5f;  // [rad]: centres go straight, and leave the circle by an eighth
 
 struct SurfelBlocks {
     std::unique_ptr<SurfelBlock[]> storage;  // not a vector: it is first touched by the threads that fill it
@@ -48,6 +50,8 @@ struct SurfelBlocks {
     std::vector<Box3> last_bounds;          // the same as it closes; empty: nothing moves
     Shutter shutter;
     std::size_t dropped = 0;  // surfels with no finite frame of their own: they cannot be seen
+    std::size_t whirling =
+        0;  // surfels that turn by more than kMostTurn while the shutter is open: their surface gapes
     std::span<const SurfelBlock> blocks() const { return {storage.get(), bounds.size()}; }
 
     /// A block at a ray's time. `room` is for one that has moved.

@@ -36,10 +36,10 @@ void check_sheets(const TrimNode& node, std::span<const Index> object, Index own
 }
 
 /// Least squares over surfels. Along directions in which they do not spread, the velocity does not change.
-AffineVelocity affine_velocity(const SurfelCloud& cloud, std::span<const Vec3f> velocity,
-                               const std::vector<Index>& surfels) {
+AffineVelocity affine_velocity(const SurfelCloud& cloud, std::span<const Vec3f> velocity, std::vector<Index> surfels) {
     constexpr double kFlat = 1e-6;  // of the largest spread
     Vec3d place(0, 0, 0), mean(0, 0, 0);
+    std::erase_if(surfels, [&](Index i) { return !cloud.position[i].allFinite() || !velocity[i].allFinite(); });
     for (const Index i : surfels) {
         place += cloud.position[i].cast<double>();
         mean += velocity[i].cast<double>();

@@ -57,9 +57,12 @@ struct World {
     std::vector<ObjectLabel> labels;      // by object, where one of these passes needs them
     Neighbours neighbours;                // where motion is asked for
 
-    /// A ray of the camera at a ray's time.
+    /// The camera at a ray's time.
+    Camera camera_then(float time) const {
+        return shutter.moves() ? between(moving_camera[0], moving_camera[1], time) : camera;
+    }
     Ray camera_ray(float x, float y, const Vec2f& lens, float time) const {
-        Ray ray = (shutter.moves() ? between(moving_camera[0], moving_camera[1], time) : camera).ray(x, y, lens);
+        Ray ray = camera_then(time).ray(x, y, lens);
         ray.time = time;
         return ray;
     }

@@ -344,6 +344,25 @@ void check_sampling(const Scene& scene, const Checker& check) {
     }
 }
 
+/// A solid that goes on through periodic faces moves there as its images do: it cannot turn about any other axis.
+template <class Find>
+void check_turning(const Scene& scene, const Find& find, const Checker& check) {
+    constexpr const char* kWhy = "the images of a solid in a periodic domain would move apart at the faces";
+    for (const PeriodicAxis& periodic : scene.world.periodic) {
+        const Vec3d axis = Vec3d::Unit(static_cast<int>(periodic.axis));
+        for (const Body& b : scene.bodies) {
+            if (const auto m = find(b.material); m == scene.materials.end() || !m->elastic.solid()) continue;
+            const std::string path = "bodies." + b.name;
+            check.require(b.angular_velocity.cross(axis).isZero(0), path + ".angular_velocity", kWhy);
+            check.require((b.velocity_gradient.matrix() * axis).isZero(0), path + ".velocity_gradient", kWhy);
+        }
+        for (const Handle& h : scene.handles)
+            for (std::size_t k = 0; k < h.motion.size(); ++k)
+                check.require(h.motion[k].rotate.cross(axis).isZero(0),
+                              fmt::format("handles.{}.motion.{}.rotate", h.name, k), kWhy);
+    }
+}
+
 /// What solids in a periodic domain cannot do yet. They are one prism without ends (sim/space/endless.h).
 template <class Find>
 void check_endless(const Scene& scene, const Find& find, const Checker& check) {
@@ -361,8 +380,12 @@ void check_endless(const Scene& scene, const Find& find, const Checker& check) {
         refuse(m->fracture.any(), path + ".material", "a solid that breaks");
         refuse(b.sampling.lattice != Lattice::hexagonal, path + ".sampling.lattice", "a solid on such a lattice");
     }
-    refuse(!scene.blades.empty(), "world.periodic", "a blade");
-    refuse(scene.solver.solids != SolidSteps::leapfrog, "solver.solids", "a solid in implicit steps");
+    for (const Emitter& e : scene.emitters)
+        if (const auto m = find(e.material); m != scene.materials.end() && (m->elastic.solid() || m->melting.any()))
+            refuse(true, "emitters." + e.name + ".material", "matter that is not liquid from an emitter");
+    if (solids > 0) check_turning(scene, find, check);
+    refuse(solids > 0 && !scene.blades.empty(), "world.periodic", "a blade");
+    refuse(solids > 0 && scene.solver.solids != SolidSteps::leapfrog, "solver.solids", "a solid in implicit steps");
 }
 
 /// What solids cannot do yet, told before anything is computed.

@@ -29,16 +29,20 @@ bool holds_mesh(const Scene& scene, const Shape& shape, std::set<std::string>& s
 void check_look(const Look& look, ReadContext& context) {
     const Checker check{context};
     const Camera& c = look.camera;
-    const Vec3d view = c.look_at - c.position;
-    check.require(view.norm() > 1e-9, "look.camera.look_at",
-                  "\"look_at\" and \"position\" of the camera are the same point");
-    check.require(view.norm() <= 1e-9 || view.normalized().cross(c.up.normalized()).norm() > 1e-6, "look.camera.up",
-                  "\"up\" of the camera points along its view", "write for example up: [0, 1, 0]");
-    check_motion(c.motion, "look.camera.motion", check);
-    for (std::size_t k = 0; k < c.path.size(); ++k)
-        check.require((c.path[k].look_at - c.path[k].position).norm() > 1e-9,
-                      fmt::format("look.camera.path.{}.look_at", k),
+    const auto check_view = [&](const Vec3d& position, const Vec3d& look_at, const std::string& path,
+                                const std::string& up) {
+        const Vec3d view = look_at - position;
+        check.require(view.norm() > 1e-9, path + ".look_at",
                       "\"look_at\" and \"position\" of the camera are the same point");
+        check.require(view.norm() <= 1e-9 || view.normalized().cross(c.up.normalized()).norm() > 1e-6, up,
+                      "\"up\" of the camera points along its view", "write for example up: [0, 1, 0]");
+    };
+    if (c.path.empty()) check_view(c.position, c.look_at, "look.camera", "look.camera.up");
+    for (std::size_t k = 0; k < c.path.size(); ++k) {
+        const std::string path = fmt::format("look.camera.path.{}", k);
+        check_view(c.path[k].position, c.path[k].look_at, path, path + ".look_at");
+    }
+    check_motion(c.motion, "look.camera.motion", check);
     for (std::size_t k = 1; k < c.path.size(); ++k)
         check.require(c.path[k].time > c.path[k - 1].time, fmt::format("look.camera.path.{}.time", k),
                       fmt::format("\"time\" must ascend: {} is not after {}", c.path[k].time, c.path[k - 1].time));

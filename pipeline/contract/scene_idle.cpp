@@ -121,12 +121,23 @@ void idle_of_lights(const Scene& scene, Lines& lines) {
         tell({environment}, l.file, plain.file, "file");
         tell({environment}, l.rotation, plain.rotation, "rotation");
         const bool sizeless = l.type == point || l.type == spot;
-        if (sizeless && !scene.look.output.straight_shadows &&
-            std::ranges::any_of(scene.look.appearances,
-                                [](const auto& a) { return a.type == AppearanceType::dielectric; }))
-            lines.push_back(fmt::format(
-                "look.lights.{} has no size: without straight_shadows it does not shine through dielectrics", l.name));
+        const auto dims = [&](const Appearance& a) {
+            return a.type == AppearanceType::dielectric && (a.roughness > 0 || !scene.look.output.straight_shadows);
+        };
+        for (const Appearance& a : scene.look.appearances)
+            if (sizeless && dims(a))
+                lines.push_back(
+                    fmt::format("look.lights.{} has no size: it does not shine through '{}', which is rough or has no "
+                                "straight_shadows; a small area light does",
+                                l.name, a.name));
     }
+}
+
+void idle_of_camera(const Scene& scene, Lines& lines) {
+    const Camera &c = scene.look.camera, plain;
+    if (c.path.empty()) return;
+    tell_if_set(c.position, plain.position, "look.camera.position", "beside a path", lines);
+    tell_if_set(c.look_at, plain.look_at, "look.camera.look_at", "beside a path", lines);
 }
 
 /// Artificial viscosity is what keeps particles of the `eos` solver from wandering.
@@ -153,6 +164,7 @@ std::vector<std::string> idle_keys(const Scene& scene) {
     idle_of_plasticity(scene, lines);
     idle_of_probes(scene, lines);
     idle_of_lights(scene, lines);
+    idle_of_camera(scene, lines);
     mixing(scene, lines);
     return lines;
 }

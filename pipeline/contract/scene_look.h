@@ -54,7 +54,7 @@ void visit(V& v, Camera& c) {
         "where the camera is and what it looks at, smoothly from key to key; takes the place of position and look_at");
     v.list("motion", c.motion, "moves the camera rigidly about its own position");
     v.key("orbit", c.orbit, "degrees/s", between(-3600, 3600),
-          "the camera goes round look_at, about `up`, from its place at 0 s; seen from above to the left around");
+          "the camera goes round look_at, about `up`, from its place at 0 s; counterclockwise as `up` looks down");
 }
 
 enum class LightType { sun, sky, area, environment, point, spot };
@@ -95,7 +95,7 @@ void visit(V& v, Light& l) {
         "what the picture's values are times");
     v.key("direction", l.direction, "", direction(), "sun and spot: where the light goes; area: the side it shines to");
     v.key("angle", l.angle, "degrees", between(0, 90), "sun: angular diameter; the real sun's is 0.53");
-    v.key("cone", l.cone, "degrees", between(0.1, 180), "spot: the whole angle of its cone, from dark to dark");
+    v.key("cone", l.cone, "degrees", between(1, 180), "spot: the whole angle of its cone, from dark to dark");
     v.key("softness", l.softness, "1", between(0, 1), "spot: the outer part of the cone in which the light fades");
     v.key("position", l.position, "m", any(), "area: centre; point and spot: place");
     v.key("size", l.size, "m", above(0), "area: edge lengths");

@@ -82,9 +82,9 @@ void visit(V& v, World& w) {
     v.key("gravity", w.gravity, "m/s^2", between(-1e4, 1e4), "acceleration of free fall");
     v.named("boundaries", w.boundaries, "walls, floors and vessels");
     v.list("periodic", w.periodic,
-           "periodic axes: what leaves through one face comes back through the other; boundaries are not repeated; a "
-           "solid "
-           "goes on from face to face with one section, as in plane strain");
+           "periodic axes: what leaves through one face comes back through the other; boundaries are not repeated; one "
+           "solid may go on from face to face with one section, as in plane strain (leapfrog steps, no melting, no "
+           "cracks)");
     v.named("heat_sources", w.heat_sources, "where heat is made");
 }
 

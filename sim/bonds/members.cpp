@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "sim/bonds/rest_shape.h"
 
@@ -120,6 +121,7 @@ Index append_element(Elements& e, std::int64_t particle, std::int32_t owner) {
 
 void bond_element(Index i, Solids& solids) {
     Elements& e = solids.elements;
+    THIXO_ASSERT(!e.bonds.wrap(), "element {} would have no bonds across periodic faces", i);
     BondLists lists = unpack(e.bonds);
     std::vector<std::uint8_t> changed(e.size(), 0);
     changed[i] = 1;

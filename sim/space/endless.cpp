@@ -1,6 +1,7 @@
 #include "sim/space/endless.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace thixo {
 namespace {
@@ -37,26 +38,31 @@ Shape endless(Shape shape, const Periodic& periodic) {
     return Shape(std::make_shared<Endless>(std::move(shape), periodic));
 }
 
-ShapeMoments section_moments(const ShapeMoments& moments, const Periodic& periodic) {
+ShapeMoments section_moments(const ShapeMoments& moments, const Box3& box, const Periodic& periodic) {
     const Mat3d onto = onto_section(periodic);
     const Vec3d to = in_section(Vec3::Zero(), periodic).cast<double>();
+    double part = 1;  // of the period that the shape takes
+    for (int a = 0; a < 3; ++a)
+        if (periodic.axis[static_cast<std::size_t>(a)].on)
+            part *= static_cast<double>((box.upper[a] - box.lower[a]) / periodic.period(a));
+    const double volume = moments.volume / part;
     // Of x' = P x + t.
-    const Vec3d first = onto * moments.first;
-    return {moments.volume, first + moments.volume * to,
-            onto * moments.second * onto + first * to.transpose() + to * first.transpose() +
-                moments.volume * to * to.transpose()};
+    const Vec3d first = onto * moments.first / part;
+    return {volume, first + volume * to,
+            onto * moments.second * onto / part + first * to.transpose() + to * first.transpose() +
+                volume * to * to.transpose()};
 }
 
 bool goes_through(const Shape& shape, const std::vector<Vec3>& sites, Real spacing, const Periodic& periodic) {
-    constexpr int kStations = 9;  // from face to face
     return std::ranges::all_of(sites, [&](const Vec3& site) {
         for (int a = 0; a < 3; ++a) {
             const Periodic::Axis& axis = periodic.axis[static_cast<std::size_t>(a)];
             if (!axis.on) continue;
             const Real first = axis.from + spacing / 4, last = axis.to - spacing / 4;
+            const int stations = std::max(2, static_cast<int>(std::ceil((last - first) / spacing)) + 1);
             Vec3 x = site;
-            for (int k = 0; k < kStations; ++k) {
-                x[a] = first + Real(k) / (kStations - 1) * (last - first);
+            for (int k = 0; k < stations; ++k) {
+                x[a] = first + Real(k) / static_cast<Real>(stations - 1) * (last - first);
                 if (!(shape.distance(x) < 0)) return false;
             }
         }

@@ -15,8 +15,9 @@ Mat3d onto_section(const Periodic& periodic);
 /// The prism without ends that has the shape's section in the middle between the periodic faces. Unbounded.
 Shape endless(Shape shape, const Periodic& periodic);
 
-/// The moments of the shape's matter moved to the middle between the periodic faces: those of its section alone.
-ShapeMoments section_moments(const ShapeMoments& moments, const Periodic& periodic);
+/// The moments of the prism's matter in one period, moved to the middle between the periodic faces: those of its section
+/// alone. In: the shape's own, and its box. It may end a little before the faces, or beyond them.
+ShapeMoments section_moments(const ShapeMoments& moments, const Box3& box, const Periodic& periodic);
 
 /// Whether the prism through all of these places lies in the shape. It may end a quarter of a spacing [m] before the
 /// periodic faces. Of a body's sites this tells that its section is the same everywhere.

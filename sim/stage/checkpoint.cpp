@@ -174,6 +174,7 @@ void visit_cracks(Stream& stream, S& cracks) {
 
 template <class Stream, class S>
 void visit_bonds(Stream& stream, S& bonds) {
+    THIXO_ASSERT(!bonds.wrap(), "bonds across periodic faces follow from the scene, and are not stored");
     stream.array("bonds.begin", bonds.begin);
     stream.array("bonds.neighbour", bonds.neighbour);
     stream.array("bonds.weight", bonds.weight);

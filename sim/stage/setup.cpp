@@ -218,7 +218,7 @@ SampledVolume sample_solid(const scene::Body& body, const Shape& shape, SkinSetu
         freedom.push_back(outer_freedom(static_cast<double>(-shape.distance(places.back()) / sites.spacing[k])));
     }
     const ShapeMoments whole = moments(shape, kMomentCell * static_cast<double>(d));
-    match_moments(places, freedom, section_moments(whole, periodic), sites.volume);
+    match_moments(places, freedom, section_moments(whole, *shape.bounds(), periodic), sites.volume);
     return sites;
 }
 

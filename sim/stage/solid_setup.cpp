@@ -129,7 +129,7 @@ PointMoments moments_of_strain(const Elements& e, Index i, const Mat3d& axes, co
     const Vec3d x = axes.transpose() * xyz(e.rest[i]).cast<double>();
     Mat3d place = x.transpose().replicate<3, 1>();  // row a: x_b as axis a finds it
     for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
-        const Vec3d r = axes.transpose() * bond_vector(e, i, k);
+        const Vec3d r = axes.transpose() * bond_vector(e, i, k).cast<Real>().cast<double>();
         place += static_cast<double>(e.bonds.weight[k]) * (inverse * r).cwiseProduct(r) * r.transpose();
     }
     PointMoments out;
@@ -177,7 +177,9 @@ void weigh_elements(const scene::Scene& scene, const Periodic& periodic, Solids&
             points[k].second = section * points[k].second * section;
         });
         const double part = match_moments(points, shape, volume);
-        if (part < kCoarse && reach2.minCoeff() < kSlender * reach2.maxCoeff())
+        // An endless body has no extent along periodic axes, and does not bend about others.
+        const double least = reach2[body.endless ? static_cast<int>(3 - section.trace() + 0.5) : 0];
+        if (part < kCoarse && least < kSlender * reach2.maxCoeff())
             log_warning("{}: body '{}' is so few particles thick that it bends too easily; lower solver.spacing",
                         source.shape.where, source.name);
         for (std::size_t k = 0; k < count; ++k) e.quadrature[body.elements[k]] = volume[k];

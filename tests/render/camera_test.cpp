@@ -43,6 +43,18 @@ TEST(Camera, GoesAlongItsPath) {
     EXPECT_EQ(camera_at(s, 9, 200, 100).position, camera_at(s, 3, 200, 100).position);
 }
 
+TEST(Camera, BetweenTwoPlacesZoomsAndTurns) {
+    scene::Camera s = camera();
+    s.path = {{0, {0, -2, 0}, {0, 0, 0}, 60}, {1, {1, -2, 0}, {0, 0, 0.5}, 20}};
+    const Camera from = camera_at(s, 0, 200, 100), to = camera_at(s, 1, 200, 100), half = between(from, to, 0.5f);
+    EXPECT_FLOAT_EQ(half.half_width, (from.half_width + to.half_width) / 2);
+    EXPECT_FLOAT_EQ(half.half_height, (from.half_height + to.half_height) / 2);
+    EXPECT_FLOAT_EQ(half.position.x(), 0.5f);
+    EXPECT_NEAR(half.right.dot(half.forward), 0, 1e-6);
+    EXPECT_NEAR(half.down.norm(), 1, 1e-6);
+    EXPECT_LT((between(from, to, 1).pixel({0, 0, 0.5f}) - to.pixel({0, 0, 0.5f})).norm(), 1e-3f);
+}
+
 TEST(Camera, OrbitsWhatItLooksAt) {
     scene::Camera s = camera();
     s.look_at = {1, 0, 0};

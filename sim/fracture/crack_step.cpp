@@ -15,6 +15,7 @@
 #include "sim/fracture/sight.h"
 #include "sim/solid/elasticity.h"
 #include "sim/solid/laws.h"
+#include "sim/solid/unevenness.h"
 #include "sim/space/scene_shapes.h"
 
 namespace thixo {
@@ -56,6 +57,13 @@ void see_matter(const Solids& solids, CrackScratch& scratch) {
     scratch.elements = solids.elements.id;
 }
 
+/// The most uneven stencil of matter that breaks.
+double most_uneven(const Elements& e) {
+    return parallel_reduce(
+        e.size(), 0.0, [&](std::size_t i) { return e.strength[i] < kUnbreakable ? unevenness(e, i) : 0.0; },
+        [](double a, double b) { return std::max(a, b); });
+}
+
 /// Parts bonds across the sheets as far as fronts have gone.
 void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     follow_fronts(solids.breaking, solids.cracks);
@@ -64,12 +72,14 @@ void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
     const std::vector<WeakBond> pinholes = pinhole_bonds(solids);
     weak.insert(weak.end(), pinholes.begin(), pinholes.end());
     const KeptStrains strains(solids.laws, solids.elements, solids.gradients);
+    const double uneven = most_uneven(solids.elements);
     weaken_bonds(weak, solids.elements);
     const std::vector<WeakBond> loose = loose_bonds(solids.elements);
     weaken_bonds(loose, solids.elements);
     strains.restore(solids.laws, solids.elements);
-    // What was beside a loose element may have become stiffer than sub-steps allow for.
-    if (!loose.empty()) solids.elements.bonds.changed();
+    // What is beside a crack or a loose element may have become stiffer than sub-steps allow for.
+    constexpr double kStiffer = 1.02;
+    if (!loose.empty() || most_uneven(solids.elements) > kStiffer * uneven) solids.elements.bonds.changed();
 }
 
 /// Stresses and tensions of the gradients, and the largest tension over strength [1].

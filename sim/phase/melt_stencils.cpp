@@ -13,6 +13,7 @@
 #include "sim/solid/laws.h"
 #include "sim/solid/plasticity.h"
 #include "sim/solid/stable_step.h"
+#include "sim/solid/unevenness.h"
 
 namespace thixo {
 namespace {
@@ -28,17 +29,6 @@ Symmetric minus(const Symmetric& a, const Symmetric& b) {
     return {a.xx - b.xx, a.yy - b.yy, a.zz - b.zz, a.xy - b.xy, a.yz - b.yz, a.zx - b.zx};
 }
 Symmetric times(Real f, const Symmetric& a) { return {f * a.xx, f * a.yy, f * a.zz, f * a.xy, f * a.yz, f * a.zx}; }
-
-/// The gradient's squared weights over the element's density:
-///     V/m sum_j |w_ij A+ r_ij|^2      [m/kg]
-/// Times a modulus this is what a stencil with few or one-sided neighbours adds to omega^2.
-double unevenness(const Elements& e, std::size_t i) {
-    const Mat3 inverse = matrix(e.bonds.moment[i].inverse);
-    Real sum = 0;
-    for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k)
-        sum += (e.bonds.weight[k] * (inverse * bond_vector(e, i, k).cast<Real>())).squaredNorm();
-    return static_cast<double>(e.volume[i] / e.mass[i] * sum);
-}
 
 /// The fastest rates of the elements that have softened or flow.
 FastestRates soft_rates(const Solids& solids) {

@@ -63,7 +63,7 @@ TEST(Melting, ColdMatterIsExactlyASolid) {
     Simulation plain = make_simulation(scene);
     // A solid that does not melt has other particles. Here it has those of the one that melts.
     plain.particles = melting.particles;
-    plain.solids = make_solids(plain.problem.scene, plain.problem.smoothing, plain.particles);
+    plain.solids = make_solids(plain.problem.scene, plain.problem.smoothing, plain.problem.periodic, plain.particles);
     plain.solids.elements.quadrature = plain.solids.elements.volume;
     locate_particles(plain.particles, plain.solids);
     ASSERT_TRUE(melting.solids.softening.any && !plain.solids.softening.any);

@@ -1,5 +1,7 @@
 #include "render/camera.h"
 
+#include <cmath>
+
 #include "render/camera_pose.h"
 #include "render/warp.h"
 
@@ -30,10 +32,9 @@ Camera between(const Camera& from, const Camera& to, float part) {
     camera.right = mix(from.right, to.right);
     camera.right = (camera.right - camera.right.dot(camera.forward) * camera.forward).normalized();
     camera.down = camera.forward.cross(camera.right);
-    const auto between = [&](float a, float b) { return (1 - part) * a + part * b; };
-    camera.focus = between(from.focus, to.focus);
-    camera.half_width = between(from.half_width, to.half_width);
-    camera.half_height = between(from.half_height, to.half_height);
+    camera.focus = std::lerp(from.focus, to.focus, part);
+    camera.half_width = std::lerp(from.half_width, to.half_width, part);
+    camera.half_height = std::lerp(from.half_height, to.half_height, part);
     return camera;
 }
 

@@ -1,22 +1,10 @@
 #include "render/camera_pose.h"
 
 #include "pipeline/base/error.h"
-#include "pipeline/geometry/keyframes.h"
+#include "pipeline/geometry/key_motion.h"
 
 namespace thixo::render {
 namespace {
-
-RigidPose pose_at(const std::vector<scene::Key>& keys, double time) {
-    if (keys.empty()) return {};
-    std::vector<double> times;
-    std::vector<Vec3d> positions, degrees;
-    for (const scene::Key& k : keys) {
-        times.push_back(k.time);
-        positions.push_back(k.position);
-        degrees.push_back(k.rotate);
-    }
-    return motion_from_degrees(times, positions, degrees).pose(time);
-}
 
 /// A smooth curve through values at the keys' times. It rests before the first and after the last.
 template <class Value>
@@ -41,7 +29,7 @@ scene::Camera on_path(scene::Camera c, double time) {
 CameraPose camera_pose(const scene::Camera& given, double time) {
     const scene::Camera c = on_path(given, time);
     const Quatd round(Eigen::AngleAxisd(c.orbit * time * kPi / 180, c.up.normalized()));
-    const RigidPose motion = pose_at(c.motion, time);
+    const RigidPose motion = motion_along(c.motion).pose(time);
     const Vec3d eye = c.orbit == 0 ? c.position : Vec3d(c.look_at + round * (c.position - c.look_at));
     const CameraPose pose{eye + motion.translation, motion.rotation * (c.look_at - eye), motion.rotation * c.up, c.fov};
     if (!(pose.to.norm() > 0))

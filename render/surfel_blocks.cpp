@@ -255,14 +255,18 @@ class Packing {
         return moves_ && surfels_.velocity[i].allFinite() ? surfels_.velocity[i] : Vec3f(0, 0, 0);
     }
 
-    /// How the surfels of a layer among those of a block turn.
-    Vec3f angular(std::uint32_t layer, std::span<const Place> places) const {
+    Vec3f normal(Index i) const { return surfels_.cloud.axis1[i].cross(surfels_.cloud.axis2[i]).normalized(); }
+
+    /// How a surfel turns, by those of its block that may blend with it: of its layer, with normals within 60 degrees of
+    /// its own.
+    Vec3f angular(Index i, std::span<const Place> places) const {
+        const std::uint32_t layer = layer_[i];
         if (layer < surfels_.angular.size() && surfels_.angular[layer]) return *surfels_.angular[layer];
         std::array<Vec3f, kFloatLanes> place, speed;
         std::size_t count = 0;
         float radius = 0;
         for (const Place& p : places) {
-            if (layer_[p.surfel] != layer) continue;
+            if (layer_[p.surfel] != layer || normal(p.surfel).dot(normal(i)) < 0.5f) continue;
             place[count] = surfels_.cloud.position[p.surfel];
             speed[count++] = velocity(p.surfel);
             radius = std::max(radius, surfels_.cloud.axis1[p.surfel].norm());
@@ -279,7 +283,7 @@ class Packing {
         float most = 0, widest = 0;
         for (std::size_t lane = 0; lane < places.size(); ++lane) {
             const Index i = places[lane].surfel;
-            const Vec3f speed = velocity(i), turning = angular(layer_[i], places);
+            const Vec3f speed = velocity(i), turning = angular(i, places);
             for (int a = 0; a < 3; ++a) {
                 motion.way[a][int(lane)] = duration * speed[a];
                 motion.angular[a][int(lane)] = turning[a];
@@ -310,17 +314,15 @@ class Packing {
     bool moves_;
 };
 
-}  // namespace
-
-namespace {
-
-std::size_t count_whirling(const SurfelBlocks& packed, float duration) {
+/// Surfels that turn by more than kMostTurn from the frame's own time to when the shutter opens or closes.
+std::size_t count_whirling(const SurfelBlocks& packed) {
+    const float longest = std::max(std::abs(packed.shutter.open), std::abs(packed.shutter.close));
     return parallel_sum<std::size_t>(
         packed.bounds.size(),
         [&](std::size_t b) {
             const FloatLanes(&w)[3] = packed.motion[b].angular;
             const FloatLanes square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
-            return std::size_t(std::popcount(bits(square > kMostTurn * kMostTurn / (duration * duration))));
+            return std::size_t(std::popcount(bits(square > kMostTurn * kMostTurn / (longest * longest))));
         },
         std::size_t(0));
 }
@@ -358,7 +360,7 @@ SurfelBlocks pack_surfels(const MovingSurfels& surfels, std::span<const std::uin
     }
     const Packing packing(surfels, layer, order, packed);
     parallel_for(packed.bounds.size(), [&](std::size_t b) { packing.pack(b); });
-    if (moves) packed.whirling = count_whirling(packed, surfels.shutter.close - surfels.shutter.open);
+    if (moves) packed.whirling = count_whirling(packed);
     return packed;
 }
 

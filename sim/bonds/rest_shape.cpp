@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
 #include "pipeline/geometry/kernels.h"
 #include "pipeline/geometry/point_grid.h"
@@ -18,6 +19,7 @@ struct Neighbour {
 Ghosts images_of(const SolidBody& body, const std::vector<Vec3>& rest, Real reach, const Periodic& periodic) {
     Ghosts images;
     if (!body.endless) return images;
+    THIXO_ASSERT(periodic.any(), "body {} would lose its bonds across periodic faces", body.id);
     std::vector<Vec3> place = rest;
     for (Vec3& x : place) x += body.origin;
     find_ghosts(periodic, place, reach, images);

@@ -44,9 +44,9 @@ struct TensionScratch {
 ///     f_i = V_i sum_j V_j (S_i + S_j - [o_i + o_j]x) grad w_ij      [N]
 /// The second term, a smaller part of the energy, pulls on particles that lack neighbours: single drops hold on to the
 /// others. TensionScale chooses a and b for settled drops of 7 to 11 spacings. These have the tension gamma of the
-/// scene, within a tenth with `dfsph`, a quarter with `eos` (gate drop). The shape of a hanging drop says the same of `dfsph` (gate
-/// pendant drop). Smaller drops have more, and so have thick
-/// liquids at rest. Agitated liquids have less: waves on a sheet swing as if by 0.6 to 0.73 of the tension (report
+/// scene, within a tenth with `dfsph`, a quarter with `eos` (gate drop). The shape of a hanging drop says the same of
+/// `dfsph` (gate pendant drop). Smaller drops have more, and so have thick liquids at rest. Agitated liquids have less:
+/// waves on a sheet swing as if by 0.6 to 0.73 of the tension (report
 /// capillary wave). Pair forces inside a liquid vanish but for its disorder. The cohesion of
 /// dissertation 4.15, as any pairwise attraction of its range, needs an inner pressure of dozens of times that of a
 /// drop. Particles under it are as stiff as a soft solid, and drops do not swing. Pair forces are opposite: linear

@@ -7,6 +7,7 @@
 #include "pipeline/base/log.h"
 #include "pipeline/contract/scene_origin.h"
 #include "pipeline/contract/scene_walk.h"
+#include "pipeline/geometry/key_motion.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "pipeline/geometry/mesh_orientation.h"
 #include "pipeline/geometry/mesh_repair.h"
@@ -179,15 +180,7 @@ Shape wall_solid_at_rest(const scene::Scene& scene, const scene::Boundary& bound
 }
 
 RigidMotion motion_of(const scene::Scene& scene, const std::vector<scene::Key>& keys) {
-    if (keys.empty()) return {};
-    std::vector<double> times;
-    std::vector<Vec3d> positions, degrees;
-    for (const scene::Key& k : keys) {
-        times.push_back(k.time);
-        positions.push_back(k.position);
-        degrees.push_back(k.rotate);
-    }
-    return motion_from_degrees(times, positions, degrees).seen_from(scene.origin);
+    return keys.empty() ? RigidMotion() : motion_along(keys).seen_from(scene.origin);
 }
 
 scene::Scene near_origin(const scene::Scene& scene) {

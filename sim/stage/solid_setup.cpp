@@ -178,7 +178,7 @@ void weigh_elements(const scene::Scene& scene, const Periodic& periodic, Solids&
         });
         const double part = match_moments(points, shape, volume);
         // An endless body has no extent along periodic axes, and does not bend about others.
-        const double least = reach2[body.endless ? static_cast<int>(3 - section.trace() + 0.5) : 0];
+        const double least = reach2[std::lround(3 - section.trace())];
         if (part < kCoarse && least < kSlender * reach2.maxCoeff())
             log_warning("{}: body '{}' is so few particles thick that it bends too easily; lower solver.spacing",
                         source.shape.where, source.name);

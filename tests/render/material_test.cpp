@@ -160,12 +160,17 @@ TEST(Material, TheDensityIsThatOfTheSamples) {
     }
 }
 
-TEST(Material, ACheckerHasFieldsOfItsEdge) {
+Material black_and_white(double edge, scene::Space space = scene::Space::world) {
     scene::Appearance a;
-    a.checker = 0.5;
+    a.checker = edge;
     a.colour = {1, 1, 1};
     a.colour2 = {0, 0, 0};
-    const Material m = make_material(a);
+    a.space = space;
+    return make_material(a);
+}
+
+TEST(Material, ACheckerHasFieldsOfItsEdge) {
+    const Material m = black_and_white(0.5);
     EXPECT_EQ(m.colour_at(at({0.25f, 0.25f, 9})).x(), 1);
     EXPECT_EQ(m.colour_at(at({0.75f, 0.25f, 9})).x(), 0);
     EXPECT_EQ(m.colour_at(at({-0.25f, 0.25f, 9})).x(), 0);
@@ -188,11 +193,7 @@ TEST(Material, ACheckerTooSmallToBeSeenHasItsMeanColour) {
 
 TEST(Material, ACheckerFadesAsItsMeanOverWhatIsSeen) {
     // The mean over a square, by points, for widths from sharp to twice a field.
-    scene::Appearance a;
-    a.checker = 1;
-    a.colour = {1, 1, 1};
-    a.colour2 = {0, 0, 0};
-    const Material m = make_material(a);
+    const Material m = black_and_white(1);
     for (const float width : {0.1f, 0.4f, 1.0f, 2.2f}) {
         const float filtered = std::max(0.0f, width - 0.25f);
         for (const Vec3f& x : {Vec3f(0.3f, 0.6f, 0), Vec3f(-5.05f, 7.9f, 0), Vec3f(1000.5f, 0.02f, 0)}) {
@@ -227,12 +228,7 @@ TEST(Material, AColourMapMixesBetweenItsStops) {
 }
 
 TEST(Material, ACheckerInRestSpaceMovesWithTheMaterial) {
-    scene::Appearance a;
-    a.checker = 0.5;
-    a.colour = {1, 1, 1};
-    a.colour2 = {0, 0, 0};
-    a.space = scene::Space::rest;
-    const Material m = make_material(a);
+    const Material m = black_and_white(0.5, scene::Space::rest);
     Hit hit = at({0.75f, 0.25f, 0});
     hit.attributes.rest = {0.25f, 0.25f, 0};
     EXPECT_EQ(m.colour_at(hit).x(), 1);

@@ -16,7 +16,8 @@ namespace {
 
 /// Carries places of the world into the material frame of a scene body, by the elements about them:
 ///     m(x) = sum_j w_poly6(x - x_j, h) (m_j + F_j^-1 (x - x_j)) / sum_j w_poly6(x - x_j, h)
-/// The sum is over the piece of the nearest element. Beyond the reach of all, the body goes on as at the nearest.
+/// The sum is over the piece of the nearest element, and there over those between which and their own m no sheet stands.
+/// Where all are hidden the place is in a crack that gapes. Beyond the reach of all, the body goes on as at the nearest.
 class MaterialPlaces {
   public:
     MaterialPlaces(const Solids& solids, const CrackedMatter& matter) : solids_(solids), matter_(matter) {
@@ -34,6 +35,7 @@ class MaterialPlaces {
         Vec3 velocity{0, 0, 0};  // of the nearest element, in the world [m/s]
         Mat3 turn;               // from its material frame to the world
         Real away = 0;           // distance of that element [m]
+        bool gapes = false;      // there is no matter between the faces of a crack; m is that of the nearest element
     };
     Found at(const Vec3& x) const {
         const Elements& e = solids_.elements;
@@ -49,21 +51,37 @@ class MaterialPlaces {
         const Poly6 w(grid_.cell());
         Real weight = 0;
         Vec3 sum(0, 0, 0);
+        bool hidden = false;
         grid_.for_each_neighbour(x, grid_.cell(), [&](Index k, Real r2) {
             const Index j = matter_.elements()[k];
             if (e.owner[j] != owner) return;
+            const Vec3 own = xyz(e.rest[j]), m = own + unstretched(j, found.turn.transpose() * (x - place_[k]));
+            if (matter_.hidden(own, m)) {
+                hidden = true;
+                return;
+            }
             const Real a = w.value(r2);
             weight += a;
-            sum += a * (xyz(e.rest[j]) + unstretched(j) * (found.turn.transpose() * (x - place_[k])));
+            sum += a * m;
         });
         if (weight > 0) found.m = sum / weight;
+        // Beyond a face of the crack lies, in the material frame, what is of another piece by now.
+        near.clear();
+        matter_.grid().nearest(found.m, 1, std::numeric_limits<Real>::max(), near);
+        const bool foreign = e.owner[matter_.elements()[near.front().second]] != owner;
+        found.gapes = foreign || (hidden && !(weight > 0));
         return found;
     }
 
   private:
-    Mat3 unstretched(Index j) const {
+    /// A way from an element to a place, before the deformation. Where matter tears, moving least squares give stretches
+    /// without bound: the way becomes at most twice as long.
+    Vec3 unstretched(Index j, const Vec3& way) const {
         const Mat3 stretch = Mat3::Identity() + solids_.gradients[j];
-        return std::abs(stretch.determinant()) < Real(0.05) ? Mat3(Mat3::Identity()) : Mat3(stretch.inverse());
+        const Vec3 before = stretch.inverse() * way;
+        const Real longest = 2 * way.norm(), length = before.norm();
+        if (!(length < std::numeric_limits<Real>::max())) return way;
+        return length > longest ? Vec3(longest / length * before) : before;
     }
 
     const Solids& solids_;
@@ -79,13 +97,35 @@ Real beyond_end(const Breaking& breaking, const Vec3& m) { return breaking.dista
 struct Edge {
     std::vector<Vec3> place;
     std::vector<Real> beyond;    // beyond_end [m]
-    std::vector<Real> progress;  // since the last row, along the direction of the cut [m]
-    Real fastest = 0;            // relative to the matter, near it [m/s]
-    bool near = false;
+    std::vector<Real> progress;  // since the last row, along the direction of the cut; 0 where it does not go on [m]
+    std::vector<Vec3> ahead;     // unit, the direction of the cut
+    std::vector<std::uint8_t> gapes;  // where it is in a crack that gapes
+    Real fastest = 0;                 // relative to the matter, near it [m/s]
+    bool near = false, leaps = false;
     bool outside() const {
         return std::ranges::all_of(beyond, [](Real b) { return b > 0; });
     }
 };
+
+/// A point of the edge holds its row where there is no matter. It does so too where the matter is not that which it has
+/// cut last. Faces of a stretched body draw back, and the edge meets them elsewhere. Where all of it does, it leaps.
+void hold_back(const Blade& blade, const Breaking& breaking, Edge& edge) {
+    constexpr Real kAside = 1, kAhead = 3;  // rows
+    const std::size_t n = edge.place.size();
+    std::size_t gaping = 0, leaping = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+        const Vec3 way = edge.place[k] - blade.row[k];
+        const Vec3 along = blade.row[std::min(k + 1, n - 1)] - blade.row[k > 0 ? k - 1 : 0];
+        const Real aside = std::abs(along.cross(edge.ahead[k]).normalized().dot(way));
+        const bool leaps = !edge.gapes[k] && edge.beyond[k] <= 0 &&
+                           (aside > kAside * breaking.row || edge.progress[k] > kAhead * breaking.row);
+        gaping += edge.gapes[k];
+        leaping += leaps;
+        if (leaps || edge.gapes[k]) edge.progress[k] = 0;
+    }
+    const auto out = static_cast<std::size_t>(std::ranges::count_if(edge.beyond, [](Real b) { return b > 0; }));
+    edge.leaps = leaping > 0 && gaping + leaping + out >= n;
+}
 
 Edge edge_of(double time, const Blade& blade, const MaterialPlaces& places, const Breaking& breaking) {
     constexpr Real kNear = 4;  // supports
@@ -105,7 +145,10 @@ Edge edge_of(double time, const Blade& blade, const MaterialPlaces& places, cons
         }
         const Vec3 ahead = found.turn.transpose() * direction;
         edge.progress.push_back(blade.row.empty() ? Real(0) : ahead.dot(found.m - blade.row[k]));
+        edge.ahead.push_back(ahead);
+        edge.gapes.push_back(found.gapes);
     }
+    if (!blade.row.empty()) hold_back(blade, breaking, edge);
     return edge;
 }
 
@@ -233,7 +276,8 @@ void advance_blade(const Edge& edge, Blade& blade, const Breaking& breaking, Cra
         lay_cut_row(edge, blade, breaking, cracks);
         set_fronts(blade, cracks);
     }
-    if (edge.outside() && (due || !cuts || std::ranges::max(edge.progress) <= 0)) begin_row(edge, blade, cracks);
+    if (edge.leaps || (edge.outside() && (due || !cuts || std::ranges::max(edge.progress) <= 0)))
+        begin_row(edge, blade, cracks);
 }
 
 }  // namespace
@@ -259,6 +303,55 @@ double advance_blades(double time, const CrackedMatter& matter, const Solids& so
             advance_blade(edge, blade, breaking, cracks);
     }
     return longest;
+}
+
+namespace {
+
+/// Whether the straight way from a to b crosses the triangle p, q, r.
+bool crosses(const Vec3& a, const Vec3& b, const Vec3& p, const Vec3& q, const Vec3& r) {
+    const auto side = [](const Vec3& u, const Vec3& v, const Vec3& w) { return u.dot(v.cross(w)) > 0; };
+    const Vec3 across = (q - p).cross(r - p);
+    if (((a - p).dot(across) > 0) == ((b - p).dot(across) > 0)) return false;
+    const bool first = side(b - a, p - a, q - a);
+    return side(b - a, q - a, r - a) == first && side(b - a, r - a, p - a) == first;
+}
+
+}  // namespace
+
+std::vector<WeakBond> severed_bonds(double time, double dt, const CrackedMatter& matter, const Solids& solids) {
+    constexpr Real kLong = 2;  // lengths at rest
+    const Elements& e = solids.elements;
+    const std::vector<BodyPose> poses = poses_of(solids.bodies);
+    std::vector<WeakBond> severed;
+    for (const Blade& blade : solids.blades) {
+        if (blade.source != matter.breaking().source || !blade.active(time) || blade.row.empty()) continue;
+        const RigidPose before = blade.motion.pose(time - dt), now = blade.motion.pose(time);
+        const auto passes = [&](Index i, Index j) {
+            const BodyPose& pose = poses[static_cast<std::size_t>(e.owner[i])];
+            const auto place = [&](Index k) -> Vec3 {
+                return pose.turn * (xyz(e.rest[k]) + xyz(e.displacement[k])) + pose.place;
+            };
+            const Vec3 a = place(i), b = place(j);
+            // As the bond sees it: it moves itself.
+            const Vec3 moved = static_cast<Real>(dt) / 2 * (pose.turn * (xyz(e.velocity[i]) + xyz(e.velocity[j])));
+            for (std::size_t k = 0; k + 1 < blade.edge.size(); ++k) {
+                const Vec3 p = before.apply(blade.edge[k]).cast<Real>() + moved;
+                const Vec3 q = before.apply(blade.edge[k + 1]).cast<Real>() + moved;
+                const Vec3 r = now.apply(blade.edge[k]).cast<Real>(), s = now.apply(blade.edge[k + 1]).cast<Real>();
+                if (crosses(a, b, p, q, r) || crosses(a, b, q, r, s)) return true;
+            }
+            return false;
+        };
+        for (const Index i : matter.elements())
+            for (std::size_t k = e.bonds.begin[i]; k < e.bonds.begin[i + 1]; ++k) {
+                const Index j = e.bonds.neighbour[k];
+                if (j <= i || !(e.bonds.weight[k] > 0)) continue;
+                const Vec3 r = xyz(e.rest[j]) - xyz(e.rest[i]), u = xyz(e.displacement[j]) - xyz(e.displacement[i]);
+                if ((r + u).squaredNorm() > square(kLong) * r.squaredNorm() && passes(i, j))
+                    severed.push_back({i, j, 0});
+            }
+    }
+    return severed;
 }
 
 std::vector<Blade> make_blades(const scene::Scene& scene, const std::vector<Breaking>& breaking) {

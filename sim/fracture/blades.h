@@ -2,6 +2,7 @@
 #pragma once
 
 #include "pipeline/contract/scene.h"
+#include "sim/bonds/weights.h"
 #include "sim/fracture/tension.h"
 
 namespace thixo {
@@ -15,6 +16,11 @@ namespace thixo {
 /// the matter.
 double advance_blades(double time, const CrackedMatter& matter, const Solids& solids, std::vector<Blade>& blades,
                       Cracks& cracks);
+
+/// Bonds that an edge has passed in the step of dt [s] to `time` [s]: they are to part. Only those count that are more
+/// than twice as long as at rest. Strings of a few elements, from which the rest has drawn back, deform too unevenly for
+/// a place in the material frame.
+std::vector<WeakBond> severed_bonds(double time, double dt, const CrackedMatter& matter, const Solids& solids);
 
 /// The scene's blades. Requires the breaking of their bodies. Throws InputError.
 std::vector<Blade> make_blades(const scene::Scene& scene, const std::vector<Breaking>& breaking);

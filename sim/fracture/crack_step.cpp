@@ -65,12 +65,13 @@ double most_uneven(const Elements& e) {
 }
 
 /// Parts bonds across the sheets as far as fronts have gone.
-void part_matter(const CrackScratch& scratch, Index first, Solids& solids) {
+void part_matter(double time, double dt, const CrackScratch& scratch, Index first, Solids& solids) {
     follow_fronts(solids.breaking, solids.cracks);
     for (const CrackedMatter& matter : scratch.matter) find_crossings(matter, solids.elements, first, solids.cracks);
     std::vector<WeakBond> weak = weak_bonds(solids.breaking, solids.elements, scratch.tension, solids.cracks);
-    const std::vector<WeakBond> pinholes = pinhole_bonds(solids);
-    weak.insert(weak.end(), pinholes.begin(), pinholes.end());
+    for (const CrackedMatter& matter : scratch.matter)
+        for (const auto& more : {pinhole_bonds(matter, solids), severed_bonds(time, dt, matter, solids)})
+            weak.insert(weak.end(), more.begin(), more.end());
     const KeptStrains strains(solids.laws, solids.elements, solids.gradients);
     const double uneven = most_uneven(solids.elements);
     weaken_bonds(weak, solids.elements);
@@ -155,7 +156,7 @@ CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Mat
     report.begun = cracks.cracks.size() - before;
     solids.altered = solids.altered || !cracks.vertex.empty();
     if (!cracks.any()) return report;
-    part_matter(scratch, first, solids);
+    part_matter(time, dt, scratch, first, solids);
     // Pieces need no body of their own at once, and bodies are dear to make: those of a few steps are made together.
     constexpr std::uint64_t kTogether = 8;
     if (step % kTogether == 0) report.fragments = make_fragments(matter);

@@ -106,29 +106,43 @@ bool gapes(const Solids& solids, Index i, Index j, Real part) {
     return (u - strained).norm() > part * r.norm();
 }
 
+/// Whether a way comes nearer to a sheet than a row.
+bool passes_a_sheet(const CrackedMatter& matter, const Vec3& from, const Vec3& to) {
+    const Real row = matter.breaking().row;
+    const int parts = std::max(1, static_cast<int>(std::ceil(2 * (to - from).norm() / row)));
+    for (int k = 0; k <= parts; ++k)
+        if (matter.sheets().nearest(from + static_cast<Real>(k) / static_cast<Real>(parts) * (to - from), row,
+                                    [](Index) { return true; }))
+            return true;
+    return false;
+}
+
 }  // namespace
 
-std::vector<WeakBond> pinhole_bonds(const Solids& solids) {
+std::vector<WeakBond> pinhole_bonds(const CrackedMatter& matter, const Solids& solids) {
     const Elements& e = solids.elements;
     const Bonds& bonds = e.bonds;
     if (bonds.visibility.empty()) return {};
-    const auto part_of = [&](std::size_t i) {
+    const auto part_of = [&](Index i) {
         const Real modulus = solids.laws[static_cast<std::size_t>(e.owner[i])].wave_modulus();
         return std::min(2 * e.strength[i] / modulus, Real(0.5));
     };
+    const std::vector<Index>& elements = matter.elements();
     constexpr std::size_t kElements = 256;
-    std::vector<std::vector<WeakBond>> found((e.size() + kElements - 1) / kElements);
+    std::vector<std::vector<WeakBond>> found((elements.size() + kElements - 1) / kElements);
     parallel_chunks(
-        e.size(),
+        elements.size(),
         [&](std::size_t begin, std::size_t end, std::size_t c) {
-            for (std::size_t i = begin; i < end; ++i) {
+            for (std::size_t n = begin; n < end; ++n) {
+                const Index i = elements[n];
                 const auto weakened = [&](std::size_t k) { return bonds.visibility[k] < 1; };
                 bool beside = false;
                 for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k) beside = beside || weakened(k);
                 for (std::size_t k = bonds.begin[i]; beside && k < bonds.begin[i + 1]; ++k)
                     if (const Index j = bonds.neighbour[k]; j != i && bonds.weight[k] > 0 && !weakened(k) &&
-                                                            gapes(solids, static_cast<Index>(i), j, part_of(i)))
-                        found[c].push_back({static_cast<Index>(i), j, 0});
+                                                            gapes(solids, i, j, part_of(i)) &&
+                                                            passes_a_sheet(matter, xyz(e.rest[i]), xyz(e.rest[j])))
+                        found[c].push_back({i, j, 0});
             }
         },
         kElements);

@@ -26,8 +26,9 @@ std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source);
 
 /// Bonds beside cracks that gape, though they cross no sheet: they pass where sheets of several cracks meet and leave a
 /// pinhole. Their opening is that of gaping_places, beyond twice the strain that the strength allows, strength over
-/// lambda + 2 mu, or half of their length. They are to part. Requires gradients and laws of the present time.
-std::vector<WeakBond> pinhole_bonds(const Solids& solids);
+/// lambda + 2 mu, or half of their length. They come nearer to a sheet than a row: far from sheets, matter that is bent
+/// a great deal strains as unevenly. They are to part. Requires gradients and laws of the present time.
+std::vector<WeakBond> pinhole_bonds(const CrackedMatter& matter, const Solids& solids);
 
 /// All bonds of elements that cracks have left less than 3/20 of their weights: they are to part. Moving least squares of
 /// a few weak bonds gives strains without bound. Where such an element is pressed, as under an impact, it would burst.

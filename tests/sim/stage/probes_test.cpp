@@ -69,7 +69,7 @@ TEST(Probes, WhatPressesOnWallsIsCountedOnceAWallAndEmptyInTheFirstFrame) {
         EXPECT_GT(*values[0], 0) << frame;
         EXPECT_NEAR(*values[1] + *values[2], *values[0], 1e-9 * *values[0]) << frame;
         EXPECT_NEAR(*values[3] * pressed_area(1, 0.02), *values[0], 1e-6 * *values[0]) << frame;  // support: a float
-        for (const std::optional<double>& value : measure(s)) EXPECT_FALSE(value) << frame;  // no time has gone by
+        for (const std::optional<double>& value : measure(s)) EXPECT_FALSE(value) << frame;       // no time has gone by
     }
 }
 

@@ -14,13 +14,17 @@ constexpr Real kMostRestored = Real(0.02), kLongestShift = Real(0.02);
 // A particle this near to its rest density is full. Without the band, a particle that a shift leaves slightly too light
 // falls until it is stopped, and has to be shifted again.
 constexpr Real kFull = Real(0.002);
-constexpr Real kProjectedStep = Real(0.5);  // length of a projected gradient step, in diagonals
 
 /// The bound-constrained quadratic problem
 ///     min 1/2 p'Ap - b'p,   p >= 0
-/// in the norm of the diagonal. Conjugate gradients act on the particles under pressure, and further steps change this
-/// set where it is not right (MPRGP: Dostal & Schoeberl 2005). The gradient is minus the residual r = s* - 1, weighed
-/// by V0.
+/// in the norm of the diagonal, by conjugate gradients on the particles that are under pressure or need it. The gradient
+/// is minus the residual r = s* - 1, weighed by V0.
+///
+/// In a splash some particles are about to lose their pressure in every step. To end a step at the first of them, or to
+/// project it and start anew, leaves no more than steepest descent. So directions are cut back beforehand: a step as
+/// long as the last one, alpha, keeps p >= 0.
+///     d_i <- max(d_i, - p_i/alpha)
+/// The step is the best one along this direction, as far as p >= 0. The next direction is conjugate to this one.
 class BoundedConjugateGradients {
   public:
     BoundedConjugateGradients(const NeighbourLists& neighbours, const std::vector<WallEffect>& walls,
@@ -35,74 +39,73 @@ class BoundedConjugateGradients {
           p_(pressure) {}
 
     SolveReport solve(const SolveLimits& limits) {
+        // Steps are near one in units of the diagonal. One that is far from it says little of the next.
+        constexpr double kShortest = 0.25, kLongest = 4;
         SolveReport report;
-        Norms norms = measure();
-        bool restart = true;  // the direction must be computed anew
+        Change change = measure();
+        bool restart = true;
+        double length = 1;
         while (true) {
-            report.residual = norms.error / std::max<double>(1, static_cast<double>(p_.size()));
+            report.residual = change.error / std::max<double>(1, static_cast<double>(p_.size()));
             report.converged = report.residual <= limits.tolerance;
             if (report.converged || report.iterations >= limits.iterations) return report;
-            const bool grow = norms.blocked > norms.reduced;
-            if (grow || restart) start(grow);
+            if (restart) start();
+            cut_back(static_cast<Real>(length));
             const Products products = apply();
             ++report.iterations;
             if (products.curvature <= 0) return report;  // no particle can be pushed
-            const double step = products.descent / products.curvature;
-            restart = true;
-            if (grow || step <= products.room) {
-                norms = move(static_cast<Real>(step));
-                if (!grow) {
-                    // sum over the free particles of k r_new B d, from values that are known before and after
-                    conjugate(static_cast<Real>((products.mixed - step * products.squared) / products.curvature));
-                    restart = false;
-                }
-            } else {
-                project(static_cast<Real>(step));
-                apply();
-                ++report.iterations;
-                norms = move(1);
+            if (products.descent <= 0) {                 // cut back, it leads nowhere; the steepest one does
+                if (restart) return report;
+                restart = true;
+                continue;
             }
+            const double best = products.descent / products.curvature;
+            change = move(static_cast<Real>(std::min(best, products.room)));
+            conjugate(static_cast<Real>(change.along / products.curvature));
+            restart = false;
+            length = std::clamp(best, kShortest, kLongest);
         }
     }
 
   private:
-    struct Norms {
-        double reduced = 0, blocked = 0, error = 0;
-        Norms operator+(const Norms& b) const { return {reduced + b.reduced, blocked + b.blocked, error + b.error}; }
+    /// What a step has led to: the sum of errors, and that of k r B d over the open particles.
+    struct Change {
+        double error = 0, along = 0;
+        Change operator+(const Change& b) const { return {error + b.error, along + b.along}; }
     };
     struct Products {
-        double descent = 0, curvature = 0, mixed = 0, squared = 0;
+        double descent = 0, curvature = 0;
         double room = std::numeric_limits<double>::infinity();  // the longest step that keeps p >= 0
         Products operator+(const Products& b) const {
-            return {descent + b.descent, curvature + b.curvature, mixed + b.mixed, squared + b.squared,
-                    std::min(room, b.room)};
+            return {descent + b.descent, curvature + b.curvature, std::min(room, b.room)};
         }
     };
 
     Real gain(std::size_t i) const { return system_.inverse_diagonal[i] / tau_; }
-    bool free(std::size_t i) const { return p_[i] > 0; }
+    /// Whether the pressure of a particle is to change: it has some, or too little.
+    bool open(std::size_t i) const { return p_[i] > 0 || s_.residual[i] > 0; }
+    Real steepest(std::size_t i) const { return open(i) ? gain(i) * s_.residual[i] : Real(0); }
 
-    Norms norms_of(std::size_t i) const {
-        const double r = s_.residual[i], weight = static_cast<double>(system_.motion[i].w * gain(i));
-        if (weight <= 0) return {};
-        if (!free(i)) return r > 0 ? Norms{0, weight * r * r, r} : Norms{};
-        const double most = static_cast<double>(p_[i] / (kProjectedStep * gain(i)));
-        return {weight * r * std::max(r, -most), 0, std::abs(r)};
+    double error(std::size_t i) const {
+        return system_.inverse_diagonal[i] > 0 && open(i) ? std::abs(static_cast<double>(s_.residual[i])) : 0.0;
     }
-    Norms measure() const {
-        return parallel_sum<Norms>(
-            p_.size(), [&](std::size_t i) { return norms_of(i); }, Norms{});
-    }
-
-    /// The steepest direction of the free particles, or (`grow`) of those that a bound holds back.
-    void start(bool grow) {
-        parallel_for(
+    Change measure() const {
+        return parallel_sum<Change>(
             p_.size(),
             [&](std::size_t i) {
-                const Real r = s_.residual[i];
-                s_.direction[i] = (grow ? !free(i) && r > 0 : free(i)) ? gain(i) * r : Real(0);
+                return Change{error(i), 0};
             },
-            4096);
+            Change{});
+    }
+
+    void start() {
+        parallel_for(
+            p_.size(), [&](std::size_t i) { s_.direction[i] = steepest(i); }, 4096);
+    }
+
+    void cut_back(Real length) {
+        parallel_for(
+            p_.size(), [&](std::size_t i) { s_.direction[i] = std::max(s_.direction[i], -p_[i] / length); }, 4096);
     }
 
     Products apply() {
@@ -115,42 +118,30 @@ class BoundedConjugateGradients {
                 const Real response = -tau_ * density_rate(i, neighbours_, walls_, smoothing_, system_, false);
                 s_.response[i] = response;
                 const double volume = system_.motion[i].w, b = response, d = s_.direction[i], r = s_.residual[i];
-                const double weight = free(i) ? volume * static_cast<double>(gain(i)) : 0.0;
-                Products out{volume * r * d, volume * b * d, weight * r * b, weight * b * b,
-                             std::numeric_limits<double>::infinity()};
+                Products out{volume * r * d, volume * b * d};
                 if (d < 0) out.room = -static_cast<double>(p_[i]) / d;
                 return out;
             },
             Products{});
     }
 
-    Norms move(Real step) {
-        return parallel_sum<Norms>(
+    Change move(Real step) {
+        return parallel_sum<Change>(
             p_.size(),
             [&](std::size_t i) {
                 const Quad& a = system_.motion[i];
                 p_[i] = std::max(p_[i] + step * s_.direction[i], Real(0));
                 s_.residual[i] -= step * s_.response[i];
                 s_.push[i] += step * Vec3(a.x, a.y, a.z);
-                return norms_of(i);
+                return Change{error(i), static_cast<double>(a.w * steepest(i)) * static_cast<double>(s_.response[i])};
             },
-            Norms{});
+            Change{});
     }
 
     void conjugate(Real beta) {
         parallel_for(
             p_.size(),
-            [&](std::size_t i) {
-                s_.direction[i] = free(i) ? gain(i) * s_.residual[i] - beta * s_.direction[i] : Real(0);
-            },
-            4096);
-    }
-
-    /// Projects the direction: it becomes the part of the step that keeps p >= 0.
-    void project(Real step) {
-        parallel_for(
-            p_.size(),
-            [&](std::size_t i) { s_.direction[i] = std::max(p_[i] + step * s_.direction[i], Real(0)) - p_[i]; }, 4096);
+            [&](std::size_t i) { s_.direction[i] = open(i) ? steepest(i) - beta * s_.direction[i] : Real(0); }, 4096);
     }
 
     const NeighbourLists& neighbours_;

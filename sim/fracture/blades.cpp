@@ -35,7 +35,7 @@ class MaterialPlaces {
         Vec3 velocity{0, 0, 0};  // of the nearest element, in the world [m/s]
         Mat3 turn;               // from its material frame to the world
         Real away = 0;           // distance of that element [m]
-        bool gapes = false;      // there is no matter between the faces of a crack; m is that of the nearest element
+        bool gapes = false;      // it is between the faces of a crack, where no matter is: m means little
     };
     Found at(const Vec3& x) const {
         const Elements& e = solids_.elements;
@@ -112,19 +112,19 @@ struct Edge {
 void hold_back(const Blade& blade, const Breaking& breaking, Edge& edge) {
     constexpr Real kAside = 1, kAhead = 3;  // rows
     const std::size_t n = edge.place.size();
-    std::size_t gaping = 0, leaping = 0;
+    bool any = false, all = true;  // leap; leap, wait or are outside
     for (std::size_t k = 0; k < n; ++k) {
         const Vec3 way = edge.place[k] - blade.row[k];
         const Vec3 along = blade.row[std::min(k + 1, n - 1)] - blade.row[k > 0 ? k - 1 : 0];
         const Real aside = std::abs(along.cross(edge.ahead[k]).normalized().dot(way));
-        const bool leaps = !edge.gapes[k] && edge.beyond[k] <= 0 &&
-                           (aside > kAside * breaking.row || edge.progress[k] > kAhead * breaking.row);
-        gaping += edge.gapes[k];
-        leaping += leaps;
-        if (leaps || edge.gapes[k]) edge.progress[k] = 0;
+        const bool outside = edge.beyond[k] > 0, gapes = edge.gapes[k] != 0;
+        const bool leaps =
+            !gapes && !outside && (aside > kAside * breaking.row || edge.progress[k] > kAhead * breaking.row);
+        any = any || leaps;
+        all = all && (leaps || gapes || outside);
+        if (leaps || gapes) edge.progress[k] = 0;
     }
-    const auto out = static_cast<std::size_t>(std::ranges::count_if(edge.beyond, [](Real b) { return b > 0; }));
-    edge.leaps = leaping > 0 && gaping + leaping + out >= n;
+    edge.leaps = any && all;
 }
 
 Edge edge_of(double time, const Blade& blade, const MaterialPlaces& places, const Breaking& breaking) {

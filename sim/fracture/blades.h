@@ -10,7 +10,8 @@ namespace thixo {
 /// Moves the edges of the matter's blades to `time` [s]. Each is carried into the material frame by the elements about
 /// it. Where it has gone on by most of a row, a row of triangles joins the edge of before to that of now. They end a
 /// little outside of the body, as sheets of other cracks do. A point of an edge that is drawn back leaves the row where
-/// it is. An edge that has left the body begins a new cut the next time. The fronts of a cut lie along the edge, and
+/// it is. An edge that has left the body begins a new cut the next time. Where a crack gapes it waits, and begins a new cut where
+/// it meets the matter elsewhere. The fronts of a cut lie along the edge, and
 /// along the ways of its ends: there the matter still holds. Stress does not move them. Requires the gradients of the
 /// present time. Returns the longest next step [s]. In it no edge goes farther than half a row, or two supports far from
 /// the matter.

@@ -141,7 +141,10 @@ class BoundedConjugateGradients {
     void conjugate(Real beta) {
         parallel_for(
             p_.size(),
-            [&](std::size_t i) { s_.direction[i] = open(i) ? steepest(i) - beta * s_.direction[i] : Real(0); }, 4096);
+            [&](std::size_t i) {
+                s_.direction[i] = open(i) ? gain(i) * s_.residual[i] - beta * s_.direction[i] : Real(0);
+            },
+            4096);
     }
 
     const NeighbourLists& neighbours_;

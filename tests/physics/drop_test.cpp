@@ -172,7 +172,9 @@ TEST(Drop, SwingsWithTheTensionOfItsPressure) {
         for (const double wanted : alike) {
             Drop drop = make_drop(wanted, scene::Pressure::dfsph);
             const Tensions tension = measure(drop);
-            const auto at = [&](const char* what) { return fmt::format("{} at R = {:.1f} mm", what, 1e3 * wanted); };
+            const auto at = [&](const char* what) {
+                return fmt::format("{} at R = {:.1f} mm", what, 1e3 * drop.radius);
+            };
             gate::expect({"drop", at("tension by its pressure"), "N/m", tension.by_pressure, kTension, 0.15 * kTension,
                           kCalibrated});
             gate::expect({"drop", at("tension by its swing"), "N/m", tension.by_swing, kTension, 0.15 * kTension,

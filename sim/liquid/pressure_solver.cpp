@@ -133,7 +133,8 @@ class BoundedConjugateGradients {
                 p_[i] = std::max(p_[i] + step * s_.direction[i], Real(0));
                 s_.residual[i] -= step * s_.response[i];
                 s_.push[i] += step * Vec3(a.x, a.y, a.z);
-                return Change{error(i), static_cast<double>(a.w * steepest(i)) * static_cast<double>(s_.response[i])};
+                const double volume = a.w, z = steepest(i), b = s_.response[i];
+                return Change{error(i), volume * z * b};
             },
             Change{});
     }

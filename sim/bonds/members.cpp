@@ -137,6 +137,38 @@ void bond_element(Index i, Solids& solids) {
     measure_moments(e, &changed);
 }
 
+void bond_parts(const std::vector<Index>& origin, Solids& solids) {
+    Elements& e = solids.elements;
+    THIXO_ASSERT(!e.bonds.wrap(), "{} elements would have no bonds across periodic faces", e.size());
+    const BondLists whole = unpack(e.bonds);
+    std::vector<std::vector<Index>> parts(e.size());
+    for (Index i = 0; i < e.size(); ++i) parts[origin[i]].push_back(i);
+    BondLists lists(e.size());
+    std::vector<std::uint8_t> changed(e.size(), 0);
+    parallel_for(e.size(), [&](std::size_t i) {
+        const auto bond_to = [&](Index j, Real visible) {
+            const Real r = (xyz(e.rest[j]) - xyz(e.rest[i])).norm();
+            if (j == i || !(r < (e.support[i] + e.support[j]) / 2)) return;
+            const Real own = rest_weight(e.support[i], e.support[j], r),
+                       back = rest_weight(e.support[j], e.support[i], r);
+            lists[i].push_back({j, visible * own, visible * back, own, back, visible});
+        };
+        const bool parted = parts[origin[i]].size() > 1;
+        changed[i] = parted;
+        for (const Bond& bond : whole[origin[i]]) {
+            if (!parted && parts[bond.neighbour].size() == 1) {
+                lists[i].push_back(bond);
+                continue;
+            }
+            changed[i] = 1;
+            for (const Index j : parts[bond.neighbour]) bond_to(j, bond.visibility);
+        }
+        for (const Index j : parts[origin[i]]) bond_to(j, 1);
+    });
+    pack(lists, e.bonds);
+    measure_moments(e, &changed);
+}
+
 void select_elements(const std::vector<Index>& rows, Solids& solids) {
     Elements& e = solids.elements;
     const std::size_t before = e.size();

@@ -17,6 +17,11 @@ Index append_element(Elements& elements, std::int64_t particle, std::int32_t own
 /// directions. Measures the moments of all of them. Bases and visibility (1) follow.
 void bond_element(Index element, Solids& solids);
 
+/// Bonds elements that have been parted from others. `origin` holds, by element, the one that it was a part of; itself
+/// for all others. Parts of two elements are bonded where these were, with the same visibility. Parts of one element are
+/// bonded with each other. Bonds reach as far as the mean of the supports. Moments follow.
+void bond_parts(const std::vector<Index>& origin, Solids& solids);
+
 /// Keeps the elements `rows` (old indices, each at most once) in this order. Renumbers every index that points at an
 /// element: bonds, bodies, handles, contact nodes, particles. Neighbourhoods that lose an element are measured anew.
 /// A contact node that loses an element is removed. Contact samples must be made anew for bodies that lose elements.

@@ -10,6 +10,7 @@
 #include "sim/bonds/gradients.h"
 #include "sim/bonds/members.h"
 #include "sim/contact/contact.h"
+#include "sim/fracture/rigid_fragments.h"
 #include "sim/fracture/sheets.h"
 
 namespace thixo {
@@ -199,8 +200,9 @@ void bind_to(const std::vector<std::uint8_t>& bodies, const std::vector<Index>* 
 }
 
 /// The surfels of these bodies that elements of another of them might move, or that have no weights yet, ascending.
-/// After a split these alone are bound anew.
-std::vector<Index> surfels_at_splits(const std::vector<std::uint8_t>& bodies, const Matter& matter) {
+/// After a split these alone are bound anew, and all those of bodies that are `changed` throughout.
+std::vector<Index> surfels_at_splits(const std::vector<std::uint8_t>& bodies, const std::vector<std::uint8_t>& changed,
+                                     const Matter& matter) {
     const Solids& solids = matter.solids;
     const EmbeddedSurface& s = matter.embedded;
     const auto marked = [&](std::size_t i) { return bodies[static_cast<std::size_t>(s.owner[i])] != 0; };
@@ -225,7 +227,7 @@ std::vector<Index> surfels_at_splits(const std::vector<std::uint8_t>& bodies, co
         grid.build(place, widest);
         parallel_for(s.size(), [&](std::size_t i) {
             if (!marked(i) || solids.bodies[static_cast<std::size_t>(s.owner[i])].source != source) return;
-            found[i] = s.begin[i] == s.begin[i + 1];
+            found[i] = s.begin[i] == s.begin[i + 1] || changed[static_cast<std::size_t>(s.owner[i])] != 0;
             grid.for_each_neighbour(s.rest.position[i], reach(i), [&](Index k, Real) {
                 if (solids.elements.owner[members[k]] != s.owner[i]) found[i] = 1;
             });
@@ -243,9 +245,10 @@ void part(const std::vector<std::uint8_t>& bodies, const Matter& matter) {
     part_bonds(solids.elements);
     for (std::size_t b = 0; b < bodies.size(); ++b)
         if (bodies[b]) solids.bodies[b].scene_shape = false;
+    const std::vector<std::uint8_t> rigid = make_rigid(bodies, matter);
     // Elements of several sizes: the width of a body's surfels' weights follows from all of its elements.
     const bool alike = !matter.particles.has.spacing && solids.elements.breaks;
-    const std::vector<Index> some = alike ? surfels_at_splits(bodies, matter) : std::vector<Index>();
+    const std::vector<Index> some = alike ? surfels_at_splits(bodies, rigid, matter) : std::vector<Index>();
     bind_to(bodies, alike ? &some : nullptr, matter);
 }
 

@@ -17,6 +17,7 @@ struct Matter {
     Solids& solids;
     EmbeddedSurface& embedded;
     const Smoothing& smoothing;
+    std::int64_t& next_id;      // of the next particle
     std::uint64_t seed = 1;     // of samples of surfaces
     double surfel_spacing = 0;  // of new faces [m]; 0: a third of a particle's width, as at set-up
 };

@@ -61,8 +61,13 @@ inline Sources sources_of(const Simulation& sim) {
 /// The tables of a simulation's solid matter, for what changes them in mid-run (sim/fracture).
 inline Matter matter_of(Simulation& sim) {
     const scene::Scene& scene = sim.problem.scene;
-    return {sim.particles,         sim.solids,        sim.embedded,
-            sim.problem.smoothing, scene.solver.seed, scene.surface.radius * scene.solver.spacing};
+    return {sim.particles,
+            sim.solids,
+            sim.embedded,
+            sim.problem.smoothing,
+            sim.next_id,
+            scene.solver.seed,
+            scene.surface.radius * scene.solver.spacing};
 }
 
 }  // namespace thixo

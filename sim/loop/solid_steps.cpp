@@ -18,6 +18,7 @@
 #include "sim/solid/elasticity.h"
 #include "sim/solid/laws.h"
 #include "sim/solid/rigid_fit.h"
+#include "sim/solid/rigid_pieces.h"
 #include "sim/solid/stable_step.h"
 
 namespace thixo {
@@ -128,7 +129,7 @@ bool is_stuck(double stable, double whole, int taken) {
 }
 
 /// Sub-steps of leapfrog to the end of the step.
-void leapfrog_through(const SolidStep& whole, Walls& walls, Solids& solids, SolidScratch& scratch,
+void leapfrog_through(const SolidStep& whole, Walls& walls, Solids& solids, RigidPieces& rigid, SolidScratch& scratch,
                       SolidReport& report) {
     constexpr int kAsked = 8;  // sub-steps: a wave goes some four widths of a particle in them
     const double time = whole.time, end = time + whole.dt;
@@ -154,6 +155,7 @@ void leapfrog_through(const SolidStep& whole, Walls& walls, Solids& solids, Soli
             add_contact_forces(walls, step, solids);
         }
         leapfrog_elements(walls, whole.problem.periodic, step, solids);
+        rigid.follow(step, 0.5 * (solids.last_dt + step), solids);
         now = step >= (until - now) * (1 - 1e-9) ? until : now + step;
         move_held(now, step, solids);
         drift_flow(step, solids);
@@ -190,12 +192,13 @@ struct SavedState {
     }
 };
 
-/// Takes implicit steps to `end`, each as long as contact is foreseen. Where Newton's method does not converge the step
+/// Takes implicit steps to the end of the step, each as long as contact is foreseen. Where Newton's method does not converge the step
 /// is halved. A least part of the whole time bounds this, so that the halving ends.
-void step_implicitly_to(double end, double time, double tolerance, Walls& walls, Solids& solids,
-                        ImplicitScratch& scratch, SolidReport& report) {
+void step_implicitly_through(const SolidStep& whole, Walls& walls, Solids& solids, RigidPieces& rigid,
+                             ImplicitScratch& scratch, SolidReport& report) {
     constexpr double kMostParts = 64;
-    const double shortest = (end - time) / kMostParts;
+    const double time = whole.time, end = time + whole.dt, shortest = whole.dt / kMostParts;
+    const double tolerance = whole.problem.scene.solver.solids_tolerance;
     double now = time;
     while (now < end) {
         {
@@ -217,6 +220,7 @@ void step_implicitly_to(double end, double time, double tolerance, Walls& walls,
             }
             saved.restore(solids);
         }
+        rigid.fit(solids);
         now = step >= (end - now) * (1 - 1e-9) ? end : now + step;
         solids.last_dt = step;
         flow_for(step, solids);
@@ -240,16 +244,17 @@ SolidReport advance_solids(const SolidStep& step, Walls& walls, Particles& parti
     SolidReport report{.dt = step.dt};
     update_laws(step.problem, step.time, solids);
     take_hold(step.time, step.problem.outside, solids);
+    RigidPieces rigid(solids);
     if (step.problem.strategy.implicit_solids)
-        step_implicitly_to(step.time + step.dt, step.time, step.problem.scene.solver.solids_tolerance, walls, solids,
-                           scratch.implicit, report);
+        step_implicitly_through(step, walls, solids, rigid, scratch.implicit, report);
     else
-        leapfrog_through(step, walls, solids, scratch, report);
+        leapfrog_through(step, walls, solids, rigid, scratch, report);
     move_walls(walls, step.time + report.dt);
     if (report.stuck) return report;
     follow_contacts(walls, solids);
     if (solids.softening.any) absorb_flow(report.dt, particles, solids);
     fit_solids(solids);
+    rigid.end(solids);
     return report;
 }
 

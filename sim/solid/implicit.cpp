@@ -6,6 +6,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "sim/contact/answer.h"
+#include "sim/solid/rigid_rates.h"
 
 namespace thixo {
 namespace {
@@ -18,69 +19,9 @@ constexpr Real kRounding = 4 * std::numeric_limits<Real>::epsilon();
 
 double dot(const Vec3& a, const Vec3& b) { return a.cast<double>().dot(b.cast<double>()); }
 
-/// The rigid motion of a body that has its mass, momentum and angular momentum.
-struct RigidRates {
-    double mass = 0;
-    Vec3d centre{0, 0, 0}, velocity{0, 0, 0}, angular{0, 0, 0}, spin{0, 0, 0};
-    Mat3d inertia = Mat3d::Zero();
-    Vec3d spin_of(const Vec3d& angular) const {
-        const Eigen::SelfAdjointEigenSolver<Mat3d> eigen(inertia);
-        Vec3d sum(0, 0, 0);
-        for (int a = 0; a < 3; ++a) {  // not about a line that all lie on
-            if (!(eigen.eigenvalues()[a] > 1e-6 * eigen.eigenvalues()[2])) continue;
-            const Vec3d axis = eigen.eigenvectors().col(a);
-            sum += axis * axis.dot(angular) / eigen.eigenvalues()[a];
-        }
-        return sum;
-    }
-};
-struct Moments {
-    double mass = 0;
-    Vec3d first = Vec3d::Zero(), momentum = Vec3d::Zero(), angular = Vec3d::Zero();
-    Mat3d second = Mat3d::Zero();
-    Moments operator+(const Moments& b) const {
-        return {mass + b.mass, first + b.first, momentum + b.momentum, angular + b.angular, second + b.second};
-    }
-};
-/// Sums up the rigid motion. `momentum(i)` is that of element i at its place.
-template <class F>
-RigidRates rigid_rates(const SolidBody& body, const Elements& e, F&& momentum) {
-    const Moments sum = parallel_sum<Moments>(
-        body.size(),
-        [&](std::size_t k) {
-            const std::size_t i = body.elements[k];
-            const double m = static_cast<double>(e.mass[i]);
-            const Vec3d y = xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>(), p = momentum(i);
-            return Moments{m, m * y, p, y.cross(p), m * y * y.transpose()};
-        },
-        Moments{});
-    RigidRates r;
-    r.mass = sum.mass;
-    r.centre = sum.first / sum.mass;
-    r.velocity = sum.momentum / sum.mass;
-    const Mat3d spread = sum.second - sum.mass * r.centre * r.centre.transpose();
-    r.inertia = spread.trace() * Mat3d::Identity() - spread;
-    r.angular = sum.angular - r.centre.cross(sum.momentum);
-    r.spin = r.spin_of(r.angular);
-    return r;
-}
-
-/// A body that nothing acts on turns so that its angular momentum stays. It turns by the spin at half the step, and
-/// ends with the spin of the end. Both are in the frame that turns with the body.
-struct Turning {
-    Mat3d turn;          // Q, from the old frame to the new one
-    Vec3d spin, change;  // omega [1/s], its rate [1/s^2]
-};
-Turning turn_on(const RigidRates& r, double dt) {
-    const Vec3d angular = r.inertia * r.spin;
-    const auto about = [](const Vec3d& rotation) {
-        const double angle = rotation.norm();
-        return angle > 0 ? Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix() : Mat3d(Mat3d::Identity());
-    };
-    const Vec3d half = r.spin_of(about(dt / 2 * r.spin).transpose() * angular);
-    const Mat3d turn = about(dt * half);
-    const Vec3d spin = r.spin_of(turn.transpose() * angular);
-    return {turn, spin, r.spin_of(-spin.cross(r.inertia * spin))};
+/// An element's place and momentum. `momentum` is that at its place.
+std::pair<Vec3d, Vec3d> motion_of(const Elements& e, std::size_t i, const Vec3d& momentum) {
+    return {xyz(e.rest[i]).cast<double>() + xyz(e.displacement[i]).cast<double>(), momentum};
 }
 
 /// Moves every body's frame on by its rigid motion over dt. The step is then solved in the new frame: steps backwards
@@ -97,8 +38,9 @@ void go_ahead(double dt, Solids& solids, ImplicitScratch& scratch) {
     scratch.angular.assign(solids.bodies.size(), Vec3d::Zero());
     for (SolidBody& body : solids.bodies) {
         if (body.empty()) continue;
-        const RigidRates r = rigid_rates(body, e, [&](std::size_t i) {
-            return Vec3d(static_cast<double>(e.mass[i]) * xyz(e.velocity[i]).cast<double>());
+        const RigidRates r = rigid_rates(body, e, [&](std::size_t k) {
+            const std::size_t i = body.elements[k];
+            return motion_of(e, i, static_cast<double>(e.mass[i]) * xyz(e.velocity[i]).cast<double>());
         });
         const Turning on = turn_on(r, dt);
         const Mat3d back = on.turn.transpose(), change = back - Mat3d::Identity();
@@ -345,11 +287,15 @@ void keep_momenta(double dt, const std::vector<Quad>& before, Solids& solids, Im
         const SolidBody& body = solids.bodies[b];
         if (std::ranges::any_of(body.elements, [&](Index i) { return solids.held[i] != 0; })) continue;
         if (body.empty()) continue;
-        RigidRates left =
-            rigid_rates(body, e, [&](std::size_t i) { return Vec3d(dt * scratch.residual[i].cast<double>()); });
-        const RigidRates present = rigid_rates(body, e, [&](std::size_t i) {
-            return Vec3d(static_cast<double>(e.mass[i]) *
-                         (xyz(before[i]).cast<double>() - dt * scratch.turning[i].cast<double>()));
+        RigidRates left = rigid_rates(body, e, [&](std::size_t k) {
+            const std::size_t i = body.elements[k];
+            return motion_of(e, i, dt * scratch.residual[i].cast<double>());
+        });
+        const RigidRates present = rigid_rates(body, e, [&](std::size_t k) {
+            const std::size_t i = body.elements[k];
+            return motion_of(e, i,
+                             static_cast<double>(e.mass[i]) *
+                                 (xyz(before[i]).cast<double>() - dt * scratch.turning[i].cast<double>()));
         });
         left.spin += left.spin_of(scratch.angular[b] - present.angular);
         parallel_for(body.size(), [&](std::size_t k) {

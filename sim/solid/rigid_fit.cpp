@@ -12,6 +12,8 @@ struct Sums {
     Sums operator+(const Sums& o) const { return {mass + o.mass, rest + o.rest, shift + o.shift, spread + o.spread}; }
 };
 
+}  // namespace
+
 Mat3d fitting_rotation(const Mat3d& spread) {
     constexpr double kNoPlane = 1e-4;
     // Of what is no number the library leaves all results unset. Such a state has diverged, and is told of as that.
@@ -27,10 +29,9 @@ Mat3d fitting_rotation(const Mat3d& spread) {
     return svd.matrixV() * sign.asDiagonal() * svd.matrixU().transpose();
 }
 
-}  // namespace
-
 void fit_rest_shapes(std::vector<SolidBody>& bodies, Elements& elements, const std::vector<Real>* share) {
     for (SolidBody& body : bodies) {
+        if (body.rigid) continue;
         const std::vector<Index>& list = body.elements;
         const std::size_t n = list.size();
         const Sums sum = parallel_sum<Sums>(

@@ -143,6 +143,7 @@ void visit_altered_body(Stream& stream, B& body) {
     stream.value("body.material", body.material);
     stream.value("body.origin", body.origin);
     stream.value("body.scene_shape", body.scene_shape);
+    stream.value("body.rigid", body.rigid);
     stream.value("body.typical", body.typical);
     stream.value("body.lightest", body.lightest);
     stream.array("body.elements", body.elements);

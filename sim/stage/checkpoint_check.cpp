@@ -145,8 +145,12 @@ void check_sizes(const Check& check, const Simulation& sim) {
     const Real spacing = static_cast<Real>(sim.problem.scene.solver.spacing);
     require_like("solid.support", e.support, static_cast<Real>(sim.problem.smoothing.support), kApart);
     require_like("solid.volume", e.volume, cube(spacing), cube(kApart));
-    require_like("solid.quadrature", e.quadrature, cube(spacing), cube(kApart));
     for (Index i = 0; i < e.size(); ++i) {
+        const Real integrates = e.quadrature[i];
+        check.require(sim.solids.owner(i).rigid
+                          ? integrates == 0
+                          : integrates > cube(spacing / kApart) && integrates < cube(spacing * kApart),
+                      "solid.quadrature", "is no volume of an element");
         const auto material = static_cast<std::size_t>(sim.solids.owner(i).material);
         const Real density = e.mass[i] / e.volume[i];
         const auto usual = sim.problem.materials[material].density;

@@ -40,6 +40,8 @@ struct SolidBody {
     Vec3 origin{0, 0, 0};              // of the material frame there [m]
     // It goes on through periodic faces, and its shape with it. It never turns: its images would turn about themselves.
     bool endless = false;
+    // Too small to be elastic: it moves as one piece, in the shape in which it broke off (fracture/rigid_fragments.h).
+    bool rigid = false;
 
     std::size_t size() const { return elements.size(); }
     bool empty() const { return elements.empty(); }

@@ -85,7 +85,7 @@ struct Elements {
     std::vector<Quad> rest;  // m [m]; stiffness c of the zero-energy modes [N/m], rewritten when materials change
     std::vector<Real> mass, volume;  // [kg], V of the rest shape [m^3]
     // The volume by which the element integrates stress [m^3]. In a body it differs from V, so that bending is as stiff as
-    // it should be (solid_setup.h).
+    // it should be (solid_setup.h). 0: stress in it has no force, as in rigid bodies.
     std::vector<Real> quadrature;
     std::vector<Real> support;  // h [m]
     std::vector<Real> depth;    // of the particle below the body's surface, in the rest shape [m]

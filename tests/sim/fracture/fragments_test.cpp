@@ -14,14 +14,7 @@
 namespace thixo {
 namespace {
 
-/// A rubber block of 12 x 6 x 6 cm in empty space with a surface, its middle at the origin.
-scene::Scene block_scene(scene::SolidSteps steps = scene::SolidSteps::leapfrog) {
-    scene::Scene s = fixture::rubber_scene();
-    s.solver.solids = steps;
-    s.surface.enabled = true;
-    s.bodies = {fixture::body("block", fixture::shape_at({0, 0, 0}, scene::BoxShape{{0.12, 0.06, 0.06}, 0}))};
-    return s;
-}
+using fixture::rubber_block_scene;
 
 Shape left_half() { return plane(Vec3d(1, 0, 0), 0); }
 
@@ -61,7 +54,7 @@ Vec3d centre_of(const Simulation& s, std::size_t b) {
 class Splits : public testing::TestWithParam<scene::SolidSteps> {};
 
 TEST_P(Splits, LeaveMassAndMomentaAsTheyAreAndBothPartsGoOn) {
-    scene::Scene scene = block_scene(GetParam());
+    scene::Scene scene = rubber_block_scene(GetParam());
     scene.bodies[0].velocity = {0.3, -0.2, 0.1};
     scene.bodies[0].angular_velocity = {2, 5, 1};
     Simulation s = make_simulation(scene);
@@ -95,7 +88,7 @@ TEST_P(Splits, LeaveMassAndMomentaAsTheyAreAndBothPartsGoOn) {
 }
 
 TEST_P(Splits, PartsMeetAgainAtTheirNewFaces) {
-    Simulation s = make_simulation(block_scene(GetParam()));
+    Simulation s = make_simulation(rubber_block_scene(GetParam()));
     fixture::steps(s, 2, 1e-3);
     const std::size_t part = cut_body(0, left_half(), matter_of(s));
     throw_body(s, part, {-1, 0, 0});
@@ -123,7 +116,7 @@ TEST_P(Splits, AreTheSameAtAnyThreadCountAndAfterAResume) {
         throw_body(s, part, {0.2, 0.1, 0});
         fixture::steps(s, 10, 1e-3);
     };
-    const scene::Scene scene = block_scene(GetParam());
+    const scene::Scene scene = rubber_block_scene(GetParam());
     fixture::expect_same_at_any_thread_count(scene, run);
     Simulation whole = make_simulation(scene);
     advance_frame(whole);
@@ -137,7 +130,7 @@ INSTANTIATE_TEST_SUITE_P(Steps, Splits,
                          testing::Values(scene::SolidSteps::leapfrog, scene::SolidSteps::implicit_euler));
 
 TEST(Fragments, StandInTheFrameWithIdParentAndSource) {
-    Simulation s = make_simulation(block_scene());
+    Simulation s = make_simulation(rubber_block_scene());
     fixture::steps(s, 2, 1e-3);
     const std::size_t part = cut_body(0, left_half(), matter_of(s));
     cut_body(part, plane(Vec3d(0, 1, 0), 0), matter_of(s));
@@ -158,7 +151,7 @@ TEST(Fragments, StandInTheFrameWithIdParentAndSource) {
 }
 
 TEST(Fragments, ANewFaceHasTheTemperatureOfItsOwnBody) {
-    scene::Scene scene = block_scene();
+    scene::Scene scene = rubber_block_scene();
     scene.bodies.push_back(scene.bodies[0]);
     scene.bodies[0].temperature = 20;
     scene.bodies[1].name = "hot";
@@ -179,7 +172,7 @@ TEST(Fragments, ANewFaceHasTheTemperatureOfItsOwnBody) {
 }
 
 TEST(Fragments, ASplitThatLeavesASideEmptyIsRefusedAndChangesNothing) {
-    Simulation s = make_simulation(block_scene());
+    Simulation s = make_simulation(rubber_block_scene());
     fixture::steps(s, 2, 1e-3);
     const std::string before = print_checkpoint(s, "hash");
     const auto nothing = [](const Vec3&) { return false; };
@@ -193,7 +186,7 @@ TEST(Fragments, ASplitThatLeavesASideEmptyIsRefusedAndChangesNothing) {
     EXPECT_TRUE(print_checkpoint(s, "hash") == before);
     fixture::steps(s, 2, 1e-3);
 
-    scene::Scene bare = block_scene();
+    scene::Scene bare = rubber_block_scene();
     bare.surface.enabled = false;
     Simulation without = make_simulation(bare);
     fixture::steps(without, 2, 1e-3);
@@ -207,7 +200,7 @@ bool names(const TrimNode& node, const std::vector<std::int32_t>& sheets) {
 
 TEST(Fragments, AreTrimmedByNoSheetThatTheyHaveNoSurfelsOf) {
     // A block has a sheet a face. Half of it has no surfel of the face at the other end, before which no place lies.
-    Simulation s = make_simulation(block_scene());
+    Simulation s = make_simulation(rubber_block_scene());
     fixture::steps(s, 2, 1e-3);
     cut_body(0, left_half(), matter_of(s));
     refresh_surface(s);
@@ -223,7 +216,7 @@ TEST(Fragments, AreTrimmedByNoSheetThatTheyHaveNoSurfelsOf) {
 }
 
 TEST(Fragments, AnElementAddedInMidRunBelongsToItsBody) {
-    scene::Scene scene = block_scene();
+    scene::Scene scene = rubber_block_scene();
     scene.bodies[0].velocity = {1, 0, 0};
     Simulation s = make_simulation(scene);
     fixture::steps(s, 3, 1e-3);
@@ -262,7 +255,7 @@ TEST(Fragments, AnElementAddedInMidRunBelongsToItsBody) {
 }
 
 TEST(Fragments, AnElementRemovedInMidRunTakesItsMassAndNothingElse) {
-    scene::Scene scene = block_scene();
+    scene::Scene scene = rubber_block_scene();
     scene.bodies.push_back(scene.bodies[0]);
     scene.bodies[1].name = "other";
     scene.bodies[1].shape = fixture::shape_at({0.3, 0, 0}, scene::Sphere{0.04});
@@ -297,7 +290,7 @@ TEST(Fragments, AnElementRemovedInMidRunTakesItsMassAndNothingElse) {
 }
 
 TEST(Fragments, ElementsInAnotherOrderAreTheSameMatter) {
-    scene::Scene scene = block_scene();
+    scene::Scene scene = rubber_block_scene();
     scene.bodies[0].angular_velocity = {0, 0, 20};
     Simulation s = make_simulation(scene), other = make_simulation(scene);
     std::vector<Index> rows(other.solids.elements.size());
@@ -317,7 +310,7 @@ class Cracks : public testing::TestWithParam<scene::SolidSteps> {};
 TEST_P(Cracks, NoForceGoesAcrossAPlaneThatHidesTheHalvesFromEachOther) {
     // The halves fly apart. Rates, diagonal and coarse matrix of the old bonds would hold them together, or let
     // Newton's method diverge. They are computed anew.
-    Simulation s = make_simulation(block_scene(GetParam()));
+    Simulation s = make_simulation(rubber_block_scene(GetParam()));
     fixture::steps(s, 5, 1e-3);
     Elements& e = s.solids.elements;
     const std::uint64_t version = e.bonds.version;
@@ -352,7 +345,7 @@ TEST_P(Cracks, LeaveNothingStaleOfWhatWasComputedForTheBondsOfBefore) {
     // One run keeps rates, diagonal and coarse matrix from step to step, the other forgets them. Their bits agree,
     // unless something was kept that the crack has changed.
     const auto run = [](bool forget) {
-        scene::Scene scene = block_scene(GetParam());
+        scene::Scene scene = rubber_block_scene(GetParam());
         scene.bodies[0].angular_velocity = {0, 0, 10};
         Simulation s = make_simulation(scene);
         fixture::steps(s, 5, 1e-3);

@@ -13,4 +13,13 @@ inline scene::Scene rubber_scene(double viscosity = 0) {
     return s;
 }
 
+/// A rubber block of 12 x 6 x 6 cm in empty space with a surface, its middle at the origin.
+inline scene::Scene rubber_block_scene(scene::SolidSteps steps = scene::SolidSteps::leapfrog) {
+    scene::Scene s = rubber_scene();
+    s.solver.solids = steps;
+    s.surface.enabled = true;
+    s.bodies = {body("block", shape_at({0, 0, 0}, scene::BoxShape{{0.12, 0.06, 0.06}, 0}))};
+    return s;
+}
+
 }  // namespace thixo::fixture

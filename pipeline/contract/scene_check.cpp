@@ -261,7 +261,6 @@ void check_fracture(const Scene& scene, const Checker& check) {
         if (!m.fracture.any()) continue;
         check.require(m.elastic.solid(), path, "only a solid can break",
                       "give the material a \"youngs_modulus\" above 0");
-        check.require(!m.melting.any(), path, "a material that melts and breaks is not supported yet");
     }
     for (const Body& b : scene.bodies)
         for (std::size_t k = 0; k < b.cracks.size(); ++k) {

@@ -7,14 +7,14 @@
 
 namespace thixo {
 
-/// The scene body in whose frame a triangle of the sheets is.
-inline std::int32_t source_of(const Cracks& cracks, Index triangle) {
-    return cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[triangle])].source;
+/// The frame that a triangle of the sheets is in.
+inline std::int32_t frame_of(const Cracks& cracks, Index triangle) {
+    return cracks.cracks[static_cast<std::size_t>(cracks.triangles.crack[triangle])].frame;
 }
 /// Whether a front is of this matter and goes where the stress leads it. Those of blades do not.
 inline bool runs(const CrackFront& front, const Breaking& breaking, const Cracks& cracks) {
     const Crack& crack = cracks.cracks[static_cast<std::size_t>(front.crack)];
-    return crack.source == breaking.source && crack.strength < kUnbreakable;
+    return crack.frame == breaking.frame && crack.strength < kUnbreakable;
 }
 
 /// The middle of a triangle [m].

@@ -32,19 +32,39 @@ double factor_at(const std::vector<StrengthFactor>& table, double temperature) {
     return a.factor + (temperature - a.temperature) / (b.temperature - a.temperature) * (b.factor - a.factor);
 }
 
-/// Strengths at the present temperatures.
-void warm_strengths(const Particles& particles, Solids& solids) {
+/// Whether cracks run in a body now: not in rigid ones, and not where matter melts or has no surface yet.
+bool may_break(const Solids& solids, const SolidBody& body) {
+    return !body.empty() && !body.rigid && body.skin == Skin::embedded && solids.solid_throughout(body) &&
+           std::ranges::find(solids.breaking, body.frame, &Breaking::frame) != solids.breaking.end();
+}
+
+/// Strengths at the present temperatures and phases.
+void refresh_strengths(const Particles& particles, Solids& solids) {
     Elements& e = solids.elements;
     for (const SolidBody& body : solids.bodies) {
-        const auto breaking = std::ranges::find(solids.breaking, body.source, &Breaking::source);
-        if (breaking == solids.breaking.end() || breaking->by_temperature.empty()) continue;
+        const auto breaking = std::ranges::find(solids.breaking, body.frame, &Breaking::frame);
+        const bool warms = breaking != solids.breaking.end() && !breaking->by_temperature.empty();
+        if (!warms && !e.softens) continue;
+        const bool breaks = may_break(solids, body);
         parallel_for(body.elements.size(), [&](std::size_t k) {
             const Index i = body.elements[k];
-            if (e.own_strength[i] == kUnbreakable) return;
+            e.strength[i] = breaks ? e.own_strength[i] : kUnbreakable;
+            if (!warms || e.strength[i] == kUnbreakable) return;
             const double temperature = particles.temperature[solids.particle_of[i]];
-            e.strength[i] = static_cast<Real>(factor_at(breaking->by_temperature, temperature)) * e.own_strength[i];
+            e.strength[i] *= static_cast<Real>(factor_at(breaking->by_temperature, temperature));
         });
     }
+}
+
+/// Fronts end in matter that has begun to melt. Their sheets stay as they are.
+void stop_melting_fronts(Solids& solids) {
+    if (!solids.elements.softens || solids.cracks.fronts.empty()) return;
+    std::erase_if(solids.cracks.fronts, [&](const CrackFront& front) {
+        const std::int32_t frame = solids.cracks.cracks[static_cast<std::size_t>(front.crack)].frame;
+        return std::ranges::any_of(solids.bodies, [&](const SolidBody& body) {
+            return body.frame == frame && !body.empty() && !solids.solid_throughout(body);
+        });
+    });
 }
 
 void see_matter(const Solids& solids, CrackScratch& scratch) {
@@ -94,9 +114,8 @@ std::size_t make_fragments(const Matter& matter) {
     Solids& solids = matter.solids;
     std::vector<std::uint8_t> marks;
     for (const SolidBody& body : solids.bodies) {
-        const bool breaks =
-            std::ranges::any_of(solids.breaking, [&](const Breaking& b) { return b.source == body.source; });
-        marks.push_back(breaks && !body.empty() && has_come_apart(body, solids.elements));
+        const bool breaks = body.rigid || may_break(solids, body);
+        marks.push_back(breaks && has_come_apart(body, solids.elements));
     }
     if (std::ranges::none_of(marks, [](std::uint8_t m) { return m != 0; })) return 0;
     const CrackSight sight(solids);
@@ -106,7 +125,7 @@ std::size_t make_fragments(const Matter& matter) {
         marks,
         [&](Index surfel) {
             const SolidBody& body = solids.bodies[static_cast<std::size_t>(s.owner[surfel])];
-            return sight.nearest_seen(body.source, s.rest.position[surfel], s.rest.normal[surfel]);
+            return sight.nearest_seen(body.frame, s.rest.position[surfel], s.rest.normal[surfel]);
         },
         matter);
 }
@@ -137,7 +156,8 @@ CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Mat
     Cracks& cracks = solids.cracks;
     CrackReport report;
     if (solids.breaking.empty()) return report;
-    warm_strengths(matter.particles, solids);
+    refresh_strengths(matter.particles, solids);
+    stop_melting_fronts(solids);
     const double loaded = std::exchange(cracks.load, load_of(solids, scratch));
     cracks.step = step_to_the_strength(loaded, cracks.load, dt);
     see_matter(solids, scratch);
@@ -145,7 +165,7 @@ CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Mat
     const std::size_t before = cracks.cracks.size();
     for (const CrackedMatter& own : scratch.matter) {
         PointGrid gaps;
-        gaps.build(gaping_places(solids, own.breaking().source), 2 * own.breaking().row);
+        gaps.build(gaping_places(solids, own.breaking().frame), 2 * own.breaking().row);
         const FrontStep now{own, scratch.stress, scratch.tension, gaps, dt};
         const Real load = begin_cracks(now, matter.seed, step, solids.elements, cracks);
         const Real fastest = move_fronts(now, cracks);
@@ -173,6 +193,7 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
         const Vec3 from = xyz(e.rest[i]), to = xyz(e.rest[j]);
         const Real h = (e.support[i] + e.support[j]) / 2;
         if ((to - from).norm() > kTogether * h) return Real(0);
+        if (e.phase_of(i) != Phase::solid && e.phase_of(j) != Phase::solid) return Real(0);
         if (e.owner[i] != e.owner[j]) return Real(1);
         return 1 - share_left(matter.sheets(), solids.cracks, from, to, h, matter.breaking().opaque);
     };
@@ -190,7 +211,7 @@ std::vector<ScreenedPair> screened_heat(const Particles& particles, const Neighb
                         continue;
                     for (const Index l : neighbours[k]) {
                         const Index j = solids.element(particles.id[l]);
-                        if (l <= k || j == kNone || solids.owner(j).source != matter.breaking().source) continue;
+                        if (l <= k || j == kNone || solids.owner(j).frame != matter.breaking().frame) continue;
                         if (const Real a = part(matter, i, j); a > 0) found[c].push_back({k, l, a});
                     }
                 }
@@ -228,6 +249,7 @@ void make_breaking(const scene::Scene& scene, const Materials& materials, const 
                                 ? Real(0)
                                 : surface.rest.axis1[static_cast<std::size_t>(surfel - surface.owner.begin())].norm();
         solids.breaking.push_back({.source = body.source,
+                                   .frame = body.frame,
                                    .arrest = static_cast<Real>(keys.arrest),
                                    .speed = static_cast<Real>(speed),
                                    .history = static_cast<Real>(keys.history),
@@ -252,7 +274,7 @@ void make_breaking(const scene::Scene& scene, const Materials& materials, const 
         }
     }
     e.own_strength = e.strength;
-    warm_strengths(particles, solids);
+    refresh_strengths(particles, solids);
     solids.blades = make_blades(scene, solids.breaking);
 }
 

@@ -212,11 +212,11 @@ std::vector<Index> surfels_at_splits(const std::vector<std::uint8_t>& bodies, co
     std::map<std::int32_t, std::vector<Index>> elements;  // by the frame that they share
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         if (!bodies[b]) continue;
-        auto& own = elements[solids.bodies[b].source];
+        auto& own = elements[solids.bodies[b].frame];
         own.insert(own.end(), solids.bodies[b].elements.begin(), solids.bodies[b].elements.end());
     }
     std::vector<std::uint8_t> found(s.size(), 0);
-    for (const auto& [source, members] : elements) {
+    for (const auto& [frame, members] : elements) {
         Real widest = 0;
         for (std::size_t i = 0; i < s.size(); ++i)
             if (marked(i)) widest = std::max(widest, reach(i));
@@ -226,7 +226,7 @@ std::vector<Index> surfels_at_splits(const std::vector<std::uint8_t>& bodies, co
         PointGrid grid;
         grid.build(place, widest);
         parallel_for(s.size(), [&](std::size_t i) {
-            if (!marked(i) || solids.bodies[static_cast<std::size_t>(s.owner[i])].source != source) return;
+            if (!marked(i) || solids.bodies[static_cast<std::size_t>(s.owner[i])].frame != frame) return;
             found[i] = s.begin[i] == s.begin[i + 1] || changed[static_cast<std::size_t>(s.owner[i])] != 0;
             grid.for_each_neighbour(s.rest.position[i], reach(i), [&](Index k, Real) {
                 if (solids.elements.owner[members[k]] != s.owner[i]) found[i] = 1;

@@ -105,7 +105,7 @@ std::vector<std::uint8_t> make_rigid(const std::vector<std::uint8_t>& bodies, co
         now[b] = 1;
         for (const Index i : body.elements) {
             e.quadrature[i] = 0;
-            if (e.breaks) e.strength[i] = e.own_strength[i] = kUnbreakable;
+            if (e.breaks) e.strength[i] = kUnbreakable;
             if (!e.bonds.moment[i].full) split.push_back(i);
         }
     }

@@ -51,7 +51,7 @@ void append_faces(const CrackSight& sight, const Breaking& breaking, const std::
     parallel_for(
         discs.size(),
         [&](std::size_t i) {
-            owner[i] = solids.elements.owner[sight.nearest_seen(breaking.source, discs[i].place, discs[i].normal)];
+            owner[i] = solids.elements.owner[sight.nearest_seen(breaking.frame, discs[i].place, discs[i].normal)];
         },
         64);
     std::map<std::int32_t, std::vector<std::size_t>> of_body;
@@ -95,7 +95,7 @@ PassedTriangles passed_triangles(const Breaking& breaking, const Cracks& cracks)
     const CrackTriangles& t = cracks.triangles;
     PassedTriangles passed;
     for (Index k = 0; k < t.size(); ++k) {
-        if (source_of(cracks, k) != breaking.source ||
+        if (frame_of(cracks, k) != breaking.frame ||
             std::min(t.bound[k], breaking.opaque) == std::min(t.behind[k], breaking.opaque))
             continue;
         passed.triangle.push_back(k);
@@ -115,8 +115,8 @@ void mark_passed(const CrackSight& sight, const Breaking& breaking, const Matter
     const EmbeddedSurface& s = matter.embedded;
     const PassedTriangles passed = passed_triangles(breaking, solids.cracks);
     if (passed.middle.empty()) return;
-    const auto of_source = [&](std::size_t i) {
-        return solids.bodies[static_cast<std::size_t>(s.owner[i])].source == breaking.source;
+    const auto of_frame = [&](std::size_t i) {
+        return solids.bodies[static_cast<std::size_t>(s.owner[i])].frame == breaking.frame;
     };
     const auto reach = [&](std::size_t i) {
         const Real disc = std::max(s.rest.axis1[i].norm(), s.rest.axis2[i].norm());
@@ -124,12 +124,12 @@ void mark_passed(const CrackSight& sight, const Breaking& breaking, const Matter
     };
     Real farthest = breaking.support;
     for (std::size_t i = 0; i < s.size(); ++i)
-        if (of_source(i)) farthest = std::max(farthest, reach(i));
+        if (of_frame(i)) farthest = std::max(farthest, reach(i));
     PointGrid grid;
     grid.build(passed.middle, farthest);
     const CrackTree triangles(solids.cracks, passed.triangle);
     parallel_for(s.size(), [&](std::size_t i) {
-        if (!of_source(i)) return;
+        if (!of_frame(i)) return;
         bool near = false;
         grid.for_each_neighbour(s.rest.position[i], reach(i), [&](Index, Real) { near = true; });
         if (near && sight.crosses(triangles, s, static_cast<Index>(i))) marks[i] = 1;
@@ -140,10 +140,10 @@ void mark_passed(const CrackSight& sight, const Breaking& breaking, const Matter
 void lay_faces(const CrackSight& sight, const Matter& matter) {
     Cracks& cracks = matter.solids.cracks;
     for (const Breaking& breaking : matter.solids.breaking) {
-        if (!(breaking.surfel > 0) || !sight.matter_of(breaking.source)) continue;
+        if (!(breaking.surfel > 0) || !sight.matter_of(breaking.frame)) continue;
         std::vector<Index> fresh;
         for (Index k = 0; k < cracks.triangles.size(); ++k)
-            if (!cracks.triangles.drawn[k] && source_of(cracks, k) == breaking.source) fresh.push_back(k);
+            if (!cracks.triangles.drawn[k] && frame_of(cracks, k) == breaking.frame) fresh.push_back(k);
         append_faces(sight, breaking, fresh, matter);
         for (const Index k : fresh) cracks.triangles.drawn[k] = 1;
     }
@@ -154,8 +154,8 @@ void bind_marked(const CrackSight& sight, const std::vector<std::uint8_t>& marks
     const EmbeddedSurface& s = matter.embedded;
     std::vector<Index> which;
     for (Index i = 0; i < s.size(); ++i) {
-        const auto source = matter.solids.bodies[static_cast<std::size_t>(s.owner[i])].source;
-        if (marks[i] || (s.begin[i] == s.begin[i + 1] && sight.matter_of(source))) which.push_back(i);
+        const auto frame = matter.solids.bodies[static_cast<std::size_t>(s.owner[i])].frame;
+        if (marks[i] || (s.begin[i] == s.begin[i + 1] && sight.matter_of(frame))) which.push_back(i);
     }
     if (!which.empty()) bind_some_surfels(matter.solids, which, matter.embedded, element_sight(sight));
 }
@@ -167,7 +167,7 @@ double area_of_sheets(const Solids& solids) {
     const CrackTriangles& t = cracks.triangles;
     return parallel_sum(t.size(), [&](std::size_t k) {
         const auto triangle = static_cast<Index>(k);
-        const Breaking& breaking = *std::ranges::find(solids.breaking, source_of(cracks, triangle), &Breaking::source);
+        const Breaking& breaking = *std::ranges::find(solids.breaking, frame_of(cracks, triangle), &Breaking::frame);
         const Vec3 &a = cracks.vertex[t.a[k]], &b = cracks.vertex[t.b[k]], &c = cracks.vertex[t.c[k]];
         const bool inside = breaking.distance(middle_of(cracks, triangle)) < 0;
         return inside ? 0.5 * static_cast<double>((b - a).cross(c - a).norm()) : 0.0;
@@ -185,7 +185,7 @@ void refresh_sheets(const CrackSight& sight, const Matter& matter) {
     lay_faces(sight, matter);
     std::vector<std::uint8_t> marks(matter.embedded.size(), 0);
     for (const Breaking& breaking : matter.solids.breaking)
-        if (breaking.surfel > 0 && sight.matter_of(breaking.source)) mark_passed(sight, breaking, matter, marks);
+        if (breaking.surfel > 0 && sight.matter_of(breaking.frame)) mark_passed(sight, breaking, matter, marks);
     CrackTriangles& t = matter.solids.cracks.triangles;
     t.bound = t.behind;
     bind_marked(sight, marks, matter);

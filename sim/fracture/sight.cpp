@@ -10,7 +10,7 @@ namespace thixo {
 namespace {
 
 const Breaking& breaking_of(const std::vector<Breaking>& breaking, const Cracks& cracks, Index triangle) {
-    return *std::ranges::find(breaking, source_of(cracks, triangle), &Breaking::source);
+    return *std::ranges::find(breaking, frame_of(cracks, triangle), &Breaking::frame);
 }
 
 Real distance_to_segment(const Vec3& x, const Vec3& a, const Vec3& b) {
@@ -64,7 +64,7 @@ void follow_fronts(const std::vector<Breaking>& breaking, Cracks& cracks) {
 void find_crossings(const CrackedMatter& matter, const Elements& e, Index first, Cracks& cracks) {
     std::vector<Index> rows;
     for (Index k = first; k < cracks.triangles.size(); ++k)
-        if (source_of(cracks, k) == matter.breaking().source) rows.push_back(k);
+        if (frame_of(cracks, k) == matter.breaking().frame) rows.push_back(k);
     if (rows.empty()) return;
     const CrackTree fresh(cracks, rows);
     const Vec3 reach = Vec3::Constant(matter.breaking().support);
@@ -171,13 +171,13 @@ std::vector<WeakBond> loose_bonds(const Elements& e) {
     return all;
 }
 
-std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source) {
+std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t frame) {
     const Elements& e = solids.elements;
     const BondCrossings& crossings = solids.cracks.crossings;
     std::vector<Vec3> places;
     for (std::size_t k = 0; k < crossings.size(); ++k) {
         const Index i = crossings.first[k], j = crossings.second[k];
-        if (e.owner[i] != e.owner[j] || solids.owner(i).source != source) continue;
+        if (e.owner[i] != e.owner[j] || solids.owner(i).frame != frame) continue;
         if (gapes(solids, i, j, Real(0.5))) places.push_back((xyz(e.rest[i]) + xyz(e.rest[j])) / 2);
     }
     return places;
@@ -219,13 +219,12 @@ Real share_left(const CrackTree& sheets, const Cracks& cracks, const Vec3& from,
 
 CrackSight::CrackSight(const Solids& solids) : solids_(&solids) {
     for (const Breaking& breaking : solids.breaking)
-        if (std::ranges::any_of(solids.cracks.cracks, [&](const Crack& c) { return c.source == breaking.source; }))
+        if (std::ranges::any_of(solids.cracks.cracks, [&](const Crack& c) { return c.frame == breaking.frame; }))
             matter_.emplace_back(solids, breaking);
 }
 
-const CrackedMatter* CrackSight::matter_of(std::int32_t source) const {
-    const auto at =
-        std::ranges::find_if(matter_, [&](const CrackedMatter& m) { return m.breaking().source == source; });
+const CrackedMatter* CrackSight::matter_of(std::int32_t frame) const {
+    const auto at = std::ranges::find_if(matter_, [&](const CrackedMatter& m) { return m.breaking().frame == frame; });
     return at == matter_.end() ? nullptr : &*at;
 }
 
@@ -246,7 +245,7 @@ Real CrackSight::share(const CrackedMatter& matter, const CrackTree& sheets, con
 
 bool CrackSight::shares(const Vec3& m, const Vec3& normal, std::span<const Index> elements,
                         std::vector<Real>& share) const {
-    const CrackedMatter* matter = elements.empty() ? nullptr : matter_of(solids_->owner(elements.front()).source);
+    const CrackedMatter* matter = elements.empty() ? nullptr : matter_of(solids_->owner(elements.front()).frame);
     if (!matter) return false;
     const Vec3 from = looking_place(matter->breaking(), m, normal);
     const auto place = [&](std::size_t k) { return xyz(solids_->elements.rest[elements[k]]); };
@@ -265,7 +264,7 @@ bool CrackSight::shares(const Vec3& m, const Vec3& normal, std::span<const Index
 }
 
 bool CrackSight::crosses(const CrackTree& triangles, const EmbeddedSurface& embedded, Index i) const {
-    const CrackedMatter* matter = matter_of(solids_->bodies[static_cast<std::size_t>(embedded.owner[i])].source);
+    const CrackedMatter* matter = matter_of(solids_->bodies[static_cast<std::size_t>(embedded.owner[i])].frame);
     if (!matter) return false;
     const SurfelCloud& rest = embedded.rest;
     const SurfelWeight* weight = embedded.weight.data() + embedded.begin[i];
@@ -280,8 +279,8 @@ bool CrackSight::crosses(const CrackTree& triangles, const EmbeddedSurface& embe
     return any;
 }
 
-Index CrackSight::nearest_seen(std::int32_t source, const Vec3& m, const Vec3& normal) const {
-    const CrackedMatter* matter = matter_of(source);
+Index CrackSight::nearest_seen(std::int32_t frame, const Vec3& m, const Vec3& normal) const {
+    const CrackedMatter* matter = matter_of(frame);
     constexpr int kTried = 32;
     std::vector<std::pair<Real, Index>> near;
     matter->grid().nearest(m, kTried, std::numeric_limits<Real>::max(), near);

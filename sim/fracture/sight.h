@@ -19,10 +19,10 @@ void follow_fronts(const std::vector<Breaking>& breaking, Cracks& cracks);
 /// Notes the bonds that cross triangles from row `first` on.
 void find_crossings(const CrackedMatter& matter, const Elements& elements, Index first, Cracks& cracks);
 
-/// Places of a scene body's sheets where they gape: a bond that still reaches across is longer than the strain at its ends explains,
+/// Places of a frame's sheets where they gape: a bond that still reaches across is longer than the strain at its ends explains,
 ///     |u_j - u_i - (H_i + H_j)/2 r_ij| > |r_ij|/2
 /// Requires Solids::gradients of the present time.
-std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t source);
+std::vector<Vec3> gaping_places(const Solids& solids, std::int32_t frame);
 
 /// Bonds beside cracks that gape, though they cross no sheet: they pass where sheets of several cracks meet and leave a
 /// pinhole. Their opening is that of gaping_places, beyond twice the strain that the strength allows, strength over
@@ -56,8 +56,8 @@ class CrackSight {
     /// Whether a way from a surfel to an element that moves it crosses one of these triangles of its body's cracks.
     bool crosses(const CrackTree& triangles, const EmbeddedSurface& embedded, Index surfel) const;
     /// The nearest element that a place on the surface sees; the nearest of all where it sees none.
-    Index nearest_seen(std::int32_t source, const Vec3& m, const Vec3& normal) const;
-    const CrackedMatter* matter_of(std::int32_t source) const;
+    Index nearest_seen(std::int32_t frame, const Vec3& m, const Vec3& normal) const;
+    const CrackedMatter* matter_of(std::int32_t frame) const;
 
   private:
     Real share(const CrackedMatter& matter, const CrackTree& sheets, const Vec3& from, Index element) const;

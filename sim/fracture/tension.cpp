@@ -53,15 +53,14 @@ double largest_load(const Elements& elements, const std::vector<Symmetric>& stre
 
 CrackedMatter::CrackedMatter(const Solids& solids, const Breaking& breaking) : solids_(&solids), breaking_(&breaking) {
     for (const SolidBody& body : solids.bodies)
-        if (body.source == breaking.source)
-            elements_.insert(elements_.end(), body.elements.begin(), body.elements.end());
+        if (body.frame == breaking.frame) elements_.insert(elements_.end(), body.elements.begin(), body.elements.end());
     std::vector<Vec3> place;
     for (const Index i : elements_) place.push_back(xyz(solids.elements.rest[i]));
     grid_.build(place, breaking.support);
     std::vector<Index> rows;
     for (Index k = 0; k < solids.cracks.triangles.size(); ++k) {
         const auto of = static_cast<std::size_t>(solids.cracks.triangles.crack[k]);
-        if (solids.cracks.cracks[of].source == breaking.source) rows.push_back(k);
+        if (solids.cracks.cracks[of].frame == breaking.frame) rows.push_back(k);
     }
     sheets_ = CrackTree(solids.cracks, rows);
 }

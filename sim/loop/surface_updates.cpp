@@ -4,6 +4,7 @@
 
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
+#include "sim/fracture/frozen.h"
 #include "sim/fracture/sheets.h"
 #include "sim/surface/contact_surface.h"
 
@@ -61,6 +62,10 @@ void refresh_surface(Simulation& sim) {
     const Smoothing& smoothing = sim.problem.smoothing;
     const scene::Surface& params = sim.problem.scene.surface;
     const SurfaceSetting setting{sim.walls, params, smoothing.spacing, smoothing.support, sim.problem.moulds};
+    if (sim.solids.softening.any && !sim.solids.breaking.empty()) {
+        follow_returned(sim.solids, sim.mixed_surface);
+        embed_frozen(matter_of(sim), sim.mixed_surface);
+    }
     if (sim.solids.cracks.any()) refresh_sheets(CrackSight(sim.solids), matter_of(sim));
     const SurfaceReport report = sim.solids.empty()
                                      ? update_surface(sim.surface, sim.particles, setting)

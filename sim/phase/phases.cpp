@@ -98,52 +98,139 @@ void take_shape(const SolidBody& body, Particles& particles, Solids& solids) {
     }
 }
 
+/// Lists the rest neighbours of the elements marked by 1 anew; other lists stay. Bonds that persist keep their
+/// visibility; new ones are visible.
+void list_neighbours_anew(const std::vector<std::uint8_t>& which, Solids& solids) {
+    Bonds& bonds = solids.elements.bonds;
+    const Bonds old = bonds;
+    find_rest_neighbours(solids.bodies, solids.elements, hang_together_in_shapes(solids));
+    keep_bases(bonds);
+    const Bonds fresh = bonds;
+    const std::size_t n = which.size();
+    const auto list_of = [&](std::size_t i) -> const Bonds& { return which[i] ? fresh : old; };
+    for (std::size_t i = 0; i < n; ++i)
+        bonds.begin[i + 1] = bonds.begin[i] + (list_of(i).begin[i + 1] - list_of(i).begin[i]);
+    const auto copy = [&](auto array) {
+        (bonds.*array).assign(bonds.begin[n], {});
+        parallel_for(n, [&](std::size_t i) {
+            const Bonds& from = list_of(i);
+            std::copy((from.*array).begin() + static_cast<std::ptrdiff_t>(from.begin[i]),
+                      (from.*array).begin() + static_cast<std::ptrdiff_t>(from.begin[i + 1]),
+                      (bonds.*array).begin() + static_cast<std::ptrdiff_t>(bonds.begin[i]));
+        });
+    };
+    copy(&Bonds::neighbour);
+    for (const auto array : {&Bonds::weight, &Bonds::weight_back, &Bonds::base, &Bonds::base_back}) copy(array);
+    if (old.visibility.empty()) return;
+    bonds.visibility.assign(bonds.neighbour.size(), 1);
+    parallel_for(n, [&](std::size_t i) {
+        const auto first = old.neighbour.begin() + static_cast<std::ptrdiff_t>(old.begin[i]),
+                   last = old.neighbour.begin() + static_cast<std::ptrdiff_t>(old.begin[i + 1]);
+        for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k)
+            if (const auto found = std::find(first, last, bonds.neighbour[k]); found != last)
+                bonds.visibility[k] = old.visibility[static_cast<std::size_t>(found - old.neighbour.begin())];
+    });
+    weigh_bonds(solids.elements, kThin);
+}
+
+void find_neighbours_of(const std::vector<std::uint8_t>& bodies, Solids& solids) {
+    Elements& e = solids.elements;
+    std::vector<std::uint8_t> which(e.size());
+    for (std::size_t i = 0; i < e.size(); ++i) which[i] = bodies[static_cast<std::size_t>(e.owner[i])];
+    list_neighbours_anew(which, solids);
+    measure_moments(e, &which, kThin);
+}
+
+/// A number for the frame of a new rest shape.
+std::int32_t new_frame(const Solids& solids) {
+    std::int32_t last = 0;
+    for (const SolidBody& body : solids.bodies) last = std::max({last, body.frame, body.source});
+    for (const Breaking& breaking : solids.breaking) last = std::max(last, breaking.frame);
+    return last + 1;
+}
+
+/// Cracks are gone between elements that have both melted.
+void heal_cracks(const std::vector<std::uint8_t>& melted, Solids& solids) {
+    Bonds& bonds = solids.elements.bonds;
+    if (bonds.visibility.empty()) return;
+    parallel_for(bonds.size(), [&](std::size_t i) {
+        for (std::size_t k = bonds.begin[i]; melted[i] && k < bonds.begin[i + 1]; ++k)
+            if (melted[bonds.neighbour[k]]) bonds.visibility[k] = 1;
+    });
+}
+
+/// Sheets are places of the rest shape of before: they weaken no bond of the body any more.
+void leave_sheets(const Solids& solids, const SolidBody& body, BondCrossings& crossings) {
+    std::vector<Index> rows;
+    for (Index k = 0; k < crossings.size(); ++k)
+        if (&solids.owner(crossings.first[k]) != &body) rows.push_back(k);
+    keep_table_rows(crossings, rows);
+}
+
 /// Refreezes bodies that are solid throughout, but not wholly bound to a rest shape.
 void refreeze(Particles& particles, Solids& solids) {
     const Elements& e = solids.elements;
+    std::vector<std::uint8_t> refrozen(solids.bodies.size(), 0), melted;
     bool any = false;
     for (SolidBody& body : solids.bodies) {
         const bool solid = body.shaped() && std::ranges::all_of(body.elements, [&](Index i) { return e.melt[i] == 0; });
         if (!solid || std::ranges::none_of(body.elements, [&](Index i) { return e.phase[i] == Phase::viscoelastic; }))
             continue;
-        if (!any) find_gradients(e, solids.gradients);
+        if (!any) {
+            find_gradients(e, solids.gradients);
+            melted.resize(e.size());
+            for (std::size_t i = 0; i < e.size(); ++i) melted[i] = e.phase[i] != Phase::solid;
+        }
         any = true;
+        refrozen[static_cast<std::size_t>(&body - solids.bodies.data())] = 1;
         take_shape(body, particles, solids);
         body.refrozen = true;
         body.shape.reset();
+        leave_sheets(solids, body, solids.cracks.crossings);
+        body.frame = new_frame(solids);
+        solids.altered = solids.altered || e.breaks;
     }
-    if (any) find_refrozen_neighbours(solids);
+    if (!any) return;
+    heal_cracks(melted, solids);
+    find_neighbours_of(refrozen, solids);
 }
 
-/// Lists the rest neighbours of all bodies anew. Bonds that persist keep their visibility; new ones are visible.
-void list_neighbours_anew(Solids& solids) {
-    Bonds& bonds = solids.elements.bonds;
-    const std::vector<std::size_t> begin = std::move(bonds.begin);
-    const std::vector<Index> neighbour = std::move(bonds.neighbour);
-    const std::vector<Real> visibility = std::exchange(bonds.visibility, {});
-    find_rest_neighbours(solids.bodies, solids.elements, hang_together_in_shapes(solids));
-    keep_bases(bonds);
-    if (visibility.empty()) return;
-    bonds.visibility.assign(bonds.neighbour.size(), 1);
-    parallel_for(bonds.size(), [&](std::size_t i) {
-        const auto first = neighbour.begin() + static_cast<std::ptrdiff_t>(begin[i]),
-                   last = neighbour.begin() + static_cast<std::ptrdiff_t>(begin[i + 1]);
-        for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k)
-            if (const auto found = std::find(first, last, bonds.neighbour[k]); found != last)
-                bonds.visibility[k] = visibility[static_cast<std::size_t>(found - neighbour.begin())];
-    });
-    weigh_bonds(solids.elements, kThin);
+/// Rigid pieces that begin to melt are elastic again.
+void release_rigid(Solids& solids) {
+    Elements& e = solids.elements;
+    for (SolidBody& body : solids.bodies) {
+        if (!body.rigid || solids.solid_throughout(body)) continue;
+        body.rigid = false;
+        for (const Index i : body.elements) e.quadrature[i] = e.volume[i];
+        e.bonds.changed();
+    }
+}
+
+/// A fragment that is liquid throughout is matter of the body of the scene that it came from again.
+void return_fragments(Particles& particles, Solids& solids) {
+    Elements& e = solids.elements;
+    for (SolidBody& body : solids.bodies) {
+        if (body.parent < 0 || body.empty() || body.skin != Skin::animated) continue;
+        if (std::ranges::any_of(body.elements, [&](Index i) { return e.phase[i] != Phase::liquid; })) continue;
+        const auto root = std::ranges::find_if(
+            solids.bodies, [&](const SolidBody& b) { return b.parent < 0 && b.source == body.source; });
+        for (const Index i : std::exchange(body.elements, {})) {
+            e.owner[i] = static_cast<std::int32_t>(root - solids.bodies.begin());
+            particles.body[solids.particle_of[i]] = root->id;
+            root->elements.push_back(i);
+        }
+        std::ranges::sort(root->elements);
+        solids.altered = true;
+    }
 }
 
 }  // namespace
 
 void find_refrozen_neighbours(Solids& solids) {
-    Elements& e = solids.elements;
     if (std::ranges::none_of(solids.bodies, &SolidBody::refrozen)) return;
-    list_neighbours_anew(solids);
-    std::vector<std::uint8_t> which(e.size());
-    for (std::size_t i = 0; i < e.size(); ++i) which[i] = solids.owner(i).refrozen;
-    measure_moments(e, &which, kThin);
+    std::vector<std::uint8_t> refrozen;
+    for (const SolidBody& body : solids.bodies) refrozen.push_back(body.refrozen);
+    find_neighbours_of(refrozen, solids);
 }
 
 void make_phases(const scene::Scene& scene, const Materials& materials, const Smoothing& smoothing,
@@ -203,6 +290,7 @@ void adopt_particles(const Materials& materials, const Smoothing& smoothing, con
         e.law[i] = i;
         e.phase[i] = Phase::liquid;
         e.melt[i] = 1;
+        if (e.breaks) e.strength[i] = e.own_strength[i] = kUnbreakable;
         emitted->elements.push_back(i);
         solids.softening.flow.plastic.push_back({});
         solids.particle_of.push_back(k);
@@ -233,6 +321,8 @@ void change_phases(const Materials& materials, const Outside& outside, double la
             }
         },
         1024);
+    release_rigid(solids);
+    return_fragments(particles, solids);
     seed_flow(seeds, solids);
     refreeze(particles, solids);
     s.freezes = s.moves = false;

@@ -11,6 +11,7 @@
 #include "pipeline/contract/hash.h"
 #include "sim/bonds/members.h"
 #include "sim/fracture/fragments.h"
+#include "sim/fracture/frozen.h"
 #include "sim/phase/phases.h"
 #include "sim/stage/checkpoint_check.h"
 
@@ -116,10 +117,9 @@ void rebind(Simulation& sim) {
     solids.element_of.clear();
     for (Index i = 0; i < solids.elements.size(); ++i) number_element(solids.elements.id[i], i, solids);
     solids.softening.flow.plastic.resize(solids.elements.size());
-    for (SolidBody& body : solids.bodies) {
-        if (body.scene_shape) continue;
-        body.shape.reset();
-    }
+    for (SolidBody& body : solids.bodies)
+        if (!body.scene_shape || body.refrozen) body.shape.reset();
+    make_frozen_breaking(matter_of(sim));
     sim.embedded.begin.assign(sim.embedded.size() + 1, 0);
     sim.embedded.weight.clear();
     bind_matter(std::vector<std::uint8_t>(solids.bodies.size(), 1), matter_of(sim));
@@ -140,6 +140,7 @@ void visit_altered_body(Stream& stream, B& body) {
     stream.value("body.id", body.id);
     stream.value("body.parent", body.parent);
     stream.value("body.source", body.source);
+    stream.value("body.frame", body.frame);
     stream.value("body.material", body.material);
     stream.value("body.origin", body.origin);
     stream.value("body.scene_shape", body.scene_shape);
@@ -160,7 +161,7 @@ void visit_fields(Stream& stream, const char* name, Records& records, Field... f
 
 template <class Stream, class S>
 void visit_cracks(Stream& stream, S& cracks) {
-    visit_fields(stream, "cracks", cracks.cracks, &Crack::source, &Crack::sheet, &Crack::strength);
+    visit_fields(stream, "cracks", cracks.cracks, &Crack::frame, &Crack::sheet, &Crack::strength);
     stream.records("fronts", cracks.fronts, sizeof(std::int32_t));
     for (auto& front : cracks.fronts) {
         stream.value("front.crack", front.crack);
@@ -196,7 +197,10 @@ void visit_altered(Stream& stream, S& state) {
     auto& solids = state.solids;
     stream.value("next_body", solids.next_body);
     stream.records("bodies", solids.bodies, sizeof(std::int32_t));
-    for (auto& body : solids.bodies) visit_altered_body(stream, body);
+    for (auto& body : solids.bodies) {
+        visit_altered_body(stream, body);
+        visit_body(stream, body);
+    }
     for (auto& handle : solids.handles) {
         stream.array("handle.elements", handle.elements);
         stream.value("handle.mass", handle.mass);
@@ -232,7 +236,8 @@ void visit_breaking(Stream& stream, S& solids) {
 
 template <class Stream, class S>
 void visit_solids(Stream& stream, S& solids) {
-    for (auto& body : solids.bodies) visit_body(stream, body);
+    if (!solids.altered)
+        for (auto& body : solids.bodies) visit_body(stream, body);
     for (auto& handle : solids.handles) stream.array("solid.anchor", handle.anchor);
     stream.value("solid.last_dt", solids.last_dt);
     stream.value("solid.stretch2", solids.stretch2);
@@ -296,7 +301,8 @@ void visit_state(Stream& stream, S& state) {
     if (!state.solids.empty()) visit_solids(stream, state.solids);
     if constexpr (kReads) {
         check_solids(state, stream.file());
-        if (state.solids.softening.any) find_refrozen(state.solids);
+        // Bonds of matter that has been altered are stored, and not found anew.
+        if (state.solids.softening.any && !state.solids.altered) find_refrozen(state.solids);
     }
     if (!state.solids.empty()) {
         stream.value("mixed.next_id", state.mixed_surface.animated.next_id);

@@ -112,7 +112,8 @@ void check_bodies(const Check& check, const Simulation& sim, const Solids& at_st
         check.require(made || !body.scene_shape, "body.scene_shape", "is told of a body that the scene does not make");
         check.ascends("body.elements", body.elements);
         check.range("body.elements", body.elements, 0, count);
-        check.require(!body.shaped() || !body.empty(), "body.elements", "is empty");
+        // A fragment that has melted goes back to the body that it came from.
+        check.require(!body.shaped() || !body.empty() || body.parent >= 0, "body.elements", "is empty");
         check.range("body.cuts", body.cuts, 0, std::numeric_limits<std::int32_t>::max());
         if (!body.empty()) {
             check.range("body.typical", body.typical, 0, count);

@@ -19,10 +19,10 @@ struct CrackChecks {
     bool is_crack(std::int32_t k) const { return k >= 0 && static_cast<std::size_t>(k) < cracks.cracks.size(); }
     static bool is_near(const Vec3& m) { return m.allFinite() && m.cwiseAbs().maxCoeff() < Real(1e9); }
 
-    void sources(const std::vector<Breaking>& breaking) const {
+    void frames(const std::vector<Breaking>& breaking) const {
         for (std::size_t k = 0; k < cracks.cracks.size(); ++k) {
             const Crack& c = cracks.cracks[k];
-            require(std::ranges::find(breaking, c.source, &Breaking::source) != breaking.end(),
+            require(std::ranges::find(breaking, c.frame, &Breaking::frame) != breaking.end(),
                     "a crack is in a body that does not break");
             require(c.strength > 0, "a crack has no strength");
             require(c.sheet == kFirstCrackSheet + 2 * static_cast<std::int32_t>(k), "a crack's sheets are not its own");
@@ -81,7 +81,7 @@ struct CrackChecks {
 
 void check_cracks(const Simulation& sim, const std::string& file) {
     const CrackChecks check{file, sim.solids.cracks};
-    check.sources(sim.solids.breaking);
+    check.frames(sim.solids.breaking);
     check.fronts();
     check.sheets();
     check.crossings(sim.solids.elements.size());

@@ -106,7 +106,7 @@ void add_colours(const Simulation& sim, const ColouredShapes& coloured, PointSet
 
 /// Discs reach past the lips of a crack by about their radius: beyond three of these it trims nothing [m].
 float reach_of_cracks(const Solids& solids, const SolidBody& body) {
-    const auto own = std::ranges::find(solids.breaking, body.source, &Breaking::source);
+    const auto own = std::ranges::find(solids.breaking, body.frame, &Breaking::frame);
     return own == solids.breaking.end() ? 0 : static_cast<float>(3 * own->surfel);
 }
 
@@ -130,7 +130,8 @@ std::vector<FrameBody> frame_bodies(const Simulation& sim) {
             add(scene.bodies[source].name, scene.bodies[source].material, body.parent);
         if (body.skin == Skin::embedded)
             bodies[static_cast<std::size_t>(body.id)].trim =
-                trim_of_fragment(of_source[source], body, sheets[b], reach_of_cracks(sim.solids, body));
+                trim_of_fragment(body.frame == body.source ? of_source[source] : std::nullopt, body, sheets[b],
+                                 reach_of_cracks(sim.solids, body));
     }
     return bodies;
 }

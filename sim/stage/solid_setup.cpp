@@ -65,7 +65,7 @@ void add_body(const scene::Scene& scene, std::int32_t number, const Smoothing& s
     const std::vector<Index> order = elements_in_order(particles, number, smoothing.support);
     if (order.empty()) return;
     Elements& e = s.elements;
-    SolidBody body{.id = number, .source = number, .material = particles.material[order[0]]};
+    SolidBody body{.id = number, .source = number, .frame = number, .material = particles.material[order[0]]};
     Vec3d centre(0, 0, 0);
     double mass = 0;
     for (const Index k : order) {

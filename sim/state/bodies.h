@@ -24,6 +24,7 @@ struct SolidBody {
     std::int32_t id = 0;        // for ever: Particles::body of its particles, and of the frame; -1: matter of emitters
     std::int32_t parent = -1;   // id of the body it split from; -1: none
     std::int32_t source = 0;    // index into Scene::bodies; -1: matter of emitters, which has no rest shape
+    std::int32_t frame = 0;     // of the rest shape: its pieces share it. The source, or one in which it has frozen
     std::int32_t material = 0;  // index into Scene::materials
     Skin skin = Skin::embedded;
     bool refrozen = false;          // its rest shape is one in which it has frozen

@@ -17,9 +17,10 @@ struct StrengthFactor {
     double temperature, factor;
 };
 
-/// How the matter of a scene body breaks, resolved at set-up.
+/// How the matter of a rest shape breaks: that of a scene body, or one in which it has frozen.
 struct Breaking {
     std::int32_t source = 0;      // the scene body
+    std::int32_t frame = 0;       // of its rest shape (SolidBody::frame)
     Real arrest = 0;              // [1]
     Real speed = 0;               // of a crack at its strength [m/s]
     Real history = 0;             // over a particle's width [1]
@@ -42,7 +43,7 @@ enum class NodeState : std::uint32_t {
     met       // the end of a front at another crack, or where two parts of fronts have met
 };
 
-/// A node of a front. Places are in the material frame of the scene body that the matter came from.
+/// A node of a front. Places are in the material frame of the rest shape.
 struct CrackNode {
     Vec3 place{0, 0, 0};    // c, where the sheet ends [m]
     Vec3 advance{0, 0, 0};  // of the front since that row of the sheet was laid [m]
@@ -63,7 +64,7 @@ inline constexpr Real kUnbreakable = std::numeric_limits<Real>::max();  // a str
 
 /// A crack has two sheets of surfels: `sheet` bounds the matter on one side, `sheet` + 1 that on the other.
 struct Crack {
-    std::int32_t source = 0;  // scene body in whose frame it is
+    std::int32_t frame = 0;  // in which it is (SolidBody::frame)
     std::int32_t sheet = 0;
     Real strength = 1;  // of what its front runs through, over that of the material [1]; kUnbreakable: a blade's cut
 };

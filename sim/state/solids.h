@@ -1,6 +1,7 @@
 // All tables of solid matter.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "pipeline/geometry/keyframes.h"
@@ -85,6 +86,11 @@ struct Solids {
     bool empty() const { return bodies.empty(); }
     Index element(std::int64_t id) const {
         return static_cast<std::size_t>(id) < element_of.size() ? element_of[static_cast<std::size_t>(id)] : kNone;
+    }
+    /// Whether no matter of a body has begun to melt.
+    bool solid_throughout(const SolidBody& body) const {
+        return !elements.softens ||
+               std::ranges::all_of(body.elements, [&](Index i) { return elements.solidity(i) == 1; });
     }
     const SolidBody& owner(std::size_t element) const {
         return bodies[static_cast<std::size_t>(elements.owner[element])];

@@ -210,8 +210,10 @@ void lay_cut_row(const Edge& edge, Blade& blade, const Breaking& breaking, Crack
     }
     const auto new_crack = [&] {
         blade.crack = static_cast<std::int32_t>(cracks.cracks.size());
-        cracks.cracks.push_back(
-            {.frame = breaking.frame, .sheet = kFirstCrackSheet + 2 * blade.crack, .strength = kUnbreakable});
+        cracks.cracks.push_back({.source = breaking.source,
+                                 .frame = breaking.frame,
+                                 .sheet = kFirstCrackSheet + 2 * blade.crack,
+                                 .strength = kUnbreakable});
     };
     for (std::size_t k = 0; k + 1 < n; ++k) {
         if ((vertex[k] != kNone) != (vertex[k + 1] != kNone))

@@ -67,10 +67,19 @@ void stop_melting_fronts(Solids& solids) {
     });
 }
 
+/// The frame of every element, where matter may leave its own by freezing.
+std::vector<std::int32_t> frames_of(const Solids& solids) {
+    std::vector<std::int32_t> frames(solids.elements.softens ? solids.elements.size() : 0);
+    for (std::size_t i = 0; i < frames.size(); ++i) frames[i] = solids.owner(i).frame;
+    return frames;
+}
+
 void see_matter(const Solids& solids, CrackScratch& scratch) {
-    if (!scratch.matter.empty() && scratch.triangles == solids.cracks.triangles.size() &&
-        scratch.elements == solids.elements.id)
+    std::vector<std::int32_t> frames = frames_of(solids);
+    if (scratch.matter.size() == solids.breaking.size() && scratch.triangles == solids.cracks.triangles.size() &&
+        scratch.elements == solids.elements.id && scratch.frames == frames)
         return;
+    scratch.frames = std::move(frames);
     scratch.matter.clear();
     for (const Breaking& breaking : solids.breaking) scratch.matter.emplace_back(solids, breaking);
     scratch.triangles = solids.cracks.triangles.size();

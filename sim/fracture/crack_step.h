@@ -26,6 +26,7 @@ struct CrackScratch {
     // When it was made.
     std::size_t triangles = 0;
     std::vector<std::int64_t> elements;  // ids
+    std::vector<std::int32_t> frames;    // by element, where matter may freeze
 };
 
 /// Advances the cracks by dt [s] to `time` [s], and the cuts of blades. Requires stresses of the present time: it follows write_particles. Sets Cracks::step,

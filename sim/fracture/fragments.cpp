@@ -169,8 +169,9 @@ void select_matter(const std::vector<Index>& rows, const Matter& matter) {
 
 namespace {
 
-void bind_to(const std::vector<std::uint8_t>& bodies, const std::vector<Index>* surfels, const Matter& matter) {
+void bind_to(std::vector<std::uint8_t> bodies, const std::vector<Index>* surfels, const Matter& matter) {
     Solids& solids = matter.solids;
+    for (std::size_t b = 0; b < bodies.size(); ++b) bodies[b] = bodies[b] && !solids.bodies[b].empty();
     EmbeddedSurface& s = matter.embedded;
     const CrackSight sight(solids);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b)
@@ -319,7 +320,7 @@ std::size_t append_family(const SurfelCloud& cloud, const std::vector<std::int32
     const auto own = std::ranges::find(s.owner, static_cast<std::int32_t>(b));
     const Real temperature =
         own == s.owner.end() ? Real(0) : s.temperature[static_cast<std::size_t>(own - s.owner.begin())];
-    append_surfels(cloud, matter.solids.bodies[b].origin, static_cast<std::int32_t>(b), s);
+    append_surfels(cloud, matter.solids.bodies[b], static_cast<std::int32_t>(b), s);
     for (std::size_t i = first; i < s.size(); ++i) {
         s.sheet[i] = sheets[i - first];
         s.temperature[i] = temperature;

@@ -125,7 +125,8 @@ void add_triangle(std::int32_t crack, const std::array<Index, 3>& v, const Vec3&
 
 std::size_t begin_crack(const Vec3& m, const Vec3& axis, const Breaking& breaking, Cracks& cracks) {
     const auto crack = static_cast<std::int32_t>(cracks.cracks.size());
-    cracks.cracks.push_back({.frame = breaking.frame, .sheet = kFirstCrackSheet + 2 * crack});
+    cracks.cracks.push_back(
+        {.source = breaking.source, .frame = breaking.frame, .sheet = kFirstCrackSheet + 2 * crack});
     const Real row = breaking.row, depth = -breaking.distance(m);
     const Vec3 inward = -breaking.outward(m);
     Vec3 in = inward - inward.dot(axis) * axis;

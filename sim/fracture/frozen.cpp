@@ -85,37 +85,50 @@ void embed(std::size_t b, const std::vector<std::pair<Index, Index>>& rows, cons
     body.cuts.clear();
 }
 
+/// The outer surface of a frozen rest shape.
+struct Frozen {
+    std::int32_t source = 0;
+    Vec3 origin{0, 0, 0};  // of the frame in the world at time 0 [m]
+    TriangleMesh points{};
+    double radii = 0;  // sum of its surfels' radii [m]
+
+    void add(const EmbeddedSurface& s, std::size_t i, const Vec3& at) {
+        origin = at;
+        points.vertices.push_back((s.rest.position[i] + at).cast<float>());
+        points.normals.push_back(s.rest.normal[i].cast<float>());
+        radii += static_cast<double>(s.rest.axis1[i].norm() + s.rest.axis2[i].norm()) / 2;
+    }
+};
+
 }  // namespace
 
 void make_frozen_breaking(const Matter& matter) {
     Solids& solids = matter.solids;
     const EmbeddedSurface& s = matter.embedded;
-    for (const SolidBody& body : solids.bodies) {
-        const Breaking* source = body.shaped() ? breaking_of_source(solids, body.source) : nullptr;
-        if (!source || body.empty() || body.skin != Skin::embedded ||
-            std::ranges::find(solids.breaking, body.frame, &Breaking::frame) != solids.breaking.end())
-            continue;
-        TriangleMesh points;
-        double radius = 0;
-        for (std::size_t i = 0; i < s.size(); ++i) {
-            if (solids.bodies[static_cast<std::size_t>(s.owner[i])].frame != body.frame ||
-                s.sheet[i] >= kFirstCrackSheet || s.beyond[i])
-                continue;
-            points.vertices.push_back((s.rest.position[i] + body.origin).cast<float>());
-            points.normals.push_back(s.rest.normal[i].cast<float>());
-            radius += static_cast<double>(s.rest.axis1[i].norm() + s.rest.axis2[i].norm()) / 2;
+    std::erase_if(solids.breaking, [](const Breaking& b) { return b.frame != b.source; });
+    std::map<std::int32_t, Frozen> frames;
+    for (const Crack& crack : solids.cracks.cracks) frames[crack.frame].source = crack.source;
+    for (std::size_t i = 0; i < s.size(); ++i) {
+        const SolidBody& body = solids.bodies[static_cast<std::size_t>(s.owner[i])];
+        if (s.frame[i] == body.source || !breaking_of_source(solids, body.source)) continue;
+        frames[s.frame[i]].source = body.source;
+        if (s.sheet[i] < kFirstCrackSheet && !s.beyond[i]) frames[s.frame[i]].add(s, i, body.origin);
+    }
+    for (const auto& [frame, frozen] : frames) {
+        if (frame == frozen.source) continue;
+        Breaking breaking = *breaking_of_source(solids, frozen.source);
+        breaking.frame = frame;
+        breaking.origin = frozen.origin;
+        // Without its surfels a frame has no matter left.
+        if (frozen.points.vertices.size() >= kFewest) {
+            breaking.surfel = static_cast<Real>(frozen.radii / static_cast<double>(frozen.points.vertices.size()));
+            breaking.shape = point_shape(frozen.points);
         }
-        if (points.vertices.size() < kFewest) continue;
-        Breaking frozen = *source;
-        frozen.frame = body.frame;
-        frozen.origin = body.origin;
-        frozen.surfel = static_cast<Real>(radius / static_cast<double>(points.vertices.size()));
-        frozen.shape = point_shape(std::move(points));
-        solids.breaking.push_back(std::move(frozen));
+        solids.breaking.push_back(std::move(breaking));
     }
 }
 
-void embed_frozen(const Matter& matter, MixedSurface& surface) {
+bool embed_frozen(const Matter& matter, MixedSurface& surface) {
     Solids& solids = matter.solids;
     bool any = false;
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
@@ -126,10 +139,11 @@ void embed_frozen(const Matter& matter, MixedSurface& surface) {
         embed(b, rows, matter, surface);
         any = true;
     }
-    if (!any) return;
+    if (!any) return false;
     solids.altered = true;
     make_frozen_breaking(matter);
     bind_matter(std::vector<std::uint8_t>(solids.bodies.size(), 1), matter);
+    return true;
 }
 
 void follow_returned(const Solids& solids, MixedSurface& surface) {

@@ -80,7 +80,10 @@ void paint_crack(const std::vector<Vec3>& line, const PaintedCut& cut, const Bre
     const std::vector<Vec3> rim = rim_of(line, ring, breaking);
     Cracks& cracks = solids.cracks;
     const auto crack = static_cast<std::int32_t>(cracks.cracks.size());
-    cracks.cracks.push_back({.frame = breaking.frame, .sheet = kFirstCrackSheet + 2 * crack, .strength = cut.strength});
+    cracks.cracks.push_back({.source = breaking.source,
+                             .frame = breaking.frame,
+                             .sheet = kFirstCrackSheet + 2 * crack,
+                             .strength = cut.strength});
     Real deep = std::min(breaking.row, cut.depth);
     cracks.fronts.push_back(cut_first_row(rim, ring, deep, crack, breaking, cracks));
     // The last part of a row is left to the front's first step.

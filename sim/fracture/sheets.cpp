@@ -154,8 +154,9 @@ void bind_marked(const CrackSight& sight, const std::vector<std::uint8_t>& marks
     const EmbeddedSurface& s = matter.embedded;
     std::vector<Index> which;
     for (Index i = 0; i < s.size(); ++i) {
-        const auto frame = matter.solids.bodies[static_cast<std::size_t>(s.owner[i])].frame;
-        if (marks[i] || (s.begin[i] == s.begin[i + 1] && sight.matter_of(frame))) which.push_back(i);
+        const SolidBody& body = matter.solids.bodies[static_cast<std::size_t>(s.owner[i])];
+        if (body.empty() || body.skin != Skin::embedded) continue;
+        if (marks[i] || (s.begin[i] == s.begin[i + 1] && sight.matter_of(body.frame))) which.push_back(i);
     }
     if (!which.empty()) bind_some_surfels(matter.solids, which, matter.embedded, element_sight(sight));
 }

@@ -64,7 +64,7 @@ void refresh_surface(Simulation& sim) {
     const SurfaceSetting setting{sim.walls, params, smoothing.spacing, smoothing.support, sim.problem.moulds};
     if (sim.solids.softening.any && !sim.solids.breaking.empty()) {
         follow_returned(sim.solids, sim.mixed_surface);
-        embed_frozen(matter_of(sim), sim.mixed_surface);
+        if (embed_frozen(matter_of(sim), sim.mixed_surface)) sim.crack_scratch.matter.clear();
     }
     if (sim.solids.cracks.any()) refresh_sheets(CrackSight(sim.solids), matter_of(sim));
     const SurfaceReport report = sim.solids.empty()

@@ -120,6 +120,7 @@ void rebind(Simulation& sim) {
     for (SolidBody& body : solids.bodies)
         if (!body.scene_shape || body.refrozen) body.shape.reset();
     make_frozen_breaking(matter_of(sim));
+    sim.crack_scratch.matter.clear();
     sim.embedded.begin.assign(sim.embedded.size() + 1, 0);
     sim.embedded.weight.clear();
     bind_matter(std::vector<std::uint8_t>(solids.bodies.size(), 1), matter_of(sim));
@@ -161,7 +162,7 @@ void visit_fields(Stream& stream, const char* name, Records& records, Field... f
 
 template <class Stream, class S>
 void visit_cracks(Stream& stream, S& cracks) {
-    visit_fields(stream, "cracks", cracks.cracks, &Crack::frame, &Crack::sheet, &Crack::strength);
+    visit_fields(stream, "cracks", cracks.cracks, &Crack::source, &Crack::frame, &Crack::sheet, &Crack::strength);
     stream.records("fronts", cracks.fronts, sizeof(std::int32_t));
     for (auto& front : cracks.fronts) {
         stream.value("front.crack", front.crack);

@@ -22,8 +22,9 @@ struct CrackChecks {
     void frames(const std::vector<Breaking>& breaking) const {
         for (std::size_t k = 0; k < cracks.cracks.size(); ++k) {
             const Crack& c = cracks.cracks[k];
-            require(std::ranges::find(breaking, c.frame, &Breaking::frame) != breaking.end(),
+            require(std::ranges::find(breaking, c.source, &Breaking::frame) != breaking.end(),
                     "a crack is in a body that does not break");
+            require(c.frame >= 0, "a crack is in no frame");
             require(c.strength > 0, "a crack has no strength");
             require(c.sheet == kFirstCrackSheet + 2 * static_cast<std::int32_t>(k), "a crack's sheets are not its own");
         }

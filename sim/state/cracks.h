@@ -64,7 +64,8 @@ inline constexpr Real kUnbreakable = std::numeric_limits<Real>::max();  // a str
 
 /// A crack has two sheets of surfels: `sheet` bounds the matter on one side, `sheet` + 1 that on the other.
 struct Crack {
-    std::int32_t frame = 0;  // in which it is (SolidBody::frame)
+    std::int32_t source = 0;  // the scene body that the matter came from
+    std::int32_t frame = 0;   // in which it is (SolidBody::frame)
     std::int32_t sheet = 0;
     Real strength = 1;  // of what its front runs through, over that of the material [1]; kUnbreakable: a blade's cut
 };

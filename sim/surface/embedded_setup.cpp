@@ -243,7 +243,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
         const scene::Body& source = scene.bodies[static_cast<std::size_t>(body.source)];
         const SampledSurface sampled = sample_surface(*body.shape, skin_sampling(scene, source));
         const std::size_t first = out.size();
-        append_surfels(sampled.surfels, body.place.cast<Real>(), static_cast<std::int32_t>(b), out);
+        append_surfels(sampled.surfels, body, static_cast<std::int32_t>(b), out);
         std::ranges::copy(sampled.sheet, out.sheet.begin() + static_cast<std::ptrdiff_t>(first));
         std::fill(out.temperature.begin() + static_cast<std::ptrdiff_t>(first), out.temperature.end(),
                   static_cast<Real>(source.temperature));
@@ -256,17 +256,18 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
     return out;
 }
 
-void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& embedded) {
+void append_surfels(const SurfelCloud& cloud, const SolidBody& body, std::int32_t owner, EmbeddedSurface& embedded) {
     const std::size_t first = embedded.size();
     resize_table(embedded, first + cloud.size());
     embedded.begin.resize(embedded.size() + 1, embedded.begin.back());
     for (std::size_t k = 0; k < cloud.size(); ++k) {
         const std::size_t i = first + k;
-        embedded.rest.position[i] = cloud.position[k] - origin;
+        embedded.rest.position[i] = cloud.position[k] - body.origin;
         embedded.rest.axis1[i] = cloud.axis1[k];
         embedded.rest.axis2[i] = cloud.axis2[k];
         embedded.rest.normal[i] = cloud.normal[k];
         embedded.owner[i] = owner;
+        embedded.frame[i] = body.frame;
         embedded.first[i] = cloud.position[k];
     }
 }

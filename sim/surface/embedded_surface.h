@@ -42,6 +42,7 @@ struct SurfelFamily {
 struct EmbeddedSurface {
     SurfelCloud rest;                        // in the material frame of the owner [m]
     std::vector<std::int32_t> owner, sheet;  // index of the SolidBody; sheet of its surface, from 0 on
+    std::vector<std::int32_t> frame;         // that `rest` is in (SolidBody::frame)
     std::vector<Vec3> first;                 // m0: where the surfel was made, in the world [m]
     std::vector<std::uint8_t> beyond;        // 1: the disc reaches past an edge of the body; the trim tree cuts it
     std::vector<EdgeCut> edge;               // where no trim tree cuts; along = 0: the disc is off the body
@@ -72,6 +73,7 @@ void for_each_field(E& e, F&& f) requires std::same_as<std::remove_const_t<E>, E
     f("embedded.normal", Life::made, e.rest.normal);
     f("embedded.owner", Life::made, e.owner);
     f("embedded.sheet", Life::made, e.sheet);
+    f("embedded.frame", Life::made, e.frame);
     f("embedded.first", Life::made, e.first);
     f("embedded.beyond", Life::made, e.beyond);
     f("embedded.edge", Life::made, e.edge);
@@ -82,14 +84,14 @@ void for_each_field(E& e, F&& f) requires std::same_as<std::remove_const_t<E>, E
 /// Surfels on all solids of the scene: Body::surfels of them, or as dense as surface.radius asks for.
 EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& solids);
 
-/// Appends surfels of one body: places, discs, m0 and owner. Other fields are zero until they are written or bound.
-/// `cloud` is in the world at time 0, where `origin` is the origin of the material frame [m].
-void append_surfels(const SurfelCloud& cloud, const Vec3& origin, std::int32_t owner, EmbeddedSurface& surface);
+/// Appends surfels of a body, by its index: places, discs, m0, owner and frame. Other fields are zero until they are
+/// written or bound. `cloud` is in the world at time 0.
+void append_surfels(const SurfelCloud& cloud, const SolidBody& body, std::int32_t owner, EmbeddedSurface& surface);
 
 /// What stands between a surfel at m and elements of its body. It gives the shares of their weights with which they move
 /// the surfel, in their order [1]. False: nothing stands there. Empty: nothing anywhere.
-using ElementSight = std::function<bool(const Vec3& m, const Vec3& normal, std::span<const Index> elements,
-                                        std::vector<Real>& share)>;
+using ElementSight =
+    std::function<bool(const Vec3& m, const Vec3& normal, std::span<const Index> elements, std::vector<Real>& share)>;
 
 /// Finds the supports, grids and weights of all surfels of the bodies marked by 1 anew, from these bodies' elements.
 /// Surfels of other bodies stay.

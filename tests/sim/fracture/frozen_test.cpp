@@ -1,0 +1,140 @@
+// Matter that melts, freezes and breaks.
+#include "sim/fracture/frozen.h"
+
+#include <gtest/gtest.h>
+
+#include "pipeline/geometry/shapes.h"
+#include "sim/stage/checkpoint.h"
+#include "tests/sim/heat/heat_of.h"
+#include "tests/sim/identity.h"
+#include "tests/sim/phase/wax.h"
+
+namespace thixo {
+namespace {
+
+using namespace fixture::melting;
+
+/// A block of wax, 6 x 6 x 6 cm, on a floor. It breaks at this tension [Pa].
+scene::Scene brittle_wax(double strength) {
+    scene::Scene scene = fixture::empty_space();
+    scene.world.gravity = {0, 0, -9.81};
+    scene.world.boundaries = {fixture::floor_at(0)};
+    scene.surface.enabled = true;
+    scene.materials = {wax()};
+    scene.materials[0].elastic.youngs_modulus = 1e6;
+    scene.materials[0].melting.liquid.viscosity = 40;
+    scene.materials[0].fracture.strength = strength;
+    scene.bodies = {of(fixture::body("block", box({0, 0, 0.031}, {0.06, 0.06, 0.06})), "wax", 30)};
+    return scene;
+}
+
+void go_on(Simulation& s, int frames) {
+    for (int k = 0; k < frames; ++k) advance_frame(s);
+}
+
+std::size_t bodies_with_matter(const Simulation& s) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(s.solids.bodies, [](const SolidBody& b) { return !b.empty(); }));
+}
+
+/// Melts the upper part of the block, freezes it in the shape that it then has, and lets it come to rest.
+void melt_and_freeze(Simulation& s) {
+    go_on(s, 1);
+    set_temperature(s, [](const Vec3& x) { return x.z() > 0.02f ? 70.0 : 30.0; });
+    go_on(s, 3);
+    set_temperature(s, [](const Vec3&) { return 20; });
+    go_on(s, 6);
+}
+
+void throw_down(Simulation& s, double speed) {
+    SolidBody& body = s.solids.bodies[0];
+    body.place += Vec3d(0, 0, 0.05);
+    for (const Index i : body.elements) {
+        s.particles.position[s.solids.particle_of[i]] += Vec3(0, 0, Real(0.05));
+        s.solids.elements.velocity[i] = quad((body.turn.transpose() * Vec3d(0, 0, -speed)).cast<Real>());
+    }
+}
+
+TEST(Frozen, MatterHasTheSurfaceAndTheCracksOfASolid) {
+    Simulation s = make_simulation(brittle_wax(4e3));
+    const double mass = [&] {
+        double sum = 0;
+        for (const Real m : s.particles.mass) sum += static_cast<double>(m);
+        return sum;
+    }();
+    melt_and_freeze(s);
+    ASSERT_EQ(s.solids.bodies.size(), 1u);
+    EXPECT_EQ(s.solids.bodies[0].skin, Skin::embedded);
+    EXPECT_NE(s.solids.bodies[0].frame, s.solids.bodies[0].source);
+    EXPECT_EQ(s.mixed_surface.animated.size(), 0u);
+    EXPECT_EQ(s.mixed_surface.refrozen.size(), 0u);
+    EXPECT_GT(s.embedded.size(), 300u);
+    EXPECT_FALSE(s.solids.cracks.any()) << "it lies there";
+    // A block of 1 MPa that stops from 3 m/s is loaded with some sqrt(E rho) v = 95 kPa.
+    throw_down(s, 3);
+    go_on(s, 4);
+    EXPECT_TRUE(s.solids.cracks.any());
+    EXPECT_GE(bodies_with_matter(s), 2u);
+    for (const Crack& crack : s.solids.cracks.cracks) EXPECT_EQ(crack.frame, s.solids.bodies[0].frame);
+    double now = 0;
+    for (const Real m : s.particles.mass) now += static_cast<double>(m);
+    EXPECT_NEAR(now, mass, 1e-6 * mass);
+    std::vector<std::int64_t> ids = s.surface.id;
+    std::ranges::sort(ids);
+    EXPECT_EQ(std::ranges::adjacent_find(ids), ids.end()) << "ids of surfels are unique";
+}
+
+TEST(Frozen, MatterThatBreaksGoesOnAlikeAfterAResume) {
+    const scene::Scene scene = brittle_wax(4e3);
+    Simulation whole = make_simulation(scene);
+    melt_and_freeze(whole);
+    throw_down(whole, 3);
+    fixture::expect_resumes(whole, 1);  // before it breaks
+    go_on(whole, 1);
+    fixture::expect_resumes(whole, 2);  // in pieces
+    set_temperature(whole, [](const Vec3& x) { return x.x() > 0 ? 70.0 : 20.0; });
+    go_on(whole, 1);
+    fixture::expect_resumes(whole, 2);  // in pieces, some of which melt
+}
+
+TEST(Frozen, PiecesThatMeltAreOneBodyAgainAndFreezeWhole) {
+    Simulation s = make_simulation(brittle_wax(1e7));
+    go_on(s, 1);
+    const std::size_t part = cut_body(0, plane(Vec3d(1, 0, 0), 0), matter_of(s));
+    const std::vector<Index> cut_off = s.solids.bodies[part].elements;
+    go_on(s, 1);
+    ASSERT_EQ(bodies_with_matter(s), 2u);
+    set_temperature(s, [](const Vec3&) { return 70; });
+    go_on(s, 4);
+    EXPECT_EQ(bodies_with_matter(s), 1u);
+    EXPECT_TRUE(std::ranges::all_of(s.particles.body, [&](std::int32_t id) { return id == s.solids.bodies[0].id; }));
+    for (const std::int32_t id : s.surface.body) ASSERT_EQ(id, s.solids.bodies[0].id);
+    set_temperature(s, [](const Vec3&) { return 20; });
+    go_on(s, 6);
+    EXPECT_EQ(bodies_with_matter(s), 1u);
+    EXPECT_EQ(s.solids.bodies[0].skin, Skin::embedded);
+    // Bonds join what had been cut: both halves have flowed together.
+    std::size_t across = 0;
+    const Bonds& bonds = s.solids.elements.bonds;
+    for (const Index i : cut_off)
+        for (std::size_t k = bonds.begin[i]; k < bonds.begin[i + 1]; ++k)
+            across += bonds.weight[k] > 0 && !std::ranges::binary_search(cut_off, bonds.neighbour[k]);
+    EXPECT_GT(across, cut_off.size());
+    EXPECT_FALSE(has_come_apart(s.solids.bodies[0], s.solids.elements));
+}
+
+TEST(Frozen, RigidPiecesThatMeltAreLiquidAgain) {
+    Simulation s = make_simulation(brittle_wax(1e7));
+    go_on(s, 1);
+    const std::size_t part = cut_body(0, translated(sphere(0.012), Vec3d(0.03, 0.03, 0.061)), matter_of(s));
+    ASSERT_TRUE(s.solids.bodies[part].rigid);
+    go_on(s, 1);
+    set_temperature(s, [](const Vec3&) { return 70; });
+    go_on(s, 4);
+    EXPECT_FALSE(s.solids.bodies[part].rigid);
+    EXPECT_EQ(bodies_with_matter(s), 1u);
+    for (const Real q : s.solids.elements.quadrature) EXPECT_GT(q, 0);
+}
+
+}  // namespace
+}  // namespace thixo

@@ -13,6 +13,14 @@ namespace {
 constexpr double kLargestJpegShrink = 1100;  // bytes of memory that a byte of a file may ask for
 constexpr int kMostScans = 500;              // of a progressive one, each of which goes over all pixels
 
+/// What libjpeg holds; nothing before it is made.
+struct JpegMemory : jpeg_decompress_struct {
+    JpegMemory() : jpeg_decompress_struct{} {}
+    ~JpegMemory() { jpeg_destroy_decompress(this); }
+    JpegMemory(const JpegMemory&) = delete;
+    JpegMemory& operator=(const JpegMemory&) = delete;
+};
+
 class Jpeg {
   public:
     Jpeg(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {
@@ -31,10 +39,6 @@ class Jpeg {
             jpeg_read_header(&j.decompress_, TRUE);
         });
     }
-    ~Jpeg() { jpeg_destroy_decompress(&decompress_); }
-    Jpeg(const Jpeg&) = delete;
-    Jpeg& operator=(const Jpeg&) = delete;
-
     double pixels() const { return double(decompress_.image_width) * double(decompress_.image_height); }
 
     Image8 image() {
@@ -85,7 +89,7 @@ class Jpeg {
 
     std::string_view bytes_;
     const std::string& file_;
-    jpeg_decompress_struct decompress_{};
+    JpegMemory decompress_;
     jpeg_error_mgr errors_{};
     jpeg_progress_mgr progress_{};
     std::jmp_buf back_{};

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/picture_cost.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/contract/scene_origin.h"
@@ -399,6 +400,21 @@ TEST(SceneWarnings, NameKeysThatDoNothingUnderTheSolver) {
     EXPECT_TRUE(warnings("pressure: dfsph, iterations: 7", "").empty());
     EXPECT_TRUE(warnings("artificial_viscosity: 0.01", "gamma: 2").empty());
     EXPECT_TRUE(warnings("support: 2", "youngs_modulus: 1e5, yield_strain: 0.1, creep: 5").empty());
+}
+
+TEST(PictureCost, OfWhatGlowsIsThatOfOneMoreLightGroup) {
+    const auto cost = [](const std::string& more) {
+        const Scene s = parse_scene(
+            "look:\n  output: {passes: {lights: true}, denoise: true}\n  appearances: {stone: {type: diffuse}}\n"
+            "  lights: {sky: {type: sky}, lamp: {type: point, group: sky}}\n",
+            "x.yaml", {more});
+        return picture_cost(s.look, nullptr);
+    };
+    const PictureCost plain = cost("look.output.film=true"), group = cost("look.lights.lamp.group=lamp"),
+                      glow = cost("look.appearances.stone.glow.strength=1");
+    EXPECT_GT(group.memory, plain.memory);
+    EXPECT_EQ(glow.memory, group.memory);
+    EXPECT_EQ(glow.disk_per_frame, group.disk_per_frame);
 }
 
 TEST(SceneWarnings, NameKeysOfLightThatDoNothing) {

@@ -110,7 +110,8 @@ void idle_of_lights(const Scene& scene, Lines& lines) {
                 fmt::format("with `type: {}`", Words<LightType>::list[static_cast<std::size_t>(l.type)]);
             tell_if_set(value, by_default, fmt::format("look.lights.{}.{}", l.name, key), why.c_str(), lines);
         };
-        tell({sun, area, spot}, l.direction, plain.direction, "direction");
+        const Vec3d down = light_direction(plain);
+        tell({sun, area, spot}, l.direction.value_or(down), down, "direction");
         tell({area, spot}, l.look_at, plain.look_at, "look_at");
         tell({sun}, l.angle, plain.angle, "angle");
         tell({spot}, l.cone, plain.cone, "cone");

@@ -94,8 +94,9 @@ bool is_shape(const std::vector<std::string>& path) {
     return path.back() == "shape" || (path.size() == 2 && path[0] == "shapes");
 }
 
+// True where the labels lead to a light: of a scene, or of a look file that holds a look's keys directly.
 bool is_light(const std::vector<std::string>& path) {
-    return path.size() == 3 && path[0] == "look" && path[1] == "lights";
+    return (path.size() == 3 && path[0] == "look" && path[1] == "lights") || (path.size() == 2 && path[0] == "lights");
 }
 
 void remove_shape_kinds(Value& base, const Value& over) {

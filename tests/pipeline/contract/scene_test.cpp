@@ -265,6 +265,8 @@ TEST(Look, AimsALightByDirectionOrByTarget) {
     EXPECT_EQ(light_direction(entry(parse_scene("look: {lights: {lamp: {type: area}}}", "x.yaml").look.lights, "lamp")),
               Vec3d(0, 0, -1));
     EXPECT_NE(look_hash(turned), look_hash(back));
+    for (const Look* under : {&base.look, &turned})
+        EXPECT_EQ(light_direction(lamp(overlay_look(*under, kScenes + "aimed_again_look.yaml"))), Vec3d(0, 1, -2));
 }
 
 TEST(Look, MayExtendAnotherAndStandInABlock) {

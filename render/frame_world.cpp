@@ -26,6 +26,8 @@ class Appearances {
         return Index(world_.material_of.size() - 1);
     }
 
+    const std::string& name_of(Index material) const { return names_[material]; }
+
   private:
     Index material_of(const std::string& name) {
         const auto known = index_.find(name);
@@ -40,6 +42,7 @@ class Appearances {
         else
             missing_.push_back(name);
         index_[name] = Index(world_.materials.size());
+        names_.push_back(name);
         world_.materials.push_back(make_material(
             appearance, appearance.image.file.empty() ? nullptr : pictures_.textures.at(appearance.image.content)));
         return index_[name];
@@ -50,6 +53,7 @@ class Appearances {
     const Pictures& pictures_;
     std::vector<std::string>& missing_;
     std::map<std::string, Index> index_;
+    std::vector<std::string> names_;  // by material
 };
 
 template <class T>
@@ -183,12 +187,20 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
             throw InputError("look.appearances.{}.image: {} has no texture coordinates; choose another mapping than uv",
                              appearance, of);
     };
+    const auto require_temperature = [&](Index material, bool has, const std::string& of) {
+        if (!has && world.materials[material].glow.by_temperature())
+            throw InputError("look.appearances.{}.glow.black_body: {} has no temperatures that it could glow by",
+                             appearances.name_of(material), of);
+    };
+    const bool warm = frame.surfels.count == 0 || frame.surfels.find("temperature");
     std::map<int, Index> object_of_body;
     for (const FrameBody& b : frame.bodies) {
         const std::string name = look_of_body(scene, b);
         object_of_body[b.id] = appearances.add_object(name);
         world.labels.push_back(label_of(b, name));
         require_uv(object_of_body[b.id], false, name, fmt::format("the body '{}' is made of surfels, and", b.name));
+        for (const auto* side : {&world.material_of, &world.inside_of})
+            require_temperature(side->back(), warm, fmt::format("the body '{}' of this cache", b.name));
     }
     std::vector<MeshObject> placed_meshes;
     for (const FrameObstacle& o : frame.obstacles) {
@@ -200,6 +212,7 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
         world.labels.push_back(label_of(o, world.origin, name));
         require_uv(placed_meshes.back().object, !mesh->second.uvs.empty(), name,
                    fmt::format("the mesh of the boundary '{}'", o.name));
+        require_temperature(world.material_of.back(), false, fmt::format("the boundary '{}'", o.name));
         placed_meshes.back().solid = world.material(placed_meshes.back().object).dielectric();
     }
     world.shutter = shutter_of(look.camera, scene.frames.fps);
@@ -213,7 +226,7 @@ World make_world(const Frame& frame, const AssetMeshes& meshes, const Pictures& 
     for (const scene::Light& l : look.lights)
         world.lights.push_back(
             make_light(l, l.type == scene::LightType::environment ? pictures.environments.at(l.content) : nullptr));
-    if (look.output.passes.lights) world.light_groups = light_groups(look.lights);
+    if (look.output.passes.lights) world.light_groups = light_groups(look.lights, scene::glows(look));
     world.attributes = std::any_of(world.materials.begin(), world.materials.end(),
                                    [](const Material& m) { return m.reads_attributes(); });
     world.passes = look.output.passes;

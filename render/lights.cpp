@@ -32,7 +32,7 @@ Light make_light(const scene::Light& l, std::shared_ptr<const Environment> envir
     light.radiance = (l.colour * l.strength).cast<float>();
     light.horizon = l.horizon.cast<float>();
     light.ground = l.ground.cast<float>();
-    const Vec3f direction = l.direction.normalized().cast<float>();
+    const Vec3f direction = light_direction(l).normalized().cast<float>();
     if (l.type == LightType::sun) {
         const double half = std::max(l.angle, 0.01) * kPi / 360;
         light.normal = -direction;
@@ -166,7 +166,7 @@ float light_strength(const Light& l, const Vec3f& position) {
     return luminance(l.radiance) * solid_angle;
 }
 
-LightGroups light_groups(const std::vector<scene::Light>& lights) {
+LightGroups light_groups(const std::vector<scene::Light>& lights, bool glow) {
     LightGroups groups{{scene::kBackgroundGroup}, {}};
     for (const scene::Light& l : lights) {
         const std::string& name = scene::group_of(l);
@@ -174,6 +174,8 @@ LightGroups light_groups(const std::vector<scene::Light>& lights) {
         groups.of_light.push_back(Index(found - groups.names.begin()));
         if (found == groups.names.end()) groups.names.push_back(name);
     }
+    groups.of_glow = groups.names.size();
+    if (glow) groups.names.push_back(scene::kGlowGroup);
     return groups;
 }
 

@@ -64,11 +64,12 @@ float light_strength(const Light& light, const Vec3f& position);
 
 /// Lights whose shares of a picture are kept apart. Empty where nobody asks for them.
 struct LightGroups {
-    std::vector<std::string> names;  // the background, then the others as the lights name them
+    std::vector<std::string> names;  // the background, the others as the lights name them, the glow
     std::vector<Index> of_light;     // by light, into `names`
+    std::size_t of_glow = 0;         // that of what glows, where anything does
     static constexpr std::size_t kBackground = 0;
 };
-/// A light that names no group is one of its own name.
-LightGroups light_groups(const std::vector<scene::Light>& lights);
+/// A light that names no group is one of its own name. `glow`: some appearance glows.
+LightGroups light_groups(const std::vector<scene::Light>& lights, bool glow = false);
 
 }  // namespace thixo::render

@@ -63,6 +63,7 @@ Material make_material(const scene::Appearance& a, std::shared_ptr<const Texture
                a.image.size.cast<float>()};
     m.colour_by = a.colour_by;
     for (const scene::ColourStop& c : a.colour_map) m.colour_map.emplace_back(float(c.at), c.colour.cast<float>());
+    m.glow = Glow(a.glow);
     m.bump = {float(a.bumps.amplitude), float(a.bumps.scale), a.bumps.octaves};
     return m;
 }

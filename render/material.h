@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/contract/scene.h"
+#include "render/glow.h"
 #include "render/image_map.h"
 #include "render/materials/conductor.h"
 #include "render/materials/dielectric.h"
@@ -28,6 +29,7 @@ struct Material {
     scene::ColourBy colour_by = scene::ColourBy::none;
     std::vector<std::pair<float, Vec3f>> colour_map;  // ascending
     Bump bump;
+    Glow glow;  // of an opaque material
 
     /// Null for an opaque material.
     const Dielectric* dielectric() const { return std::get_if<Dielectric>(&surface); }
@@ -35,7 +37,8 @@ struct Material {
     bool clear() const { return dielectric() && dielectric()->smooth(); }
     /// Whether it looks at the attributes of a hit.
     bool reads_attributes() const {
-        return in_rest || image.by_uv() || colour_by != scene::ColourBy::none || bump.amplitude > 0;
+        return in_rest || image.by_uv() || colour_by != scene::ColourBy::none || bump.amplitude > 0 ||
+               glow.by_temperature();
     }
     /// Colour at a hit: the attribute's, the mesh's own, the image's, the checker's field, or plain.
     Vec3f colour_at(const Hit& hit) const;

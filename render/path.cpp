@@ -100,7 +100,7 @@ class Path {
         if (world_.passes.motion) first_.motion = motion_at(hit);
     }
 
-    /// What all clear and mirroring surfaces so far show, its colour times what they leave of it.
+    /// What all clear and mirroring surfaces so far show, its colour and glow times what they leave of it.
     void note_seen(const Vec3f& colour) {
         if (s_.seen) return;
         s_.seen = true;
@@ -304,8 +304,11 @@ class Path {
         return true;
     }
 
-    /// An opaque surface: light from the lights, then on in a direction of its choice. False: the path ends.
+    /// An opaque surface: its own light, light from the lights, then on in a direction of its choice. False: the path
+    /// ends.
     bool shade(const Hit& hit, const Material& material) {
+        const Vec3f glow = material.glow.any() ? material.glow.at(hit) : Vec3f(0, 0, 0);
+        if (material.glow.any()) add_to(world_.light_groups.of_glow, glow, indirect_chance());
         if (++s_.bounces > world_.settings.max_bounces) return false;
         const Frame3 frame = frame_at(hit);
         const Vec3f wo = frame.local(-s_.ray.direction), colour = material.colour_at(hit);
@@ -314,7 +317,7 @@ class Path {
                  [&](const Vec3f& wi, float& pdf) { return material.evaluate(colour, wo, wi, pdf); });
         const float choose = sampler_.next();
         const Scatter scattered = material.scatter(colour, wo, choose, sampler_.next2());
-        if (!scattered.mirror()) note_seen(colour);
+        if (!scattered.mirror()) note_seen(colour + glow);
         if (scattered.weight.maxCoeff() <= 0) return false;
         const Vec3f direction = frame.world(scattered.direction);
         if (frame.side.dot(direction) <= 0) return false;

@@ -29,7 +29,7 @@ enum class Strategy { both, lights, surfaces };
 /// heuristic (Veach 1997). With settings.straight_shadows light reaches shaded points straight through smooth
 /// dielectrics. It loses what Fresnel reflection and absorption take. Paths that would bring the same light by
 /// refraction are left out, and so are reflections of suns and area lights in dielectrics (caustics). Without it such
-/// light arrives by refraction and reflection alone. What comes of each of the world's light groups is added to
+/// light arrives by refraction and reflection alone. What glows is met by chance alone. What comes of each of the world's light groups is added to
 /// `groups`, unless that is empty.
 Vec3f radiance(const World& world, const Ray& camera_ray, Sampler& sampler, FirstHit& first,
                Strategy strategy = Strategy::both, std::span<Vec3d> groups = {});

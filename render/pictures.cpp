@@ -34,17 +34,17 @@ std::vector<Vec3f> colours_of(const Image8& image) {
 
 std::shared_ptr<const Environment> make_environment(std::string_view bytes, const std::string& name) {
     scene::require_usable_image(bytes, name, ImageUse::environment);
-    const Image image = decode_exr(bytes, name);
+    const Image image = scene::decode_linear(bytes, name);
     return std::make_shared<const Environment>(image.width, image.height, colours_of(image));
 }
 
 std::shared_ptr<const Texture> make_texture(std::string_view bytes, const std::string& name) {
     scene::require_usable_image(bytes, name, ImageUse::texture);
-    if (scene::image_extension(bytes) == ".png") {
-        const Image8 image = decode_png(bytes, name);
+    if (scene::has_8_bits(scene::image_extension(bytes))) {
+        const Image8 image = scene::decode_8_bits(bytes, name);
         return std::make_shared<const Texture>(image.width, image.height, colours_of(image));
     }
-    const Image image = decode_exr(bytes, name);
+    const Image image = scene::decode_linear(bytes, name);
     return std::make_shared<const Texture>(image.width, image.height, colours_of(image));
 }
 

@@ -230,7 +230,7 @@ class Stage {
             if (warned_.insert(mix.reason).second) log_info("frame {} is rendered: {}", id.frame, mix.reason);
             return false;
         }
-        if (!mix.is_same()) image = relit(std::move(*image), mix.factor);
+        if (!mix.is_same()) image = relit(std::move(*image), mix);
         image->attributes[kLightsKey] = light_record(scene_, seed_);
         finish_picture(id, std::move(*image));
         return true;

@@ -169,7 +169,10 @@ std::string CacheWriter::add_asset(std::string_view bytes, std::string_view exte
     write_whole(folder_ / file.name, bytes);
     if (listed) return hash;
     assets.insert(at, std::move(file));
-    if (extension != kAssetExtensions[0]) need_format(2);
+    const auto kind = std::find(kAssetExtensions.begin(), kAssetExtensions.end(), extension) - kAssetExtensions.begin();
+    int format = 1;
+    while (format < kCacheFormat && asset_kinds(format) <= static_cast<std::size_t>(kind)) ++format;
+    need_format(format);
     return hash;
 }
 

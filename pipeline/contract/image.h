@@ -1,4 +1,4 @@
-// Pictures: scene-linear EXR with named float channels, and 8-bit PNG.
+// Pictures: scene-linear EXR with named float channels, and 8-bit PNG. Radiance HDR and JPEG are read, too.
 #pragma once
 
 #include <cstdint>
@@ -53,6 +53,14 @@ bool is_own_exr(std::string_view bytes);
 double exr_pixels(std::string_view bytes, const std::string& file);
 double png_pixels(std::string_view bytes, const std::string& file);
 
+/// A Radiance HDR: float channels R, G and B. Throws CacheError: truncated, damaged, not of this kind.
+///
+/// - flat scan lines and both kinds of run lengths are read; lines may be stored in any order
+/// - values are divided by all EXPOSURE and COLORCORR in the header
+/// - XYZE, and PRIMARIES far from those of Rec.709, are refused
+Image decode_hdr(std::string_view bytes, const std::string& file);
+double hdr_pixels(std::string_view bytes, const std::string& file);
+
 /// 8 bits a channel, sRGB, alpha (if any) not premultiplied; row-major from the top left.
 struct Image8 {
     int width = 0, height = 0, channels = 3;  // 3: RGB, 4: RGBA
@@ -67,6 +75,10 @@ void write_png(const std::filesystem::path& path, const Image8& image);
 Image8 decode_png(std::string_view bytes, const std::string& file);
 /// Throws CacheError: missing, damaged, not a PNG.
 Image8 read_png(const std::filesystem::path& path);
+
+/// A JPEG of grey or YCbCr pixels, 8 bits a channel, as RGB. Throws CacheError: damaged, not a JPEG, of four colours.
+Image8 decode_jpeg(std::string_view bytes, const std::string& file);
+double jpeg_pixels(std::string_view bytes, const std::string& file);
 
 /// Whether the bytes are what encode_png makes of the picture that they hold.
 bool is_own_png(std::string_view bytes);

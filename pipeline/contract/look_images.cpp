@@ -15,7 +15,7 @@
 namespace thixo::scene {
 namespace {
 
-constexpr std::string_view kPng = "\x89PNG", kExr = "\x76\x2f\x31\x01";
+constexpr std::string_view kPng = "\x89PNG", kExr = "\x76\x2f\x31\x01", kJpeg = "\xff\xd8\xff", kHdr = "#?";
 
 std::string read_image(const std::string& file) {
     std::error_code ignored;
@@ -49,20 +49,33 @@ void require_values(const Image& image, const std::string& file, ImageUse use) {
 std::string_view image_extension(std::string_view bytes) {
     if (bytes.starts_with(kPng)) return ".png";
     if (bytes.starts_with(kExr)) return ".exr";
+    if (bytes.starts_with(kJpeg)) return ".jpg";
+    if (bytes.starts_with(kHdr)) return ".hdr";
     return {};
+}
+
+bool has_8_bits(std::string_view extension) { return extension == ".png" || extension == ".jpg"; }
+
+Image decode_linear(std::string_view bytes, const std::string& file) {
+    return image_extension(bytes) == ".hdr" ? decode_hdr(bytes, file) : decode_exr(bytes, file);
+}
+
+Image8 decode_8_bits(std::string_view bytes, const std::string& file) {
+    return image_extension(bytes) == ".jpg" ? decode_jpeg(bytes, file) : decode_png(bytes, file);
 }
 
 void require_usable_image(std::string_view bytes, const std::string& file, ImageUse use) {
     const std::string_view type = image_extension(bytes);
-    if (type.empty() || (use == ImageUse::environment && type != ".exr"))
-        throw InputError("'{}' is not {}", file, use == ImageUse::environment ? "an EXR" : "a PNG or EXR");
+    const bool environment = use == ImageUse::environment;
+    if (type.empty() || (environment && has_8_bits(type)))
+        throw InputError("'{}' is not {}", file, environment ? "an EXR or HDR" : "a PNG, JPEG, EXR or HDR");
     try {
-        if (type == ".png") {
-            decode_png(bytes, file);
+        if (has_8_bits(type)) {
+            decode_8_bits(bytes, file);
             return;
         }
-        const Image image = decode_exr(bytes, file);
-        if (use == ImageUse::environment && image.width != 2 * image.height)
+        const Image image = decode_linear(bytes, file);
+        if (environment && image.width != 2 * image.height)
             throw InputError("the environment '{}' has {} x {} pixels; it must be twice as wide as high", file,
                              image.width, image.height);
         require_values(image, file, use);
@@ -120,7 +133,10 @@ std::string image_bytes(const std::string& file, const std::string& content, con
 }
 
 double pixels_of(std::string_view image, const std::string& file) {
-    return image_extension(image) == ".png" ? png_pixels(image, file) : exr_pixels(image, file);
+    const std::string_view type = image_extension(image);
+    if (type == ".png") return png_pixels(image, file);
+    if (type == ".jpg") return jpeg_pixels(image, file);
+    return type == ".hdr" ? hdr_pixels(image, file) : exr_pixels(image, file);
 }
 
 void store_images(const Look& look, CacheWriter& cache) {

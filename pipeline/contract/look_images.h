@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "pipeline/contract/cache.h"
+#include "pipeline/contract/image.h"
 #include "pipeline/contract/scene.h"
 
 namespace thixo::scene {
@@ -21,8 +22,15 @@ void for_each_image(L& look, F&& f) {
             f("look.appearances." + a.name + ".image", ImageUse::texture, a.image.file, a.image.content);
 }
 
-/// ".png" or ".exr", told from the first bytes and not from the name; empty where it is neither.
+/// ".png", ".jpg", ".exr" or ".hdr", told from the first bytes and not from the name; empty where it is none of them.
 std::string_view image_extension(std::string_view bytes);
+
+/// The picture of an image of linear light. Throws CacheError as decode_exr and decode_hdr do.
+Image decode_linear(std::string_view bytes, const std::string& file);
+/// The picture of an image of 8 bits. Throws CacheError as decode_png and decode_jpeg do.
+Image8 decode_8_bits(std::string_view bytes, const std::string& file);
+/// Whether an image of this type has 8 bits a channel, sRGB.
+bool has_8_bits(std::string_view extension);
 
 /// Throws InputError where the bytes are no image for this use:
 ///
@@ -36,7 +44,7 @@ void require_usable_image(std::string_view bytes, const std::string& file, Image
 /// CacheError where the cache is damaged or lacks the image.
 std::string image_bytes(const std::string& file, const std::string& content, const CacheReader* cache);
 
-/// Pixels of a PNG or EXR as its header states them, without decoding any. Throws CacheError.
+/// Pixels of an image as its header states them, without decoding any. Throws CacheError.
 double pixels_of(std::string_view image, const std::string& file);
 
 /// Stores the look's images in the cache, so that it can be rendered without them. Throws as image_bytes.

@@ -67,8 +67,7 @@ ManifestFrame parse_frame(const Json& json, const JsonPlace& place) {
 }
 
 bool is_asset(const CacheFile& f, int format) {
-    const std::size_t kinds = format == 1 ? 1 : kAssetExtensions.size();  // format 1 has meshes alone
-    return std::any_of(kAssetExtensions.begin(), kAssetExtensions.begin() + kinds,
+    return std::any_of(kAssetExtensions.begin(), kAssetExtensions.begin() + asset_kinds(format),
                        [&](std::string_view extension) { return f.name == asset_file_name(f.hash, extension); });
 }
 

@@ -11,7 +11,7 @@
 namespace thixo {
 
 /// The newest format this program writes; it reads 1 to this. Apart from the program's version.
-inline constexpr int kCacheFormat = 3;
+inline constexpr int kCacheFormat = 4;
 inline constexpr int kLargestFrameNumber = 999'999;
 inline constexpr const char* kManifestName = "manifest.json";
 inline constexpr std::uint64_t kLargestManifest = std::uint64_t(1)
@@ -66,7 +66,9 @@ std::optional<FrameFileName> parse_frame_file_name(std::string_view name);
 
 inline constexpr const char* kAssetFolder = "assets";
 /// What an asset is: a mesh, or an image of the look.
-inline constexpr std::array<std::string_view, 3> kAssetExtensions{".ply", ".exr", ".png"};
+inline constexpr std::array<std::string_view, 5> kAssetExtensions{".ply", ".exr", ".png", ".hdr", ".jpg"};
+/// How many of them a format has.
+constexpr std::size_t asset_kinds(int format) { return format < 2 ? 1 : format < 4 ? 3 : kAssetExtensions.size(); }
 /// assets/<hash><extension>
 std::string asset_file_name(std::string_view hash, std::string_view extension = kAssetExtensions[0]);
 

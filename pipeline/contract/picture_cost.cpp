@@ -36,6 +36,7 @@ PictureCost picture_cost(const Look& look, const CacheReader* cache) {
     if (passes.lights) groups.insert(kBackgroundGroup);
     for (const Light& l : look.lights)
         if (passes.lights) groups.insert(group_of(l));
+    if (passes.lights && glows(look)) groups.insert(kGlowGroup);
     const bool denoise = look.output.denoise;
     const double halves = 3 * (double(denoise) + double(groups.size()));
     cost.memory += (kHalf * halves + denoise * (kDenoiser + kDenoiserGroup * double(groups.size()))) * pixels;

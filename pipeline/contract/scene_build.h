@@ -1,6 +1,7 @@
 // The visitor that turns the scene's structs into a tree: the way back from BlockReader.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -35,6 +36,10 @@ class Builder {
     template <class T>
     void key(const char* name, const T& member, const char*, Check, const char*) {
         put(name, to_value(member));
+    }
+    /// What is left out stays so.
+    void key(const char* name, const std::optional<Vec3d>& member, const char*, Check, const char*) {
+        if (member) put(name, to_value(*member));
     }
     void reference(const char* name, const std::string& member, Refers, Check, const char*) {
         put(name, to_value(member));

@@ -475,7 +475,7 @@ void check_scene(const Scene& scene, ReadContext& context) {
     check_solids(scene, check);
     check_sampling(scene, check);
     check_look(scene.look, context);
-    check_texture_coordinates(scene, check);
+    check_wearers(scene, check);
 }
 
 }  // namespace thixo::scene

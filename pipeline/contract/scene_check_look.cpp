@@ -24,6 +24,40 @@ bool holds_mesh(const Scene& scene, const Shape& shape, std::set<std::string>& s
     return holds;
 }
 
+void check_glow(const Appearance& a, const std::string& path, const Checker& check) {
+    check.require(!glows(a) || a.type != AppearanceType::dielectric, path + ".glow", "a dielectric cannot glow",
+                  "opaque surfaces do: diffuse, plastic, conductor");
+    check.require(a.glow.black_body == 0 || a.glow.black_body >= kColdestGlow, path + ".glow.black_body",
+                  fmt::format("a black body of {} degC gives no light to speak of", a.glow.black_body),
+                  fmt::format("{} or more; 0: the glow does not depend on the temperature", kColdestGlow));
+}
+
+void check_light(const Light& l, const Look& look, const Checker& check) {
+    const std::string path = "look.lights." + l.name;
+    check.require(l.group.empty() || is_name(l.group), path + ".group",
+                  fmt::format("\"{}\" is no name of a group", l.group), "letters, digits, _ and -, at most 64");
+    check.require(!look.output.passes.lights || group_of(l) != kBackgroundGroup, path,
+                  fmt::format("the group \"{}\" is that of look.background", kBackgroundGroup), "write another group");
+    check.require(!glows(look) || group_of(l) != kGlowGroup, path,
+                  fmt::format("the group \"{}\" is that of what glows", kGlowGroup), "write another group");
+    check.require(l.type != LightType::environment || !l.file.empty(), path,
+                  fmt::format("the environment \"{}\" needs a \"file\"", l.name),
+                  "an EXR or HDR, twice as wide as high");
+    check.require(!l.direction || !l.look_at, path + ".look_at",
+                  "\"look_at\" and \"direction\" both say where the light goes", "leave one of them out");
+    check.require(light_direction(l).norm() > 1e-9, path + ".look_at",
+                  fmt::format("\"look_at\" and \"position\" of the light \"{}\" are the same point", l.name));
+}
+
+/// Requires of what wears an appearance whose light follows the temperature that it has one.
+void check_temperatures(const Scene& scene, const std::string& look, const std::string& wearer, const Checker& check) {
+    for (const Appearance& a : scene.look.appearances)
+        check.require(a.name != look || !glows(a) || a.glow.black_body == 0,
+                      "look.appearances." + a.name + ".glow.black_body",
+                      fmt::format("{} has no temperatures that it could glow by", wearer),
+                      "leave black_body out and choose a colour");
+}
+
 }  // namespace
 
 void check_look(const Look& look, ReadContext& context) {
@@ -57,6 +91,7 @@ void check_look(const Look& look, ReadContext& context) {
             check.require(
                 a.colour_map[k].at > a.colour_map[k - 1].at, fmt::format("{}.colour_map.{}.at", path, k),
                 fmt::format("\"at\" must ascend: {} is not above {}", a.colour_map[k].at, a.colour_map[k - 1].at));
+        check_glow(a, path, check);
         const bool mapped = a.colour_by == ColourBy::temperature || a.colour_by == ColourBy::speed;
         check.require(!mapped || !a.colour_map.empty(), path + ".colour_by", "\"colour_by\" needs a \"colour_map\"",
                       "for example colour_map: [{at: 0, colour: [0, 0, 1]}, {at: 100, colour: [1, 0, 0]}]");
@@ -70,19 +105,10 @@ void check_look(const Look& look, ReadContext& context) {
                           path + ".inside", "one side of a crack lets light through and the other does not",
                           "make both a dielectric, or none");
     }
-    for (const Light& l : look.lights) {
-        check.require(l.group.empty() || is_name(l.group), "look.lights." + l.name + ".group",
-                      fmt::format("\"{}\" is no name of a group", l.group), "letters, digits, _ and -, at most 64");
-        check.require(!look.output.passes.lights || group_of(l) != kBackgroundGroup, "look.lights." + l.name,
-                      fmt::format("the group \"{}\" is that of look.background", kBackgroundGroup),
-                      "write another group");
-    }
-    for (const Light& l : look.lights)
-        check.require(l.type != LightType::environment || !l.file.empty(), "look.lights." + l.name,
-                      fmt::format("the environment \"{}\" needs a \"file\"", l.name), "an EXR, twice as wide as high");
+    for (const Light& l : look.lights) check_light(l, look, check);
 }
 
-void check_texture_coordinates(const Scene& scene, const Checker& check) {
+void check_wearers(const Scene& scene, const Checker& check) {
     const auto require = [&](bool has, const std::string& given, const std::string& own, const std::string& wearer) {
         const std::string& appearance = given.empty() ? own : given;
         for (const Appearance& a : scene.look.appearances)
@@ -103,9 +129,9 @@ void check_texture_coordinates(const Scene& scene, const Checker& check) {
         require_matter(e.material, fmt::format("what the emitter \"{}\" releases", e.name));
     for (const Boundary& b : scene.world.boundaries) {
         std::set<std::string> seen;
-        if (b.visible)
-            require(holds_mesh(scene, b.shape, seen), b.look, b.name,
-                    fmt::format("the boundary \"{}\", no mesh,", b.name));
+        const std::string wearer = fmt::format("the boundary \"{}\"", b.name);
+        if (b.visible) check_temperatures(scene, b.look.empty() ? b.name : b.look, wearer, check);
+        if (b.visible) require(holds_mesh(scene, b.shape, seen), b.look, b.name, wearer + ", no mesh,");
     }
 }
 

@@ -32,6 +32,7 @@ std::vector<std::string> names_of(const std::vector<T>& entries) {
 void check_motion(const std::vector<Key>& motion, const std::string& path, const Checker& check);
 
 /// What maps an image by uv is worn by meshes alone. (Whether a mesh's file has texture coordinates, its reader tells.)
-void check_texture_coordinates(const Scene& scene, const Checker& check);
+/// What glows by its temperature is worn by matter alone.
+void check_wearers(const Scene& scene, const Checker& check);
 
 }  // namespace thixo::scene

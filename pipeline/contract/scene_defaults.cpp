@@ -124,7 +124,11 @@ void fill_in(Scene& scene, const std::string& source_name, const Where& where) {
 }
 
 bool is_default_light(const Light& light) {
-    const auto text = [](const Light& l) { return print_value(to_block(l)); };
+    // Earlier caches state the direction that is meant where none is given.
+    const auto text = [](Light l) {
+        l.direction = l.direction.value_or(light_direction(Light()));
+        return print_value(to_block(l));
+    };
     return std::ranges::any_of(default_lights(),
                                [&](const Light& l) { return l.name == light.name && text(l) == text(light); });
 }

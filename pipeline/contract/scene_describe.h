@@ -1,6 +1,7 @@
 // The visitor that lists the keys themselves: what docs/scene.md and the JSON Schema are made from.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -66,6 +67,9 @@ class Describer {
                             {}});
         else
             keys.push_back({name, type_of(member, unit), unit, check, meaning, to_value(member), {}, {}});
+    }
+    void key(const char* name, const std::optional<Vec3d>&, const char* unit, Check check, const char* meaning) {
+        keys.push_back({name, type_of(Vec3d(), unit), unit, check, meaning, {}, {}, {}});
     }
     void reference(const char* name, const std::string& member, Refers, Check check, const char* meaning) {
         keys.push_back({name, KeyInfo::Type::reference, "", check, meaning, to_value(member), {}, {}});

@@ -110,7 +110,9 @@ void idle_of_lights(const Scene& scene, Lines& lines) {
                 fmt::format("with `type: {}`", Words<LightType>::list[static_cast<std::size_t>(l.type)]);
             tell_if_set(value, by_default, fmt::format("look.lights.{}.{}", l.name, key), why.c_str(), lines);
         };
-        tell({sun, area, spot}, l.direction, plain.direction, "direction");
+        const Vec3d down = light_direction(plain);
+        tell({sun, area, spot}, l.direction.value_or(down), down, "direction");
+        tell({area, spot}, l.look_at, plain.look_at, "look_at");
         tell({sun}, l.angle, plain.angle, "angle");
         tell({spot}, l.cone, plain.cone, "cone");
         tell({spot}, l.softness, plain.softness, "softness");
@@ -130,6 +132,17 @@ void idle_of_lights(const Scene& scene, Lines& lines) {
                     fmt::format("look.lights.{} has no size: it does not shine through '{}', which is rough or has no "
                                 "straight_shadows; a small area light does",
                                 l.name, a.name));
+    }
+}
+
+/// Keys of a glow without strength.
+void idle_of_glow(const Scene& scene, Lines& lines) {
+    const Glow plain;
+    for (const Appearance& a : scene.look.appearances) {
+        if (glows(a)) continue;
+        const std::string at = "look.appearances." + a.name + ".glow.";
+        tell_if_set(a.glow.colour, plain.colour, at + "colour", "without `strength`", lines);
+        tell_if_set(a.glow.black_body, plain.black_body, at + "black_body", "without `strength`", lines);
     }
 }
 
@@ -164,6 +177,7 @@ std::vector<std::string> idle_keys(const Scene& scene) {
     idle_of_plasticity(scene, lines);
     idle_of_probes(scene, lines);
     idle_of_lights(scene, lines);
+    idle_of_glow(scene, lines);
     idle_of_camera(scene, lines);
     mixing(scene, lines);
     return lines;

@@ -1,6 +1,8 @@
 // The look: what the renderer reads of the scene file.
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,7 +56,8 @@ void visit(V& v, Camera& c) {
         "where the camera is and what it looks at, smoothly from key to key; takes the place of position and look_at");
     v.list("motion", c.motion, "moves the camera rigidly about its own position");
     v.key("orbit", c.orbit, "degrees/s", between(-3600, 3600),
-          "the camera goes round look_at, about `up`, from its place at 0 s; counterclockwise as `up` looks down");
+          "the camera goes round look_at, about `up`, from its place at 0 s; counterclockwise as seen from above, "
+          "the side that `up` points to");
 }
 
 enum class LightType { sun, sky, area, environment, point, spot };
@@ -69,17 +72,19 @@ struct Light {
     Vec3d colour{1, 1, 1};  // linear Rec.709
     // sun: irradiance [W/m^2]; sky, area: radiance [W/(m^2 sr)]; point, spot: intensity [W/sr]; environment: factor
     double strength = 1;
-    Vec3d direction{0, 0, -1};    // sun, spot: where the light goes; area: the side it shines to
-    double angle = 0.53;          // sun: angular diameter [degrees]
-    double cone = 40;             // spot: from side to side [degrees]
-    double softness = 0.2;        // spot: part of the half cone in which it fades [1]
-    Vec3d position{0, 0, 3};      // area: centre; point, spot: place [m]
-    Vec2d size{1, 1};             // area: edge lengths [m]
-    Vec3d horizon{1, 1, 1};       // sky: colour factor at the horizon
-    Vec3d ground{0.3, 0.3, 0.3};  // sky: colour factor below the horizon
-    std::string file;             // environment: the picture
-    std::string content;          // hash of the file's bytes, filled in when the look is read
-    double rotation = 0;          // environment: about z [degrees]
+    // sun, spot: where the light goes; area: the side it shines to. At most one of the two is there (light_direction).
+    std::optional<Vec3d> direction;
+    std::optional<Vec3d> look_at;  // area, spot: the point that it shines at [m]
+    double angle = 0.53;           // sun: angular diameter [degrees]
+    double cone = 40;              // spot: from side to side [degrees]
+    double softness = 0.2;         // spot: part of the half cone in which it fades [1]
+    Vec3d position{0, 0, 3};       // area: centre; point, spot: place [m]
+    Vec2d size{1, 1};              // area: edge lengths [m]
+    Vec3d horizon{1, 1, 1};        // sky: colour factor at the horizon
+    Vec3d ground{0.3, 0.3, 0.3};   // sky: colour factor below the horizon
+    std::string file;              // environment: the picture
+    std::string content;           // hash of the file's bytes, filled in when the look is read
+    double rotation = 0;           // environment: about z [degrees]
 };
 template <class V>
 void visit(V& v, Light& l) {
@@ -93,7 +98,9 @@ void visit(V& v, Light& l) {
         "strength", l.strength, "W/m^2, W/(m^2 sr), W/sr", at_least(0),
         "sun: irradiance; sky and area: radiance; point and spot: intensity, the irradiance a metre away; environment: "
         "what the picture's values are times");
-    v.key("direction", l.direction, "", direction(), "sun and spot: where the light goes; area: the side it shines to");
+    v.key("direction", l.direction, "", direction(),
+          "sun and spot: where the light goes; area: the side it shines to; left out: down");
+    v.key("look_at", l.look_at, "m", any(), "area and spot: point that it shines at; takes the place of `direction`");
     v.key("angle", l.angle, "degrees", between(0, 90), "sun: angular diameter; the real sun's is 0.53");
     v.key("cone", l.cone, "degrees", between(1, 180), "spot: the whole angle of its cone, from dark to dark");
     v.key("softness", l.softness, "1", between(0, 1), "spot: the outer part of the cone in which the light fades");
@@ -102,12 +109,18 @@ void visit(V& v, Light& l) {
     v.key("horizon", l.horizon, kColour, at_least(0), "sky: colour factor at the horizon");
     v.key("ground", l.ground, kColour, at_least(0), "sky: colour factor below the horizon");
     v.file("file", l.file, any(),
-           "environment: EXR, twice as wide as high: longitude from left to right, latitude from top to bottom; its "
-           "middle is "
-           "the direction +x, +y a quarter to the left");
+           "environment: EXR or Radiance HDR, twice as wide as high: longitude from left to right, latitude from top "
+           "to bottom; its middle is the direction +x, +y a quarter to the left");
     v.key("content", l.content, "", any(),
           "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
     v.key("rotation", l.rotation, "degrees", any(), "environment: turned about z, to the left seen from inside");
+}
+
+/// Where a light goes, not a unit vector: towards `look_at`, along `direction`, or down. Only lights with a place look
+/// at something.
+inline Vec3d light_direction(const Light& l) {
+    const bool placed = l.type == LightType::area || l.type == LightType::spot;
+    return placed && l.look_at ? Vec3d(*l.look_at - l.position) : l.direction.value_or(Vec3d(0, 0, -1));
 }
 
 /// The group of what camera rays see where there is no sky: of no light.
@@ -155,7 +168,8 @@ struct ImageTexture {
 };
 template <class V>
 void visit(V& v, ImageTexture& t) {
-    v.file("file", t.file, any(), "PNG (sRGB) or EXR (linear, from 0 to 1), repeated without end; none: no picture");
+    v.file("file", t.file, any(),
+           "PNG or JPEG (sRGB), EXR or Radiance HDR (linear, from 0 to 1), repeated without end; none: no picture");
     v.key("content", t.content, "", any(),
           "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
     v.key(
@@ -183,6 +197,25 @@ void visit(V& v, Bumps& b) {
           "layers of noise, each half as wide and half as high as the one before");
 }
 
+/// Light that a surface gives by itself, to all sides, beside what it scatters.
+struct Glow {
+    double strength = 0;    // W/(m^2 sr)
+    Vec3d colour{1, 1, 1};  // linear Rec.709
+    double black_body = 0;  // degC; 0: every place glows alike
+};
+/// From here on a black body may be told to have `strength`. Matter begins to be seen in the dark at 525 degC.
+inline constexpr double kColdestGlow = 400;  // degC
+template <class V>
+void visit(V& v, Glow& g) {
+    v.key("strength", g.strength, "W/(m^2 sr)", at_least(0),
+          "radiance, times `colour` in red, green and blue; 0: it does not glow");
+    v.key("colour", g.colour, kColour, at_least(0), "colour, linear Rec.709; with `black_body` a factor of its colour");
+    v.key("black_body", g.black_body, "degC", between(0, 1e5),
+          "temperature at which the luminance is `strength`, from 400 on: the light of every place then has colour and "
+          "luminance of a black body of the temperature there (Planck). What is cooler is redder and darker. 0: all "
+          "places glow alike");
+}
+
 struct Appearance {
     std::string name;
     AppearanceType type = AppearanceType::diffuse;
@@ -195,6 +228,7 @@ struct Appearance {
     ImageTexture image;
     std::string inside;  // appearance of fresh faces of cracks; empty: this one
     Bumps bumps;
+    Glow glow;
     double roughness = 0;  // GGX alpha; 0: smooth
     double ior = 1.5;
     Vec3d absorption{0, 0, 0};  // 1/m, dielectric
@@ -219,12 +253,20 @@ void visit(V& v, Appearance& a) {
     v.reference("inside", a.inside, Refers::appearance, any(),
                 "appearance of what a crack lays open; left out: the same as outside");
     v.block("bumps", a.bumps, "fractal noise in the material that roughens the look of the surface");
+    v.block(
+        "glow", a.glow,
+        "light that the surface gives by itself, beside what it scatters; of no dielectric. Paths meet it by chance "
+        "alone: what glows small and bright lights other things with much noise");
     v.key("roughness", a.roughness, "1", between(0, 1), "GGX alpha; 0: smooth");
     v.key("ior", a.ior, "1", between(1, 4), "index of refraction of plastic and dielectric; water 1.33, glass 1.5");
     v.key("absorption", a.absorption, "1/m", at_least(0),
           "dielectric: loss of red, green and blue along the way inside");
     v.key("priority", a.priority, "", between(-1000, 1000), "nested dielectrics: the higher wins where two overlap");
 }
+
+/// The group of all that glows.
+inline constexpr const char* kGlowGroup = "glow";
+inline bool glows(const Appearance& a) { return a.glow.strength > 0; }
 
 enum class ViewTransform { srgb, filmic };
 template <>
@@ -248,7 +290,8 @@ void visit(V& v, Passes& p) {
     v.key("cryptomatte", p.cryptomatte, "", any(),
           "true: CryptoObject and CryptoMaterial, mattes by the names of bodies and boundaries and of appearances");
     v.key("lights", p.lights, "", any(),
-          "true: light_<group>.R/G/B, what each group of lights gives to the picture; `thixo relight` mixes them");
+          "true: light_<group>.R/G/B, what each group of lights gives to the picture, and what glows; `thixo relight` "
+          "mixes them");
 }
 
 struct Output {
@@ -295,6 +338,10 @@ struct Look {
     Vec3d background{0.8, 0.85, 0.9};  // seen by camera rays where no light's environment is
     Output output;
 };
+/// Whether anything in it glows.
+inline bool glows(const Look& look) {
+    return std::ranges::any_of(look.appearances, [](const Appearance& a) { return glows(a); });
+}
 template <class V>
 void visit(V& v, Look& l) {
     v.block("camera", l.camera,

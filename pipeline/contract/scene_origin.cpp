@@ -136,7 +136,10 @@ Look relative_to(Look look, const Vec3d& by) {
         k.position -= by;
         k.look_at -= by;
     }
-    for (Light& l : look.lights) l.position -= by;
+    for (Light& l : look.lights) {
+        l.position -= by;
+        if (l.look_at) *l.look_at -= by;
+    }
     for (Appearance& a : look.appearances) {
         // A corner that nobody placed near the scene would be far from it: the picture then counts from the new origin.
         const Vec3d corner = a.image.origin - by;

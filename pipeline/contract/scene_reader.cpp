@@ -175,6 +175,17 @@ void BlockReader::key(const char* name, Vec3d& member, const char* unit, Check c
         member = Vec3d(v[0], v[1], v[2]);
 }
 
+void BlockReader::key(const char* name, std::optional<Vec3d>& member, const char* unit, Check check,
+                      const char* meaning) {
+    if (!map_.find(name)) {
+        take(name, check);
+        return;
+    }
+    Vec3d v = member.value_or(Vec3d::Ones());
+    key(name, v, unit, check, meaning);
+    member = v;
+}
+
 void BlockReader::key(const char* name, std::vector<Vec2d>& member, const char* unit, Check check, const char*) {
     const Value* value = take(name, check);
     if (!value || !is_list(*value, name)) return;

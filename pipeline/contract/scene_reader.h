@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -39,6 +40,7 @@ class BlockReader {
     void key(const char* name, std::string& member, const char* unit, Check check, const char* meaning);
     void key(const char* name, Vec2d& member, const char* unit, Check check, const char* meaning);
     void key(const char* name, Vec3d& member, const char* unit, Check check, const char* meaning);
+    void key(const char* name, std::optional<Vec3d>& member, const char* unit, Check check, const char* meaning);
     void key(const char* name, std::vector<Vec2d>& member, const char* unit, Check check, const char* meaning);
     template <class E>
     requires std::is_enum_v<E>

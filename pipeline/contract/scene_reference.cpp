@@ -50,6 +50,11 @@ lights keeps camera and appearances. A light is taken out by `strength: 0`.
 **--draft** doubles `solver.spacing`, halves `look.output.width` and `height`, and takes a quarter of the samples (at least 4). Its
 pictures are denoised.
 
+**Glow.** An appearance with `glow: {strength: 3, black_body: 1100}` gives light by the temperature of its matter, as lava does. At 1100 degC its luminance is
+3; at 900 degC it is a twentieth of that, and redder. The same light leaves to all sides: from bodies outwards, from meshes on both sides, through clear coats
+undimmed. Paths find it where they meet it. So large things that glow light others well, while what is small and bright makes noise. More samples, `denoise`,
+or a lamp in its place help then.
+
 **Numbers** are decimal: `0.01`, `1e-3`. Where no end of a range is written it is -1e12 or 1e12. What YAML readers disagree about is refused: `017`, `0x1F`, `1_000`, `.inf`, `yes`.
 **Errors** are all told at once, each as file:line:column with the line and a caret. Files may have up to 4 MiB, 200 000 values (aliases counted
 in full) and 64 levels.

@@ -134,6 +134,7 @@ void apply_override(Value& tree, const std::string& text, Problems& problems) {
     Value* place = &tree;
     std::vector<std::string> labels;
     for (const Step& step : split_path(text.substr(0, equals))) {
+        make_room(*place, step.label, labels);
         place = descend(*place, step, source, problems);
         if (!place) return;
         labels.push_back(step.label);

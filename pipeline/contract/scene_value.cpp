@@ -94,6 +94,11 @@ bool is_shape(const std::vector<std::string>& path) {
     return path.back() == "shape" || (path.size() == 2 && path[0] == "shapes");
 }
 
+// True where the labels lead to a light: of a scene, or of a look file that holds a look's keys directly.
+bool is_light(const std::vector<std::string>& path) {
+    return (path.size() == 3 && path[0] == "look" && path[1] == "lights") || (path.size() == 2 && path[0] == "lights");
+}
+
 void remove_shape_kinds(Value& base, const Value& over) {
     bool named = false;
     for_each_shape_kind([&](const auto& kind) { named = named || over.find(kind.name); });
@@ -155,6 +160,12 @@ std::string print_value(const Value& value) {
     return out;
 }
 
+void make_room(Value& block, std::string_view key, const std::vector<std::string>& path) {
+    if (!is_light(path)) return;
+    if (key == "look_at") block.remove("direction");
+    if (key == "direction") block.remove("look_at");
+}
+
 void overlay(Value& base, const Value& over, std::vector<std::string>& path) {
     if (base.type != Value::Type::map || over.type != Value::Type::map) {
         // A block written with nothing in it changes nothing.
@@ -162,6 +173,7 @@ void overlay(Value& base, const Value& over, std::vector<std::string>& path) {
         return;
     }
     if (is_shape(path)) remove_shape_kinds(base, over);
+    for (const Label& label : over.labels) make_room(base, label.text, path);
     std::unordered_map<std::string_view, std::size_t> known;
     for (std::size_t k = 0; k < base.labels.size(); ++k) known.emplace(base.labels[k].text, k);
     std::vector<std::size_t> added;

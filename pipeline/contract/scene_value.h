@@ -37,8 +37,11 @@ std::string describe(const Value& value);
 /// The tree as YAML text in block style, ending with a line end; short lists in one line.
 std::string print_value(const Value& value);
 
-/// Lays `over` over `base`: maps merge key by key, everything else replaces. In a shape another kind replaces the kind.
-/// `path` holds the labels that lead to it.
+/// Lays `over` over `base`: maps merge key by key, everything else replaces. In a shape another kind replaces the kind,
+/// and of a light one of `look_at` and `direction` the other. `path` holds the labels that lead to it.
 void overlay(Value& base, const Value& over, std::vector<std::string>& path);
+
+/// Removes the key of a light, if `path` leads to one, that this key takes the place of.
+void make_room(Value& block, std::string_view key, const std::vector<std::string>& path);
 
 }  // namespace thixo::scene

@@ -66,5 +66,7 @@ class DocsCommands(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
     program = sys.argv.pop()
     unittest.main(verbosity=1)

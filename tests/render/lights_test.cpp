@@ -93,6 +93,28 @@ TEST(Lights, TheDensityOfAChanceHitIsThatOfTheSample) {
     }
 }
 
+TEST(Lights, LookAtTheirTarget) {
+    scene::Light lamp;
+    lamp.position = {1, -2, 3};
+    lamp.look_at = Vec3d(0.5, 1, 0.25);
+    const Vec3d way = *lamp.look_at - lamp.position;
+    for (const scene::LightType type : {scene::LightType::area, scene::LightType::spot}) {
+        lamp.type = type;
+        const Light light = make_light(lamp);
+        EXPECT_LT((light.normal - way.normalized().cast<float>()).norm(), 1e-6f);
+        // A ray from the target along the lamp's axis meets the lamp, if that has a size.
+        const bool sizeless = light.sizeless();
+        const float away = hit_area(light, lamp.look_at->cast<float>(), -light.normal);
+        EXPECT_TRUE(sizeless ? std::isinf(away) : std::abs(double(away) - way.norm()) < 1e-5) << away;
+        scene::Light aimed = lamp;
+        aimed.look_at.reset();
+        aimed.direction = way;
+        EXPECT_EQ(make_light(aimed).normal, light.normal);
+    }
+    lamp.type = scene::LightType::sun;  // it is nowhere, and shines down without a direction
+    EXPECT_EQ(make_light(lamp).normal, Vec3f(0, 0, 1));
+}
+
 TEST(Lights, ARectangleShinesToOneSide) {
     scene::Light lamp;
     lamp.type = scene::LightType::area;

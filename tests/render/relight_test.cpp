@@ -29,20 +29,31 @@ std::vector<scene::Light> lights() {
     return {sky, lamp, sun};
 }
 
-/// A glass ball on a checked ground.
-World world_under(const std::vector<scene::Light>& lights) {
-    World world;
-    scene::Appearance glass, matt;
-    glass.type = scene::AppearanceType::dielectric;
+/// The appearances of a ball and of the checked ground that it is on: glass, or matter that glows.
+std::vector<scene::Appearance> appearances(const Vec3d& glow) {
+    scene::Appearance ball, matt;
+    ball.name = "ball";
+    matt.name = "matt";
     matt.checker = 0.2;
-    const Index ball = add_object(world, glass), floor = add_object(world, matt);
+    ball.glow.strength = glow.maxCoeff();
+    if (ball.glow.strength > 0)
+        ball.glow.colour = glow / ball.glow.strength;
+    else
+        ball.type = scene::AppearanceType::dielectric;
+    return {ball, matt};
+}
+
+World world_under(const std::vector<scene::Light>& lights, const Vec3d& glow = {0, 0, 0}) {
+    World world;
+    const std::vector<scene::Appearance> looks = appearances(glow);
+    const Index ball = add_object(world, looks[0]), floor = add_object(world, looks[1]);
     SurfelSet set = shapes::one_object(shapes::sphere(2000, 0.3f, {0, 0, 0.3f}, 0.2f));
     set.object = {ball};
     std::vector<MeshObject> meshes;
     meshes.push_back(ground(floor));
     world.rays = std::make_unique<RayScene>(std::move(set), std::move(meshes));
     for (const scene::Light& l : lights) world.lights.push_back(make_light(l));
-    world.light_groups = light_groups(lights);
+    world.light_groups = light_groups(lights, glow.maxCoeff() > 0);
     look(world, {0, -1.5, 0.8}, {0, 0, 0.25}, 40, kWidth, kHeight);
     return world;
 }
@@ -70,9 +81,10 @@ double misfit(const Image& image, const std::string& colour) {
     return most;
 }
 
-scene::Scene scene_of(const std::vector<scene::Light>& lights) {
+scene::Scene scene_of(const std::vector<scene::Light>& lights, const Vec3d& glow = {0, 0, 0}) {
     scene::Scene scene;
     scene.look.lights = lights;
+    scene.look.appearances = appearances(glow);
     return scene;
 }
 
@@ -125,7 +137,7 @@ TEST(Relight, EqualsWhatIsRenderedWithinNoise) {
     const Relighting mix = relighting(light_record(scene_of(lights()), 1), light_record(scene_of(now), 1));
     ASSERT_EQ(mix.reason, "");
     const Image before = picture(world_under(lights()), false, 64), rendered = picture(world_under(now), false, 64);
-    const Image image = relit(before, mix.factor);
+    const Image image = relit(before, mix);
     const Vec3d a = mean_colour(image), b = mean_colour(rendered);
     // Light that doubles doubles the error of its part at most.
     const double error = std::hypot(2 * standard_error(before), standard_error(rendered));
@@ -134,10 +146,59 @@ TEST(Relight, EqualsWhatIsRenderedWithinNoise) {
     EXPECT_LT(misfit(image, "B"), 1);
 }
 
+TEST(LightGroups, OfWhatGlowsAddUpToThePictureWithTheOthers) {
+    const Image image = picture(world_under(lights(), {2, 1, 0.2}));
+    for (const char* colour : {"R", "G", "B"}) EXPECT_LT(misfit(image, colour), 1) << colour;
+    double most = 0;
+    for (const float v : image.get("light_glow.R")) most = std::max(most, double(v));
+    EXPECT_GE(most, 2);        // the ball itself, and what its floor sends back
+    EXPECT_LT(most, 2 / 0.2);  // of a furnace of its albedo
+    World plain = world_under(lights(), {2, 1, 0.2});
+    plain.light_groups = {};
+    EXPECT_TRUE(picture(plain).get("R") == image.get("R"));
+}
+
+TEST(Relight, OfWhatGlowsEqualsWhatIsRendered) {
+    // Paths do not depend on how bright what glows is: both pictures have the same, and differ by rounding alone.
+    const Vec3d before{2, 1, 0.2}, now{3, 0.5, 0};
+    const Relighting mix =
+        relighting(light_record(scene_of(lights(), before), 1), light_record(scene_of(lights(), now), 1));
+    ASSERT_EQ(mix.reason, "");
+    World old_world = world_under(lights(), before), new_world = world_under(lights(), now);
+    old_world.settings.clamp = new_world.settings.clamp = 0;
+    const Image image = relit(picture(old_world), mix), rendered = picture(new_world);
+    for (const char* channel : {"R", "G", "B", "light_glow.R", "light_glow.G", "light_glow.B"})
+        for (std::size_t i = 0; i < image.pixels(); ++i)
+            ASSERT_NEAR(image.get(channel)[i], rendered.get(channel)[i], 1e-5f * (1 + rendered.get(channel)[i]))
+                << channel << i;
+}
+
+TEST(Relight, TurnsAGlowOffAndNotOn) {
+    const scene::Scene bright = scene_of(lights(), {2, 1, 0.2});
+    scene::Scene dark = bright;
+    dark.look.appearances[0].glow.strength = 0;
+    const std::string with = light_record(bright, 1), without = light_record(dark, 1);
+    EXPECT_EQ(relighting(without, with).reason, "its picture has no light group 'glow'");
+    const Relighting mix = relighting(with, without);
+    ASSERT_EQ(mix.reason, "");
+    EXPECT_FALSE(mix.is_same());
+    const Image before = picture(world_under(lights(), {2, 1, 0.2})), image = relit(before, mix);
+    EXPECT_EQ(image.find("light_glow.R"), nullptr);
+    EXPECT_NE(image.find("light_warm.R"), nullptr);
+    for (std::size_t i = 0; i < image.pixels(); ++i)
+        ASSERT_NEAR(image.get("R")[i], before.get("R")[i] - before.get("light_glow.R")[i], 1e-5f);
+    scene::Scene other = bright;  // its light is then another in every place
+    other.look.appearances[0].glow.black_body = 1200;
+    EXPECT_EQ(relighting(with, light_record(other, 1)).reason, "look.appearances.ball.glow.black_body differs");
+    scene::Scene two = bright;
+    two.look.appearances[1].glow = bright.look.appearances[0].glow;
+    EXPECT_EQ(relighting(with, light_record(two, 1)).reason, "look.appearances.matt.glow gave no light before");
+}
+
 TEST(Relight, UnchangedLightsGiveTheSamePicture) {
     const Image image = picture(world_under(lights()));
     const std::string record = light_record(scene_of(lights()), 1);
-    const Image same = relit(image, relighting(record, record).factor);
+    const Image same = relit(image, relighting(record, record));
     for (std::size_t i = 0; i < image.pixels(); ++i) ASSERT_NEAR(same.get("G")[i], image.get("G")[i], 1e-5);
 }
 

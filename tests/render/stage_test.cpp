@@ -401,6 +401,43 @@ TEST_F(RenderStage, ACropIsThatPartOfTheWholePictureAndFramesMayGoElsewhere) {
     EXPECT_THROW(run_stage(part), InputError) << "beyond the picture";
 }
 
+TEST_F(RenderStage, ABlackBodyNeedsTemperatures) {
+    make_cache(out("a"), 1);  // its surfels have none
+    for (const std::string who : {"water", "table"}) {
+        write_whole(folder_ / "lava.yaml",
+                    fmt::format("appearances: {{{}: {{type: diffuse, checker: 0, glow: {{strength: 1, black_body: "
+                                "1000}}}}}}\n",
+                                who));
+        RenderArgs lava = args(out("a"));
+        lava.look = (folder_ / "lava.yaml").string();
+        try {
+            run_stage(lava);
+            FAIL() << "accepted";
+        } catch (const InputError& e) {
+            EXPECT_NE(std::string(e.what()).find("look.appearances." + who + ".glow.black_body: "), std::string::npos)
+                << e.what();
+            EXPECT_NE(std::string(e.what()).find("has no temperatures"), std::string::npos) << e.what();
+        }
+    }
+}
+
+TEST_F(RenderStage, RelightingDimsWhatGlows) {
+    make_cache(out("a"), 1);
+    RenderArgs first = args(out("a"));
+    first.set = {"look.output.passes.lights=true", "look.appearances.table.glow.strength=0.5"};
+    run_stage(first);
+    RenderArgs dimmer = args(out("a"));
+    dimmer.relight = true;
+    dimmer.set = {"look.appearances.table.glow.strength=0.25"};
+    run_stage(dimmer);
+    const Image before = read_exr(fs::path(out("a")) / "frames/beauty.0001.exr"),
+                after = read_exr(fs::path(out("a")) / "frames.relit/beauty.0001.exr");
+    EXPECT_EQ(after.find("variance.G"), nullptr);  // only a mixed picture has none
+    for (std::size_t i = 0; i < before.pixels(); ++i)
+        ASSERT_NEAR(after.get("G")[i], before.get("G")[i] - before.get("light_glow.G")[i] / 2,
+                    2e-3f * before.get("G")[i]);
+}
+
 TEST_F(RenderStage, TextureCoordinatesThatAMeshDoesNotHaveAreAnError) {
     make_cache(out("a"), 1);
     write_png(folder_ / "wood.png", {1, 1, 3, {200, 0, 0}});

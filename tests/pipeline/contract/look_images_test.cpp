@@ -24,6 +24,20 @@ Image grey(int width, int height, float value) {
 }
 
 std::string sky_bytes(float value = 0.5f) { return encode_exr(grey(8, 4, value)); }
+/// A Radiance HDR of flat scan lines, one grey all over: 192.5 2^(exponent - 136).
+std::string hdr_bytes(int width, int height, int exponent = 130) {
+    std::string bytes = fmt::format("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", height, width);
+    for (int k = 0; k < width * height; ++k) bytes += {'\xc0', '\xc0', '\xc0', static_cast<char>(exponent)};
+    return bytes;
+}
+
+/// A grey JPEG of 8 x 8 pixels.
+std::string jpeg_bytes() {
+    const std::filesystem::path file =
+        std::filesystem::path(THIXO_SOURCE_DIR) / "tests/pipeline/contract/images/grey_8x8.jpg";
+    return read_whole(file);
+}
+
 std::string wood_bytes() { return encode_png({2, 2, 3, {10, 20, 30, 40, 50, 60, 70, 80, 90, 100, 110, 120}}); }
 
 constexpr const char* kScene = R"(
@@ -85,9 +99,12 @@ TEST_F(LookImages, ThatAreOfNoUseAreRefused) {
         {good.substr(0, good.size() - 20), "damaged"},
         {good.substr(0, 100), "damaged"},
         {flipped, "damaged"},
-        {"", "is not an EXR"},
-        {"v 0 0 0\n", "is not an EXR"},
-        {wood_bytes(), "is not an EXR"},
+        {"", "is not an EXR or HDR"},
+        {"v 0 0 0\n", "is not an EXR or HDR"},
+        {wood_bytes(), "is not an EXR or HDR"},
+        {jpeg_bytes(), "is not an EXR or HDR"},
+        {hdr_bytes(7, 4), "twice as wide as high"},
+        {hdr_bytes(8, 4).substr(0, 100), "ends early"},
         {encode_exr(grey(8, 8, 1)), "twice as wide as high"},
         {encode_exr(no_blue), "no channel B"},
         {encode_exr(not_a_number), "G = nan at column 5 of row 1"},
@@ -115,8 +132,16 @@ TEST_F(LookImages, OfSurfacesHaveColours) {
     EXPECT_NE(refusal().find("colours go from 0 to 1"), std::string::npos);
     write("images/wood.png", encode_exr(grey(3, 2, 0.5f)));
     EXPECT_EQ(refusal(), "accepted");
+    write("images/wood.png", jpeg_bytes());
+    EXPECT_EQ(refusal(), "accepted");
+    write("images/wood.png", jpeg_bytes().substr(0, 150));
+    EXPECT_NE(refusal().find("damaged"), std::string::npos);
+    write("images/wood.png", hdr_bytes(8, 4, 128));
+    EXPECT_EQ(refusal(), "accepted");
+    write("images/wood.png", hdr_bytes(8, 4, 129));
+    EXPECT_NE(refusal().find("colours go from 0 to 1"), std::string::npos);
     write("images/wood.png", std::string("GIF89a"));
-    EXPECT_NE(refusal().find("is not a PNG or EXR"), std::string::npos);
+    EXPECT_NE(refusal().find("is not a PNG, JPEG, EXR or HDR"), std::string::npos);
     std::filesystem::remove(folder_ / "images/wood.png");
     EXPECT_NE(refusal().find("there is no image file"), std::string::npos);
 }
@@ -258,6 +283,41 @@ TEST(ChangedImages, AreReadOrRefused) {
                         : is_usable(test::sealed_png(test::mutated(png, 20260101, k)), ImageUse::texture);
     EXPECT_GT(usable, rounds / 50);
     EXPECT_LT(usable, rounds);
+}
+
+TEST(ChangedImages, OfOtherProgramsAreReadOrRefused) {
+    std::string packed = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\nEXPOSURE=2\n\n-Y 8 +X 16\n";
+    for (int line = 0; line < 8; ++line) {
+        packed += {2, 2, 0, 16};
+        for (int component = 0; component < 4; ++component)  // a run of 10, then 6 as they are
+            packed += {'\x8a', '\x80', 6, '\x7e', '\x7f', '\x80', '\x81', '\x82', '\x83'};
+    }
+    ASSERT_TRUE(is_usable(packed, ImageUse::environment));
+    const std::string jpeg = jpeg_bytes();
+    const std::uint64_t rounds = test::fuzz_rounds(1000);
+    std::uint64_t usable = 0;
+    for (std::uint64_t k = 0; k < rounds; ++k)
+        usable += k % 2 ? is_usable(test::mutated(packed, 20260102, k), ImageUse::environment)
+                        : is_usable(test::mutated(jpeg, 20260102, k), ImageUse::texture);
+    EXPECT_GT(usable, rounds / 50);
+    EXPECT_LT(usable, rounds);
+}
+
+TEST_F(LookImages, OfOtherProgramsGoIntoTheCacheAsTheyAre) {
+    write("images/room.exr", hdr_bytes(8, 4));
+    write("images/wood.png", jpeg_bytes());
+    const Scene scene = load();
+    CacheWriter cache =
+        CacheWriter::create(folder_ / "out", {scene.name, print_cached_scene(scene), simulation_hash(scene)});
+    store_images(scene.look, cache);
+    cache.finish();
+    const CacheReader reader(folder_ / "out");
+    EXPECT_EQ(reader.manifest().format, 4);  // an earlier program refuses it by that number
+    EXPECT_TRUE(reader.manifest().lists("assets/" + hash_hex(hdr_bytes(8, 4)) + ".hdr"));
+    EXPECT_TRUE(reader.manifest().lists("assets/" + hash_hex(jpeg_bytes()) + ".jpg"));
+    for_each_image(scene.look, [&](const std::string&, ImageUse, const std::string& file, const std::string& content) {
+        EXPECT_EQ(hash_hex(image_bytes(file, content, &reader)), content);
+    });
 }
 
 }  // namespace

@@ -52,10 +52,26 @@ TEST(Manifest, FindsFramesByNumber) {
 }
 
 TEST(Manifest, ANewerFormatIsRefusedByNumber) {
-    const std::string message = "has cache format 99, this program reads 1 to 3";
+    const std::string message = "has cache format 99, this program reads 1 to 4";
     EXPECT_NE(refusal(edited("\"format\": 1", "\"format\": 99")).find(message), std::string::npos);
     // Also where that format has no checksum that we know.
     EXPECT_NE(refusal("{\"format\": 99, \"other\": 1}").find(message), std::string::npos);
+}
+
+TEST(Manifest, OfAFormatListsOnlyAssetsThatItHas) {
+    const std::string hash(32, 'a');
+    for (const auto& [extension, first] : {std::pair{".ply", 1}, {".exr", 2}, {".png", 2}, {".hdr", 4}, {".jpg", 4}})
+        for (int format = 1; format <= kCacheFormat; ++format) {
+            Manifest m;
+            m.scene = "bare";
+            m.format = format;
+            m.assets = {{asset_file_name(hash, extension), 1, hash}};
+            const std::string told = refusal(print_manifest(m));
+            if (format >= first)
+                EXPECT_EQ(told, "") << extension << format;
+            else
+                EXPECT_NE(told.find("\"assets\" lists"), std::string::npos) << extension << format;
+        }
 }
 
 TEST(Manifest, EveryFlippedBitAndEveryTruncationIsFound) {

@@ -75,6 +75,17 @@ TEST(ALook, OfOneLampReplacesTheLightsThatNobodyAskedFor) {
     EXPECT_EQ(lights_under(print_scene(parsed("{}")), "lights: {lamp: {type: area}}\n"), (Names{"lamp"}));
 }
 
+TEST(ALook, KnowsDefaultLightsThatStateWhereTheyShine) {
+    // As caches of earlier programs do, also of a sky.
+    Scene earlier = parsed("{}");
+    Light& sky = earlier.look.lights[0];
+    ASSERT_EQ(sky.type, LightType::sky);
+    sky.direction = Vec3d(0, 0, -1);
+    EXPECT_EQ(lights_under(print_scene(earlier), "lights: {lamp: {type: area}}\n"), (Names{"lamp"}));
+    for (const std::string& warning : scene_warnings(earlier))
+        EXPECT_EQ(warning.find("direction does nothing"), std::string::npos) << warning;
+}
+
 TEST(ALook, KeepsTheLightsThatTheSceneNames) {
     const std::string scene = "look: {lights: {sun: {type: sun, strength: 3}}}\n";
     EXPECT_EQ(lights_under(scene, "lights: {lamp: {type: area}}\n"), (Names{"sun", "lamp"}));

@@ -5,8 +5,10 @@
 #include <fstream>
 
 #include "pipeline/base/error.h"
+#include "pipeline/contract/picture_cost.h"
 #include "pipeline/contract/scene_hash.h"
 #include "pipeline/contract/scene_io.h"
+#include "pipeline/contract/scene_origin.h"
 #include "pipeline/contract/scene_walk.h"
 #include "tests/pipeline/contract/entry.h"
 
@@ -240,6 +242,33 @@ TEST(Look, AFileOfLightsKeepsCameraAndAppearances) {
     EXPECT_EQ(look.output.width, base.output.width);
 }
 
+TEST(Look, AimsALightByDirectionOrByTarget) {
+    const auto lamp = [](const Look& look) { return entry(look.lights, "lamp"); };
+    const std::string text =
+        "materials: {water: {}}\nlook: {lights: {lamp: {type: area, position: [0, 0, 2], look_at: [1, 0, 0]}}}\n";
+    const Scene base = parse_scene(text, "x.yaml");
+    EXPECT_EQ(light_direction(lamp(base.look)), Vec3d(1, 0, -2));
+    EXPECT_FALSE(lamp(base.look).direction);
+    // It goes through the cache, follows the lamp, and gives way to a direction.
+    const Scene cached = parse_cached_scene(print_cached_scene(base), "manifest.json");
+    EXPECT_EQ(light_direction(lamp(cached.look)), Vec3d(1, 0, -2));
+    EXPECT_EQ(light_direction(lamp(overlay_look(cached.look, "", {"look.lights.lamp.position=[0, 0, 1]"}))),
+              Vec3d(1, 0, -1));
+    const Look turned = overlay_look(cached.look, "", {"look.lights.lamp.direction=[0, 1, 0]"});
+    EXPECT_EQ(light_direction(lamp(turned)), Vec3d(0, 1, 0));
+    EXPECT_FALSE(lamp(turned).look_at);
+    const Look back = overlay_look(turned, "", {"look.lights.lamp.look_at=[0, 0, 0]"});
+    EXPECT_EQ(light_direction(lamp(back)), Vec3d(0, 0, -2));
+    EXPECT_FALSE(lamp(back).direction);
+    const Look far = relative_to(base.look, {10, 20, 30});
+    EXPECT_EQ(light_direction(lamp(far)), Vec3d(1, 0, -2));
+    EXPECT_EQ(light_direction(entry(parse_scene("look: {lights: {lamp: {type: area}}}", "x.yaml").look.lights, "lamp")),
+              Vec3d(0, 0, -1));
+    EXPECT_NE(look_hash(turned), look_hash(back));
+    for (const Look* under : {&base.look, &turned})
+        EXPECT_EQ(light_direction(lamp(overlay_look(*under, kScenes + "aimed_again_look.yaml"))), Vec3d(0, 1, -2));
+}
+
 TEST(Look, MayExtendAnotherAndStandInABlock) {
     const Look look = overlay_look(pour().look, kScenes + "night_look.yaml");
     EXPECT_EQ(look.background, Vec3d(0, 0, 0.01));
@@ -373,6 +402,35 @@ TEST(SceneWarnings, NameKeysThatDoNothingUnderTheSolver) {
     EXPECT_TRUE(warnings("pressure: dfsph, iterations: 7", "").empty());
     EXPECT_TRUE(warnings("artificial_viscosity: 0.01", "gamma: 2").empty());
     EXPECT_TRUE(warnings("support: 2", "youngs_modulus: 1e5, yield_strain: 0.1, creep: 5").empty());
+}
+
+TEST(PictureCost, OfWhatGlowsIsThatOfOneMoreLightGroup) {
+    const auto cost = [](const std::string& more) {
+        const Scene s = parse_scene(
+            "look:\n  output: {passes: {lights: true}, denoise: true}\n  appearances: {stone: {type: diffuse}}\n"
+            "  lights: {sky: {type: sky}, lamp: {type: point, group: sky}}\n",
+            "x.yaml", {more});
+        return picture_cost(s.look, nullptr);
+    };
+    const PictureCost plain = cost("look.output.film=true"), group = cost("look.lights.lamp.group=lamp"),
+                      glow = cost("look.appearances.stone.glow.strength=1");
+    EXPECT_GT(group.memory, plain.memory);
+    EXPECT_EQ(glow.memory, group.memory);
+    EXPECT_EQ(glow.disk_per_frame, group.disk_per_frame);
+}
+
+TEST(SceneWarnings, NameKeysOfLightThatDoNothing) {
+    const Scene s = parse_scene(
+        "look:\n  lights: {sun: {type: sun, look_at: [0, 0, 1]}}\n"
+        "  appearances: {lava: {glow: {black_body: 1000, colour: [1, 0, 0]}}}\n",
+        "x.yaml");
+    std::string all;
+    for (const std::string& w : scene_warnings(s)) all += w + '\n';
+    EXPECT_NE(all.find("look.lights.sun.look_at does nothing with `type: sun`"), std::string::npos) << all;
+    for (const char* key : {"colour", "black_body"})
+        EXPECT_NE(all.find(fmt::format("look.appearances.lava.glow.{} does nothing without `strength`", key)),
+                  std::string::npos)
+            << all;
 }
 
 TEST(Scene, KeysThatAProbesMeasureDoesNotReadAreTold) {

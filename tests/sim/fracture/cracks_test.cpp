@@ -6,8 +6,11 @@
 
 #include "pipeline/contract/scene_io.h"
 #include "sim/fracture/crack_step.h"
+#include "sim/fracture/painted.h"
 #include "sim/fracture/sheets.h"
 #include "sim/fracture/sight.h"
+#include "sim/solid/elasticity.h"
+#include "sim/solid/stable_step.h"
 #include "sim/stage/frame_output.h"
 #include "tests/sim/fracture/bars.h"
 #include "tests/sim/identity.h"
@@ -114,6 +117,30 @@ TEST(Cracks, BeginWhereMatterHasBecomeHot) {
     double off = 0;
     for (const Vec3& v : s.solids.cracks.vertex) off = std::max(off, std::abs((v + origin).x() + 0.025));
     EXPECT_LT(off, 0.006 + 2 * 0.006);
+}
+
+TEST(Cracks, ThatLeaveStiffStencilsHaveTheRatesTakenAnew) {
+    // A cut below the top layer of the bar, halfway to its middle: beside it stencils are left with bonds on one side. They are
+    // stiffer than sub-steps of the rates of before can bear, which use 0.64 of the limit (stable_step.cpp).
+    scene::Scene scene = fixture::breakable_bar(1e12);
+    scene.materials[0].fracture.opacity = 0.3;
+    Simulation s = make_simulation(scene);
+    Solids& solids = s.solids;
+    fixture::steps(s, 1, 1e-5);
+    const double whole = solids.rates[0].stiffest;
+    const Breaking& breaking = solids.breaking[0];
+    const auto at = [&](Real y) -> Vec3 { return Vec3(Real(0.06), y, Real(0.009)) - breaking.origin; };
+    paint_crack({at(Real(-0.015)), at(Real(0.015))}, {Real(0.05), 1}, breaking, solids);
+    find_crossings(CrackedMatter(solids, breaking), solids.elements, 0, solids.cracks);
+    fixture::steps(s, 1, 1e-6);  // its end weakens the bonds
+    const Bonds& bonds = solids.elements.bonds;
+    EXPECT_NE(bonds.version, solids.rates_version);
+    EXPECT_EQ(bonds.weakened, 0u) << "it counts as a change that cracks make all the time";
+    set_zero_energy(solids.laws, solids.elements);
+    const double now = find_fastest_rates(solids.laws, solids.bodies, solids.elements)[0].stiffest;
+    EXPECT_GT(now, whole / 0.64);
+    fixture::steps(s, 1, 1e-6);
+    EXPECT_NEAR(solids.rates[0].stiffest / now, 1, 1e-3);
 }
 
 TEST(Cracks, SeeALoadThatComesAndGoesWithinAStep) {

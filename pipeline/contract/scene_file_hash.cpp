@@ -6,7 +6,9 @@
 #include <optional>
 #include <sstream>
 
+#include "pipeline/base/error.h"
 #include "pipeline/contract/hash.h"
+#include "pipeline/contract/image.h"
 #include "pipeline/contract/scene_check.h"
 #include "pipeline/contract/scene_walk.h"
 
@@ -25,26 +27,42 @@ std::optional<std::string> hash_of_file(const std::string& path) {
 
 }  // namespace
 
-void read_mesh_hashes(Scene& scene, ReadContext& context) {
+void read_file_hashes(Scene& scene, ReadContext& context) {
     std::map<std::string, std::optional<std::string>> hashes;  // each file is read once
-    walk_shapes(scene, [&](Shape& shape, const std::string& path) {
-        MeshFile* mesh = std::get_if<MeshFile>(&shape.kind);
-        if (!mesh || mesh->file.empty() || context.closed.contains(mesh->file)) return;
-        const auto [entry, added] = hashes.try_emplace(mesh->file);
-        if (added) entry->second = hash_of_file(mesh->file);
+    const auto fill = [&](const std::string& file, std::string& content, const std::string& path, const char* kind) {
+        if (file.empty() || context.closed.contains(file)) return;
+        const auto [entry, added] = hashes.try_emplace(file);
+        if (added) entry->second = hash_of_file(file);
         const std::optional<std::string>& hash = entry->second;
         const auto at = [&](const char* key) {
-            const auto found = context.where.find(path + ".mesh." + key);
+            const auto found = context.where.find(path + key);
             return found == context.where.end() ? Position{} : found->second;
         };
         if (!hash)
-            context.problems.add(at("file"), fmt::format("there is no mesh file {}", shown(mesh->file, kPathShown)));
-        else if (!mesh->content.empty() && mesh->content != *hash)
-            context.problems.add(at("content"), fmt::format("the mesh file {} has changed: its content is {}",
-                                                            shown(mesh->file, kPathShown), *hash));
+            context.problems.add(at(".file"), fmt::format("there is no {} file {}", kind, shown(file, kPathShown)));
+        else if (!content.empty() && content != *hash)
+            context.problems.add(at(".content"), fmt::format("the {} file {} has changed: its content is {}", kind,
+                                                             shown(file, kPathShown), *hash));
         else
-            mesh->content = *hash;
+            content = *hash;
+    };
+    walk_shapes(scene, [&](Shape& shape, const std::string& path) {
+        if (MeshFile* mesh = std::get_if<MeshFile>(&shape.kind))
+            fill(mesh->file, mesh->content, path + ".mesh", "mesh");
     });
+    for (Body& b : scene.bodies)
+        for (std::size_t k = 0; k < b.cracks.size(); ++k) {
+            CrackImage& image = b.cracks[k].image;
+            const std::string path = fmt::format("bodies.{}.cracks.{}.image", b.name, k);
+            const auto found = context.where.find(path + ".file");
+            fill(image.file, image.content, path, "image");
+            if (image.content.empty()) continue;
+            try {
+                read_png(image.file);
+            } catch (const CacheError& e) {  // a picture that a user names is input
+                context.problems.add(found == context.where.end() ? Position{} : found->second, e.what());
+            }
+        }
 }
 
 }  // namespace thixo::scene

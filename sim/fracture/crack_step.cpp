@@ -10,6 +10,7 @@
 #include "sim/bonds/gradients.h"
 #include "sim/fracture/blades.h"
 #include "sim/fracture/fronts.h"
+#include "sim/fracture/image_cracks.h"
 #include "sim/fracture/painted.h"
 #include "sim/fracture/sheets.h"
 #include "sim/fracture/sight.h"
@@ -116,6 +117,14 @@ double step_to_the_strength(double before, double now, double dt) {
     constexpr double kReached = 0.75;
     const double growth = (now - before) / dt;
     return now < static_cast<double>(kWatched) && growth > 0 ? (kReached - now) / growth : 1e30;
+}
+
+/// Where a crack that is there from the start is cut, in the material frame [m].
+std::vector<std::vector<Vec3>> painted_lines(const scene::PaintedCrack& painted, const Breaking& breaking) {
+    if (!painted.image.file.empty()) return lines_of_image(painted.image, breaking);
+    std::vector<std::vector<Vec3>> lines(1);
+    for (const scene::CrackPoint& point : painted.points) lines[0].push_back(point.at.cast<Real>() - breaking.origin);
+    return lines;
 }
 
 double longest_step(const Breaking& breaking, Real fastest, Real load) {
@@ -262,12 +271,10 @@ void cut_painted_cracks(const scene::Scene& scene, const Matter& matter) {
         const scene::Body& body = scene.bodies[static_cast<std::size_t>(breaking.source)];
         for (std::size_t k = 0; k < body.cracks.size(); ++k) {
             const scene::PaintedCrack& painted = body.cracks[k];
-            std::vector<Vec3> line;
-            for (const scene::CrackPoint& point : painted.points)
-                line.push_back(point.at.cast<Real>() - breaking.origin);
             try {
-                paint_crack(line, {static_cast<Real>(painted.depth), static_cast<Real>(painted.strength)}, breaking,
-                            solids);
+                for (const std::vector<Vec3>& line : painted_lines(painted, breaking))
+                    paint_crack(line, {static_cast<Real>(painted.depth), static_cast<Real>(painted.strength)}, breaking,
+                                solids);
             } catch (const InputError& e) {
                 throw InputError("bodies.{}.cracks.{}: {}", body.name, k, e.what());
             }

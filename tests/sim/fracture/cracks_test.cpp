@@ -143,6 +143,26 @@ TEST(Cracks, ThatLeaveStiffStencilsHaveTheRatesTakenAnew) {
     EXPECT_NEAR(solids.rates[0].stiffest / now, 1, 1e-3);
 }
 
+TEST(Cracks, AreWatchedByABoundThatNoLoadExceeds) {
+    // Loads are looked at a sub-step after the stretch that bounds them: they change by less than a fiftieth in it.
+    Simulation s = make_simulation(bar_scene());
+    int bounded = 0, looked = 0;
+    while (s.clock.time < 1 && !s.solids.cracks.any()) {
+        s.clock.next_frame = s.clock.time + 1;
+        step(s);
+        std::vector<Symmetric> stress;
+        find_stress(s.solids, stress);
+        double load = 0;
+        for (Index i = 0; i < stress.size(); ++i)
+            load =
+                std::max(load, static_cast<double>(largest_tension(stress[i]).value / s.solids.elements.strength[i]));
+        EXPECT_GE(load_now(s.solids), 0.98 * load) << s.clock.time;
+        (load < static_cast<double>(kWatched) ? bounded : looked) += 1;
+    }
+    EXPECT_GT(bounded, 0);
+    EXPECT_GT(looked, 0);
+}
+
 TEST(Cracks, SeeALoadThatComesAndGoesWithinAStep) {
     // A ball of 3 cm strikes the floor at 5 m/s and bounces within 10 ms, in the middle of a step of 42 ms. It breaks as
     // with steps of a fifth of a millisecond: at the same time, but for the sub-steps between two looks at the load.

@@ -320,6 +320,32 @@ TEST(Cracks, SurfelsBoundAsFrontsPassHaveTheWeightsOfThoseBoundAtOnce) {
     EXPECT_TRUE(s.solids.cracks.any());
 }
 
+TEST(Cracks, LoadsAndFrontsStandInTheFrame) {
+    Simulation s = make_simulation(bar_scene());
+    const auto loads = [&] { return make_frame(s, {}).particles.get<float>("load"); };
+    evaluate(s);
+    EXPECT_EQ(std::ranges::max(loads()), 0) << "before the first step nothing pulls";
+    EXPECT_TRUE(make_frame(s, {}).fronts.empty());
+    while (s.clock.time < 1 && !s.solids.cracks.any()) {
+        s.clock.next_frame = s.clock.time + 1;
+        step(s);
+    }
+    evaluate(s);
+    const Frame frame = make_frame(s, {});
+    // The crack began in this step, by a load of one strength.
+    EXPECT_NEAR(std::ranges::max(frame.particles.get<float>("load")), 1, 0.1);
+    EXPECT_GT(std::ranges::max(frame.particles.get<float>("von_mises")), 0.5 * kStrength);
+    ASSERT_EQ(frame.fronts.size(), s.solids.cracks.fronts.size());
+    ASSERT_FALSE(frame.fronts.empty());
+    for (const FrameFront& front : frame.fronts)
+        for (const auto& node : front.nodes) {
+            // The ends are drawn apart: a node at 10 mm has gone on by as large a part of its half.
+            const double drawn = 0.05 * s.clock.time;
+            EXPECT_NEAR(node[0], 0.01 * (1 + drawn / 0.05), 2 * 0.006);
+            EXPECT_LT(std::hypot(node[1], node[2]), 0.015 * std::sqrt(2.0) + 0.006);
+        }
+}
+
 TEST(Cracks, FacesStandInTheFrameWithTheirTrimTrees) {
     scene::Scene scene = bar_scene();
     scene.surface.enabled = true;

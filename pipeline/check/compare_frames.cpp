@@ -217,13 +217,17 @@ void compare_points(const std::string& what, const PointSet& a, const PointSet& 
 FrameReport compare_frames(const std::string& name, const Frame& a, const Frame& b) {
     FrameReport report;
     report.name = name;
-    const auto& [number, time, spacing, particles, surfels, bodies, obstacles, totals, shortfalls] = a;
+    const auto& [number, time, spacing, particles, surfels, bodies, obstacles, fronts, totals, shortfalls] = a;
     if (number != b.number)
         report.problems.push_back(fmt::format("its number is {}, the reference {}", number, b.number));
     compare_numbers("time", time, b.time, report.problems);
     compare_numbers("spacing", spacing, b.spacing, report.problems);
     compare_lists("bodies", bodies, b.bodies, report.problems);
     compare_lists("obstacles", obstacles, b.obstacles, report.problems);
+    if (!std::ranges::equal(fronts, b.fronts, [](const FrameFront& x, const FrameFront& y) {
+            return x.closed == y.closed && x.nodes == y.nodes;
+        }))
+        report.problems.push_back("its list of fronts differs");
     compare_totals(totals, b.totals, report.problems);
     if (shortfalls != b.shortfalls) report.problems.push_back("its list of shortfalls differs");
     compare_points("particles", particles, b.particles, report);

@@ -76,6 +76,8 @@ Json obstacle_json(const FrameObstacle& o) {
             {"transform", o.transform}, {"velocity", o.velocity}, {"angular_velocity", o.angular_velocity}};
 }
 
+Json front_json(const FrameFront& f) { return {{"closed", f.closed}, {"nodes", f.nodes}}; }
+
 Json totals_json(const FrameTotals& t) {
     return {{"mass", t.mass},
             {"momentum", t.momentum},
@@ -112,6 +114,17 @@ FrameObstacle parse_obstacle(const Json& j, const JsonPlace& place) {
     return o;
 }
 
+FrameFront parse_front(const Json& j, const JsonPlace& place) {
+    object_or_fail(j, place);
+    FrameFront f;
+    f.closed = bool_at(j, "closed", place);
+    for (const Json& node : array_at(j, "nodes", place)) {
+        const Json named = {{"node", node}};
+        f.nodes.push_back(numbers_at<3>(named, "node", place.in("nodes")));
+    }
+    return f;
+}
+
 FrameTotals parse_totals(const Json& j, const JsonPlace& place) {
     FrameTotals t;
     t.mass = number_at(j, "mass", place);
@@ -136,9 +149,11 @@ std::string print_frame_facts(const Frame& frame) {
                  {"bodies", Json::array()},        {"obstacles", Json::array()}};
     for (const FrameBody& b : frame.bodies) json["bodies"].push_back(body_json(b));
     for (const FrameObstacle& o : frame.obstacles) json["obstacles"].push_back(obstacle_json(o));
-    // Most frames have none, and their files stay as they were before there was this list.
+    // Most frames have neither, and their files stay as they were before there were these lists.
+    for (const FrameFront& f : frame.fronts) json["fronts"].push_back(front_json(f));
     if (!frame.shortfalls.empty()) json["shortfalls"] = shortfalls_json(frame.shortfalls);
-    for (const char* key : {"time", "spacing", "totals", "obstacles"}) require_finite(json[key], key, frame.number);
+    for (const char* key : {"time", "spacing", "totals", "obstacles", "fronts"})
+        if (json.contains(key)) require_finite(json[key], key, frame.number);
     return print_json(json, "frame " + std::to_string(frame.number));
 }
 
@@ -154,6 +169,9 @@ Frame parse_frame_facts(std::string_view text, const std::string& file) {
     for (const Json& j : array_at(json, "bodies", place)) frame.bodies.push_back(parse_body(j, place.in("bodies")));
     for (const Json& j : array_at(json, "obstacles", place))
         frame.obstacles.push_back(parse_obstacle(j, place.in("obstacles")));
+    if (json.contains("fronts"))
+        for (const Json& j : array_at(json, "fronts", place))
+            frame.fronts.push_back(parse_front(j, place.in("fronts")));
     if (json.contains("shortfalls")) frame.shortfalls = parse_shortfalls(array_at(json, "shortfalls", place), file);
     return frame;
 }

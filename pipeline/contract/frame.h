@@ -34,6 +34,12 @@ struct FrameObstacle {
     std::array<double, 3> angular_velocity{0, 0, 0};           // [rad/s]
 };
 
+/// The front of a crack: a line through the matter, where its sheets end.
+struct FrameFront {
+    bool closed = false;                       // the last node is followed by the first
+    std::vector<std::array<double, 3>> nodes;  // where they are in this frame [m]
+};
+
 /// Totals of a frame in SI units.
 struct FrameTotals {
     double mass = 0;                                  // kg
@@ -55,6 +61,7 @@ struct Frame {
     PointSet surfels;
     std::vector<FrameBody> bodies;
     std::vector<FrameObstacle> obstacles;
+    std::vector<FrameFront> fronts;
     FrameTotals totals;
     std::vector<Shortfall> shortfalls;  // since the frame before
 };

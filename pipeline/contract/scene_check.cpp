@@ -269,7 +269,14 @@ void check_fracture(const Scene& scene, const Checker& check) {
             const auto of = std::ranges::find(scene.materials, b.material, &Material::name);
             check.require(of == scene.materials.end() || of->fracture.any(), path, "the body's material never breaks",
                           "give it a block \"fracture\" with a \"strength\"");
-            check.require(points.size() >= 2, path + ".points", "a line has at least two points", "");
+            const CrackImage& image = b.cracks[k].image;
+            check.require(image.file.empty() || points.empty(), path,
+                          "a crack is painted by \"points\" or by an \"image\"", "leave one of the two out");
+            check.require(!image.file.empty() || points.size() >= 2, path + ".points", "a line has at least two points",
+                          "or give an \"image\" with a \"file\"");
+            check.require(image.across.cross(image.up).norm() > 1e-6 * image.across.norm() * image.up.norm(),
+                          path + ".image", "\"across\" and \"up\" span no picture",
+                          "give two vectors that are not parallel");
             for (std::size_t i = 1; i < points.size(); ++i)
                 check.require(points[i].at != points[i - 1].at, fmt::format("{}.points.{}", path, i),
                               "the point is the same as the one before it", "leave it out");

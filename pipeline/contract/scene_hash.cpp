@@ -24,8 +24,9 @@ void flatten(const Value& value, const std::string& path, std::vector<Line>& lin
 }
 
 bool simulation_depends(const std::string& path) {
-    // Where a mesh lies is of no matter: its content is a key of its own.
-    return path != "frames.last" && path != "solver.checkpoint_every" && !path.ends_with(".mesh.file");
+    // Where a file lies is of no matter: its content is a key of its own.
+    return path != "frames.last" && path != "solver.checkpoint_every" && !path.ends_with(".mesh.file") &&
+           !path.ends_with(".image.file");
 }
 
 std::vector<Line> simulation_lines(const Scene& scene) {

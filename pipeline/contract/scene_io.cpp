@@ -44,7 +44,7 @@ Scene read_scene(std::optional<Value> tree, const std::string& name, const std::
     reader.report_unknown("extends");
     settle_defaults(scene, context.where);
     check_scene(scene, context);
-    if (files == Files::check) read_mesh_hashes(scene, context);
+    if (files == Files::check) read_file_hashes(scene, context);
     read_image_hashes(scene.look, context);
     problems.throw_if_any(what);
     fill_in(scene, name, context.where);
@@ -93,6 +93,8 @@ std::string print_cached_scene(const Scene& scene) {
     walk_shapes(cached, [](Shape& shape, const std::string&) {
         if (MeshFile* mesh = std::get_if<MeshFile>(&shape.kind)) mesh->file = mesh->content;
     });
+    for (Body& b : cached.bodies)
+        for (PaintedCrack& c : b.cracks) c.image.file = c.image.content;
     for_each_image(cached.look,
                    [](const std::string&, ImageUse, std::string& file, const std::string& content) { file = content; });
     return print_scene(cached);

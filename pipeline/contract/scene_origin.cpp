@@ -109,8 +109,10 @@ Scene relative_to(Scene scene, const Vec3d& by) {
         for (Score& s : m.fracture.scores) move(s.region);
     for (Body& b : scene.bodies) {
         move(b.shape);
-        for (PaintedCrack& c : b.cracks)
+        for (PaintedCrack& c : b.cracks) {
+            c.image.origin -= by;
             for (CrackPoint& p : c.points) p.at -= by;
+        }
     }
     for (Emitter& e : scene.emitters) {
         e.position -= by;

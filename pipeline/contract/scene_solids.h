@@ -172,15 +172,41 @@ void visit(V& v, CrackPoint& p) {
     v.key("at", p.at, "m", required(), "a point on the surface of the body, where it stands at the start");
 }
 
-/// A crack that a body has from the start: a cut along a line on its surface (dissertation 5.6.6).
+/// A picture whose dark lines are cracks. It hangs in front of the body, and is projected onto it.
+struct CrackImage {
+    std::string file;        // empty: none
+    std::string content;     // hash of the file's bytes, filled in when the scene is loaded
+    Vec3d origin{0, 0, 0};   // of its lower left corner [m]
+    Vec3d across{1, 0, 0};   // from there to its lower right corner [m]
+    Vec3d up{0, 1, 0};       // and to its upper left corner [m]
+    double threshold = 0.5;  // grey below which a pixel is of a line, 0 black, 1 white
+};
+template <class V>
+void visit(V& v, CrackImage& i) {
+    v.file("file", i.file, any(), "PNG with dark lines on light ground; none: no picture");
+    v.key("content", i.content, "", any(),
+          "hash of the file's bytes, filled in when the scene is read; where given, the file must match");
+    v.key("origin", i.origin, "m", any(), "place of the picture's lower left corner, in front of the body");
+    v.key("across", i.across, "m", any(), "from there to its lower right corner");
+    v.key("up", i.up, "m", any(),
+          "from there to its upper left corner. Lines are projected against `across` x `up`, which points to who looks "
+          "at the picture");
+    v.key("threshold", i.threshold, "1", {.low = 0, .high = 1, .open_low = true, .open_high = true},
+          "a pixel that is darker is of a line; 0 is black, 1 white, by its brightness as stored");
+}
+
+/// Cracks that a body has from the start: cuts along a line on its surface, or along the lines of a picture (dissertation
+/// 5.6.6).
 struct PaintedCrack {
     std::vector<CrackPoint> points;
+    CrackImage image;     // in place of points
     double depth = 0;     // m
     double strength = 1;  // of what its front runs through, over that of the material [1]
 };
 template <class V>
 void visit(V& v, PaintedCrack& c) {
     v.list("points", c.points, "the line on the surface, at least two points; it ends where it began: a ring");
+    v.block("image", c.image, "a picture in place of `points`: each of its lines is a crack");
     v.key("depth", c.depth, "m", required(above(0)), "how deep it is cut, straight inwards");
     v.key("strength", c.strength, "1", above_to(0, 1e6),
           "strength of what its front runs through, over that of the material");

@@ -67,6 +67,12 @@ int validate_verb(const Command& command) {
         fmt::print("{}: {}; about {} particles, {} of memory, {} on disk and {} of pictures\n", command.path,
                    shortfalls.empty() ? "no problems" : "falls short", needs["particles"].get<std::int64_t>(),
                    bytes_text(memory), bytes_text(needs["disk"]), bytes_text(needs["picture_disk"]));
+        if (needs.contains("crack_surfels"))
+            fmt::print(
+                "  It can break. How often, and where, is not known before. Counted is a cut across each body that "
+                "can: "
+                "about {} surfels. Each further cut adds as many, up to {} where all is shattered\n",
+                needs["crack_surfels"].get<std::int64_t>(), needs["crack_surfels_most"].get<std::int64_t>());
     }
     return strict;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "render/preview/colour_map.h"
 
@@ -71,6 +72,39 @@ void draw_categories(Image8& picture, const Legend& legend, int x, int y, int sc
 }
 
 }  // namespace
+
+void draw_fronts(Image8& picture, const View& view, const std::vector<FrameFront>& fronts) {
+    const int width = std::max(1, picture.height / 360);
+    const auto dot = [&](const Vec2d& at, int radius) {
+        for (int y = -radius; y <= radius; ++y)
+            for (int x = -radius; x <= radius; ++x)
+                if (x * x + y * y <= radius * radius)
+                    set_pixel(picture, static_cast<int>(std::floor(at.x())) + x,
+                              static_cast<int>(std::floor(at.y())) + y, kFrontColour);
+    };
+    const auto line = [&](const Vec2d& from, const Vec2d& to) {
+        // What lies far outside of the picture is not drawn dot by dot.
+        const double longest = 4.0 * (picture.width + picture.height);
+        const int steps = static_cast<int>(std::ceil(std::min((to - from).cwiseAbs().maxCoeff(), longest)));
+        for (int k = 0; k <= steps; ++k)
+            dot(from + (to - from) * (k / std::max(1.0, static_cast<double>(steps))), width);
+    };
+    for (const FrameFront& front : fronts) {
+        std::vector<std::optional<Vec2d>> at;
+        for (const auto& node : front.nodes) {
+            const Vec3d x(node[0], node[1], node[2]);
+            const bool ahead = view.to_eye(x).z() < 0;
+            at.push_back(ahead
+                             ? std::optional<Vec2d>(view.project(x).cwiseProduct(Vec2d(picture.width, picture.height)))
+                             : std::nullopt);
+        }
+        for (std::size_t k = 0; k < at.size(); ++k) {
+            if (at[k]) dot(*at[k], 2 * width);
+            const std::size_t next = (k + 1) % at.size();
+            if (at[k] && at[next] && (next > k || front.closed)) line(*at[k], *at[next]);
+        }
+    }
+}
 
 int text_width(const std::string& text, int scale) {
     return std::max(0, 6 * static_cast<int>(text.size()) - 1) * scale;

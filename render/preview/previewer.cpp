@@ -360,6 +360,7 @@ void Previewer::draw(const Frame& frame, const scene::Look& look, const Meshes& 
     if (options.grid) d.draw_grid(view, near_plane);
     d.draw_obstacles(frame, look, meshes, view, near_plane);
     d.read_back(out);
+    draw_fronts(out, view, frame.fronts);
     if (options.labels)
         draw_labels(out, splats.legend, frame, splats.centre.size(), splats.axes.empty() ? "particles" : "surfels");
 }

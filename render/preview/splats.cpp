@@ -5,6 +5,7 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/parallel.h"
+#include "pipeline/contract/trim.h"
 #include "render/preview/colour_map.h"
 
 namespace thixo::preview {
@@ -34,8 +35,8 @@ bool is_whole_number(const Attribute& a) {
 
 const char* unit_of(const std::string& name) {
     static constexpr std::pair<const char*, const char*> units[] = {
-        {"v", "m/s"}, {"density", "kg/m^3"}, {"pressure", "Pa"},     {"mass", "kg"}, {"pscale", "m"},
-        {"P", "m"},   {"rest", "m"},         {"temperature", "degC"}};
+        {"v", "m/s"}, {"density", "kg/m^3"}, {"pressure", "Pa"},      {"mass", "kg"},        {"pscale", "m"},
+        {"P", "m"},   {"rest", "m"},         {"temperature", "degC"}, {"load", "strengths"}, {"von_mises", "Pa"}};
     for (const auto& [known, unit] : units)
         if (name == known) return unit;
     return "";
@@ -130,6 +131,26 @@ bool colour_by_vectors(Splats& splats, const PointSet& points, const std::string
     return true;
 }
 
+/// Faces of cracks get a colour for each crack. All other surfels stay as their material, but small: cracks lie within
+/// the body, and are seen between them.
+bool colour_by_cracks(Splats& splats, const PointSet& points, const std::string& attribute) {
+    const Attribute* a = attribute == "sheet" ? points.find(attribute) : nullptr;
+    const auto* sheets = a ? std::get_if<std::vector<std::int32_t>>(&a->data) : nullptr;
+    if (!sheets || splats.axes.empty()) return false;
+    constexpr float kSmall = 0.2f;
+    parallel_for(points.count, [&](std::size_t i) {
+        const std::int32_t sheet = (*sheets)[i];
+        // Both faces of a crack have a sheet of their own.
+        if (sheet >= kFirstCrackSheet)
+            splats.colour[i] = pack_colour(category_colour((sheet - kFirstCrackSheet) / 2));
+        else
+            for (const std::size_t k : {2 * i, 2 * i + 1})
+                for (float& x : splats.axes[k]) x *= kSmall;
+    });
+    splats.legend.title = "sheets of cracks, a colour each";
+    return true;
+}
+
 void place(Splats& splats, const PointSet& points, bool discs) {
     const auto& position = points.get<Vec3f>("P");
     splats.centre.resize(points.count);
@@ -219,8 +240,9 @@ Splats make_splats(const Frame& frame, const scene::Look& look, const std::strin
     const PointSet& points = points_of(frame, kind);
     if (points.count == 0) return splats;
     place(splats, points, kind == "surfels");
-    const bool own = attribute.empty() || attribute == "Cd";
+    const bool own = attribute.empty() || attribute == "Cd" || attribute == "sheet";
     if (own) colour_by_material(splats, frame, points, look);
+    if (colour_by_cracks(splats, points, attribute)) return splats;
     if (colour_by_vectors(splats, points, own ? "Cd" : attribute)) return splats;
     if (!attribute.empty()) colour_by_value(splats, points, attribute, range);
     return splats;

@@ -56,7 +56,7 @@ std::vector<double> attribute_values(const PointSet& points, const std::string& 
 ValueRange attribute_range(const PointSet& points, const std::string& attribute);
 
 /// What to draw of a frame. An empty attribute colours by Cd where the points have it, else by the material's
-/// appearance in the look. The attributes N and Cd are drawn as colours. Whole numbers over fewer than ten values get a
+/// appearance in the look. The attributes N and Cd are drawn as colours. `sheet` gives each crack one, on both of its faces. Whole numbers over fewer than ten values get a
 /// colour each. All others run over `range`, or the frame's own range. Throws CacheError where P, pscale (particles) or
 /// t1, t2 (surfels) are missing.
 Splats make_splats(const Frame& frame, const scene::Look& look, const std::string& what, const std::string& attribute,

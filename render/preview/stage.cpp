@@ -40,13 +40,16 @@ Job plan(const CacheReader& reader, const RenderArgs& args) {
     return job;
 }
 
-/// A frame as it is drawn. Obstacles are relative to the origin of the points, as these are. Bodies and obstacles name
+/// A frame as it is drawn. Obstacles and fronts are relative to the origin of the points, as these are. Bodies and obstacles name
 /// the looks that they wear.
 Frame dressed(Frame frame, const scene::Scene& scene, const Vec3d& origin) {
     for (FrameObstacle& o : frame.obstacles) {
         o.look = look_of_obstacle(scene, o);
         for (const int k : {0, 1, 2}) o.transform[static_cast<std::size_t>(4 * k + 3)] -= origin[k];
     }
+    for (FrameFront& f : frame.fronts)
+        for (auto& node : f.nodes)
+            for (const int k : {0, 1, 2}) node[static_cast<std::size_t>(k)] -= origin[k];
     for (FrameBody& b : frame.bodies) b.material = look_of_body(scene, b);
     return frame;
 }

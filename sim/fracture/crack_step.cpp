@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "pipeline/base/error.h"
@@ -10,6 +11,7 @@
 #include "sim/bonds/gradients.h"
 #include "sim/fracture/blades.h"
 #include "sim/fracture/fronts.h"
+#include "sim/fracture/image_cracks.h"
 #include "sim/fracture/painted.h"
 #include "sim/fracture/sheets.h"
 #include "sim/fracture/sight.h"
@@ -119,6 +121,23 @@ double load_of(const Solids& solids, CrackScratch& scratch) {
     return largest_load(solids.elements, scratch.stress, scratch.tension);
 }
 
+/// The most that the load can be by the largest stretch s of the last sub-step. The largest principal strain is e, and the
+/// trace is at most three times as large:
+///     e = (s^2 - 1)/2,   load <= (3 lambda + 2 mu) e/strength      [1]
+/// No bound where laws are anisotropic, or matter has flowed: then it is unlimited.
+double bound_of_load(const Solids& solids) {
+    const Elements& e = solids.elements;
+    double modulus = 0;
+    for (const StressLaw& law : solids.laws) {
+        if (law.anisotropy != kNone || law.creep > 0 || law.lambda < 0) return std::numeric_limits<double>::infinity();
+        modulus = std::max(modulus, static_cast<double>(3 * law.lambda + 2 * law.mu));
+    }
+    const double weakest = parallel_reduce(
+        e.size(), static_cast<double>(kUnbreakable), [&](std::size_t i) { return static_cast<double>(e.strength[i]); },
+        [](double a, double b) { return std::min(a, b); });
+    return modulus * std::max(solids.stretch2 - 1, 0.0) / 2 / weakest;
+}
+
 std::size_t make_fragments(const Matter& matter) {
     Solids& solids = matter.solids;
     std::vector<std::uint8_t> marks;
@@ -146,6 +165,14 @@ double step_to_the_strength(double before, double now, double dt) {
     return now < static_cast<double>(kWatched) && growth > 0 ? (kReached - now) / growth : 1e30;
 }
 
+/// Where a crack that is there from the start is cut, in the material frame [m].
+std::vector<std::vector<Vec3>> painted_lines(const scene::PaintedCrack& painted, const Breaking& breaking) {
+    if (!painted.image.file.empty()) return lines_of_image(painted.image, breaking);
+    std::vector<std::vector<Vec3>> lines(1);
+    for (const scene::CrackPoint& point : painted.points) lines[0].push_back(point.at.cast<Real>() - breaking.origin);
+    return lines;
+}
+
 double longest_step(const Breaking& breaking, Real fastest, Real load) {
     double longest = 1e30;
     if (fastest > 0) longest = static_cast<double>(breaking.row / (2 * fastest));
@@ -155,9 +182,17 @@ double longest_step(const Breaking& breaking, Real fastest, Real load) {
 
 }  // namespace
 
-double load_now(Solids& solids, CrackScratch& scratch) {
-    find_gradients(solids.elements, solids.gradients);
-    return load_of(solids, scratch);
+double load_now(const Solids& solids) {
+    const Elements& e = solids.elements;
+    if (const double bound = bound_of_load(solids); bound < static_cast<double>(kWatched)) return bound;
+    return parallel_reduce(
+        e.size(), 0.0,
+        [&](std::size_t i) {
+            if (e.strength[i] == kUnbreakable) return 0.0;
+            const StressLaw& law = solids.laws[static_cast<std::size_t>(e.owner[i])];
+            return static_cast<double>(load_of(stress_of_shape(law, e, i, gradient_of(e, i)), e.strength[i]));
+        },
+        [](double a, double b) { return std::max(a, b); });
 }
 
 CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch) {
@@ -293,12 +328,10 @@ void cut_painted_cracks(const scene::Scene& scene, const Matter& matter) {
         const scene::Body& body = scene.bodies[static_cast<std::size_t>(breaking.source)];
         for (std::size_t k = 0; k < body.cracks.size(); ++k) {
             const scene::PaintedCrack& painted = body.cracks[k];
-            std::vector<Vec3> line;
-            for (const scene::CrackPoint& point : painted.points)
-                line.push_back(point.at.cast<Real>() - breaking.origin);
             try {
-                paint_crack(line, {static_cast<Real>(painted.depth), static_cast<Real>(painted.strength)}, breaking,
-                            solids);
+                for (const std::vector<Vec3>& line : painted_lines(painted, breaking))
+                    paint_crack(line, {static_cast<Real>(painted.depth), static_cast<Real>(painted.strength)}, breaking,
+                                solids);
             } catch (const InputError& e) {
                 throw InputError("bodies.{}.cracks.{}: {}", body.name, k, e.what());
             }

@@ -34,8 +34,10 @@ struct CrackScratch {
 /// crack at its speed would pass a quarter of a particle.
 CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Matter& matter, CrackScratch& scratch);
 
-/// The largest tension over strength of any element at present [1] (largest_load, tension.h).
-double load_now(Solids& solids, CrackScratch& scratch);
+/// The largest tension over strength of any element at present [1], as largest_load (tension.h) gives it. It keeps no
+/// stresses, and looks at each element once. Where the largest stretch of the last sub-step allows no load that is
+/// watched, it gives that bound and looks at none.
+double load_now(const Solids& solids);
 
 /// The heat that cracks hold up: between particles of one scene body, in places of which a sheet hides one from the
 /// other. What is left of it is what is left of a bond between them (transparency, sight.h); none between pieces.

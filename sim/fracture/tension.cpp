@@ -27,16 +27,18 @@ void find_stress(const Solids& solids, std::vector<Symmetric>& stress) {
 namespace {
 
 /// Whether the tension may reach the part of the strength that is watched: the norm bounds the largest eigenvalue.
-bool is_watched(const Elements& elements, const std::vector<Symmetric>& stress, std::size_t i) {
-    return norm(stress[i]) > kWatched * elements.strength[i];
-}
+bool is_watched(const Symmetric& stress, Real strength) { return norm(stress) > kWatched * strength; }
 
 }  // namespace
+
+Real load_of(const Symmetric& stress, Real strength) {
+    return (is_watched(stress, strength) ? largest_tension(stress).value : norm(stress)) / strength;
+}
 
 void find_tension(const Elements& elements, const std::vector<Symmetric>& stress, std::vector<Tension>& tension) {
     tension.assign(elements.size(), {});
     parallel_for(elements.size(), [&](std::size_t i) {
-        if (is_watched(elements, stress, i)) tension[i] = largest_tension(stress[i]);
+        if (is_watched(stress[i], elements.strength[i])) tension[i] = largest_tension(stress[i]);
     });
 }
 
@@ -45,7 +47,7 @@ double largest_load(const Elements& elements, const std::vector<Symmetric>& stre
     return parallel_reduce(
         elements.size(), 0.0,
         [&](std::size_t i) {
-            const Real load = is_watched(elements, stress, i) ? tension[i].value : norm(stress[i]);
+            const Real load = is_watched(stress[i], elements.strength[i]) ? tension[i].value : norm(stress[i]);
             return static_cast<double>(load / elements.strength[i]);
         },
         [](double a, double b) { return std::max(a, b); });

@@ -27,6 +27,9 @@ inline constexpr Real kWatched = Real(0.5);
 /// The largest tension of these elements where it may reach that part of their strength; no tension elsewhere.
 void find_tension(const Elements& elements, const std::vector<Symmetric>& stress, std::vector<Tension>& tension);
 
+/// The largest principal stress over the strength [1]. Below kWatched it is a bound, the norm of the stress.
+Real load_of(const Symmetric& stress, Real strength);
+
 /// The largest tension over strength [1]. Below kWatched it is a bound, the norm of the stress.
 double largest_load(const Elements& elements, const std::vector<Symmetric>& stress,
                     const std::vector<Tension>& tension);

@@ -279,7 +279,7 @@ void shift(Particles& particles, const std::vector<Vec3>& by) {
 std::function<bool()> load_watch(const Plan& plan, Simulation& sim) {
     const Solids& solids = sim.solids;
     if (solids.breaking.empty() || plan.liquid || sim.problem.heat.any() || solids.cracks.load >= kWatched) return {};
-    return [&sim] { return load_now(sim.solids, sim.crack_scratch) >= kWatched; };
+    return [&sim] { return load_now(sim.solids) >= kWatched; };
 }
 
 /// Elasticity, in sub-steps from the present time on. Returns how far the solids went [s].

@@ -35,7 +35,7 @@ void adopt_particles(const Materials& materials, const Smoothing& smoothing, con
 /// shape as rest shape, with new rest neighbours. Its elastic strain stays (6.15; Q the rotation in J):
 ///     m <- m + u,   u <- 0,   eps^p <- - Q (eps - eps^p) Q^T
 /// It has a frame of its own from then on. Cracks between elements that have both melted are gone. A fragment that is
-/// liquid throughout goes back to the body of the scene that it came from, once its surface is that of a liquid.
+/// liquid throughout is matter of its scene body again, once its surface is that of a liquid.
 /// `outside` and `last_dt` [s] turn velocities of half a step before into present ones.
 void change_phases(const Materials& materials, const Outside& outside, double last_dt, Particles& particles,
                    Solids& solids);

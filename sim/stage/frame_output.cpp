@@ -7,6 +7,7 @@
 #include "pipeline/contract/scene_walk.h"
 #include "pipeline/geometry/mesh_io.h"
 #include "sim/fracture/fragments.h"
+#include "sim/fracture/shown.h"
 #include "sim/loop/step.h"
 #include "sim/space/scene_shapes.h"
 #include "sim/stage/boundary_mesh.h"
@@ -28,6 +29,20 @@ std::vector<Vec3f> floats(const std::vector<Vec3>& a) {
 template <std::floating_point T>
 std::vector<float> floats(const std::vector<T>& a) {
     return collect<float>(a.size(), [&](std::size_t i) { return static_cast<float>(a[i]); });
+}
+
+/// How near matter is to breaking: of scenes where some can break or be cut.
+void add_stress(const Simulation& sim, PointSet& points) {
+    if (!sim.solids.elements.breaks) return;
+    const ShownStress shown = shown_stress(sim.solids);
+    const auto add = [&](const char* name, const std::vector<float>& values) {
+        points.add(name, collect<float>(points.count, [&](std::size_t i) {
+                       const Index e = sim.solids.element(sim.particles.id[i]);
+                       return e == kNone ? 0.0f : values[e];
+                   }));
+    };
+    add("load", shown.load);
+    add("von_mises", shown.von_mises);
 }
 
 PointSet particle_points(const Simulation& sim) {
@@ -54,6 +69,7 @@ PointSet particle_points(const Simulation& sim) {
     points.add("material", p.material);
     points.add("kind", collect<std::int32_t>(n, [&](std::size_t i) { return is_elastic(p.phase[i]) ? 1 : 0; }));
     if (sim.solids.softening.any) points.add("phase", floats(p.melt));  // 0 solid, 1 liquid
+    add_stress(sim, points);
     return points;
 }
 
@@ -151,6 +167,19 @@ FrameObstacle frame_obstacle(const DrawnBoundary& b, const Vec3d& origin, double
         o.angular_velocity[static_cast<std::size_t>(r)] = velocity.angular[r];
     }
     return o;
+}
+
+std::vector<FrameFront> frame_fronts(const Simulation& sim) {
+    std::vector<FrameFront> fronts;
+    for (const ShownFront& shown : shown_fronts(sim.solids)) {
+        FrameFront& front = fronts.emplace_back();
+        front.closed = shown.closed;
+        for (const Vec3& x : shown.nodes) {
+            const Vec3d at = sim.problem.scene.origin + x.cast<double>();
+            front.nodes.push_back({at.x(), at.y(), at.z()});
+        }
+    }
+    return fronts;
 }
 
 struct Sums {
@@ -260,6 +289,7 @@ Frame make_frame(const Simulation& sim, const std::vector<DrawnBoundary>& bounda
     frame.bodies = frame_bodies(sim);
     for (const DrawnBoundary& b : boundaries)
         frame.obstacles.push_back(frame_obstacle(b, sim.problem.scene.origin, sim.clock.time));
+    frame.fronts = frame_fronts(sim);
     frame.totals = totals(sim);
     frame.shortfalls = find_shortfalls(sim);
     return frame;

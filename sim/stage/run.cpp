@@ -64,14 +64,18 @@ int estimate(const scene::Scene& scene, int last) {
     constexpr double kDisk = 65, kSurfelDisk = 64;
     const Estimate expected = estimate_run(scene);
     const Size& size = expected.size;
-    const double particles = size.particles, surfels = size.surfels;
+    const double particles = size.particles, surfels = size.surfels + size.cut;
     const double frames = last - scene.frames.first + 1;
     const double disk_per_frame = kDisk * particles + kSurfelDisk * surfels;
-    const nlohmann::ordered_json answer = {{"particles", std::llround(particles)},
-                                           {"memory", static_cast<std::int64_t>(memory_of(size))},
-                                           {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
-                                           {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)},
-                                           {"shortfalls", shortfalls_json(expected.shortfalls)}};
+    nlohmann::ordered_json answer = {{"particles", std::llround(particles)},
+                                     {"memory", static_cast<std::int64_t>(memory_of(size))},
+                                     {"disk", static_cast<std::int64_t>(disk_per_frame * frames)},
+                                     {"disk_bytes_per_frame", static_cast<std::int64_t>(disk_per_frame)},
+                                     {"shortfalls", shortfalls_json(expected.shortfalls)}};
+    if (size.shattered > 0) {
+        answer["crack_surfels"] = std::llround(size.cut);
+        answer["crack_surfels_most"] = std::llround(size.shattered);
+    }
     fmt::print("{}\n", answer.dump());
     return kDone;
 }

@@ -75,6 +75,7 @@ RUNS = {
     "cantilever": Run("solids_bench", "cantilever/6/5/30000/2", repetitions=1),
     "contact": Run("contact_bench", "contact/|contact_surface"),
     "many bodies": Run("contact_bench", "contact_of_many", repetitions=1),
+    "breaking": Run("fragments_bench", "can_break/(0|8)|fragments/(100|200)"),
     "surface": Run("surface_bench", "glass_update/1/|pool_update|splash_update"),
     "geometry": Run("geometry_bench", "."),
     "cache": Run("cache_bench", "."),
@@ -172,6 +173,11 @@ FIGURES = [
              counter(f"contact_of_many/{block}", ratio), "30 bodies, by body", "1.5", ratio_at_most(1.5))
       for n, block in ((300, "10/6/5"), (1000, "10/10/10"))
       for what, key, ratio in (("forces", "us_per_body", "over_30"), ("surface", "surface_us_per_body", "surface_over_30"))],
+    *[Figure(f"a step of what can break, {what}", "breaking", "ms", counter(f"can_break/{number}", "real_time"),
+             counter(f"can_break/{number}", "over_unbreakable"), "the same that never breaks", "1.05", ratio_at_most(1.05))
+      for number, what in ((0, "implicit"), (8, "eight sub-steps"))],
+    *[Figure(f"{n} fragments in a row that push each other", "breaking", "us a fragment", counter(f"fragments/{n}", "us_per_fragment"),
+             counter(f"fragments/{n}", "over_50"), "50 fragments, by fragment", "1.2", ratio_at_most(1.2)) for n in (100, 200)],
     *[Figure(f"animated surface, {what}", "surface", "us a surfel", counter(name, "us_per_surfel"), inverse(counter(name, "times_published")),
              "dissertation, 6.7", "1/50", ratio_at_most(1 / 50))
       for name, what in (("glass_update/1", "poured into a glass"), ("pool_update", "a pool"), ("splash_update", "a splash"))],

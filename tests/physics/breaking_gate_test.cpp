@@ -12,16 +12,6 @@
 namespace thixo {
 namespace {
 
-/// Steps until `done`, or the scene's last frame.
-template <class F>
-void step_until(Simulation& s, F&& done) {
-    while (s.clock.frame < s.problem.scene.frames.last && !done()) {
-        s.clock.next_frame = frame_time(s.problem.scene.frames, s.clock.frame + 1);
-        step(s);
-        if (s.clock.time >= s.clock.next_frame) ++s.clock.frame;
-    }
-}
-
 /// Places of the nodes of a crack, in the world at time 0 [m].
 std::vector<Vec3> places_of(const Simulation& s, std::int32_t crack) {
     const Cracks& c = s.solids.cracks;
@@ -37,7 +27,7 @@ std::vector<Vec3> places_of(const Simulation& s, std::int32_t crack) {
 TEST(NotchedPlate, CracksStraightAcrossFromItsNotch) {
     for (const double spacing : {0.008, 0.006, 0.0045}) {
         Simulation s = make_simulation(gate::load("notched_plate", {fmt::format("solver.spacing={}", spacing)}));
-        step_until(s, [&] { return s.solids.bodies.size() > 1; });
+        gate::step_until(s, [&] { return s.solids.bodies.size() > 1; });
         ASSERT_GT(s.solids.bodies.size(), 1u) << spacing;
         double off = 0, low = 1;
         for (const Vec3& x : places_of(s, 0)) {
@@ -56,7 +46,7 @@ TEST(NotchedPlate, BreaksAtTheSameDrawWhetherStepsAreExplicitOrImplicit) {
     for (const bool implicit : {false, true}) {
         Simulation s = make_simulation(
             gate::load("notched_plate", {implicit ? "solver.solids=implicit" : "solver.solids=leapfrog"}));
-        step_until(s, [&] { return s.solids.cracks.any(); });
+        gate::step_until(s, [&] { return s.solids.cracks.any(); });
         ASSERT_TRUE(s.solids.cracks.any());
         draw[implicit ? 1 : 0] = s.clock.time;
     }
@@ -67,7 +57,7 @@ TEST(NotchedPlate, BreaksAtTheSameDrawWhetherStepsAreExplicitOrImplicit) {
 TEST(BentBeam, CracksFromTheMiddleOfItsTensionSide) {
     for (const double spacing : {0.01, 0.007}) {
         Simulation s = make_simulation(gate::load("bent_beam", {fmt::format("solver.spacing={}", spacing)}));
-        step_until(s, [&] { return s.solids.cracks.any(); });
+        gate::step_until(s, [&] { return s.solids.cracks.any(); });
         const std::vector<Vec3> begun = places_of(s, 0);
         ASSERT_FALSE(begun.empty());
         const std::string law = fmt::format("bent beam, spacing {} m", spacing);
@@ -83,7 +73,7 @@ TEST(BentBeam, CracksFromTheMiddleOfItsTensionSide) {
 
 TEST(BurstRing, BreaksIntoFourPiecesOrMore) {
     Simulation s = make_simulation(gate::load("burst_ring"));
-    step_until(s, [] { return false; });
+    gate::step_until(s, [] { return false; });
     double mass = 0;
     for (const Real m : s.particles.mass) mass += static_cast<double>(m);
     int pieces = 0;
@@ -135,13 +125,13 @@ Energy energy(Simulation& s) {
 TEST(DrawnBar, NecksBeforeItTearsWhereItIsPlastic) {
     for (const std::string spacing : {"0.0125", "0.01"}) {
         Simulation s = make_simulation(gate::load("drawn_bar", {"solver.spacing=" + spacing}));
-        step_until(s, [&] { return s.solids.cracks.any(); });
+        gate::step_until(s, [&] { return s.solids.cracks.any(); });
         ASSERT_TRUE(s.solids.cracks.any());
         const std::string bar = "plastic bar, spacing " + spacing + " m";
         gate::expect({bar, "least section at the first crack, over its ends", "1", least_section(s), 0, 0.7,
                       "Considere: without enough hardening a bar necks"});
         const Energy before = energy(s);
-        step_until(s, [] { return false; });
+        gate::step_until(s, [] { return false; });
         ASSERT_GT(s.solids.bodies.size(), 1u);
         gate::expect({bar, "kinetic energy after it tore, over all energy before", "1",
                       energy(s).kinetic / (before.kinetic + before.elastic), 0, 1, "conservation"});
@@ -150,7 +140,7 @@ TEST(DrawnBar, NecksBeforeItTearsWhereItIsPlastic) {
 
 TEST(DrawnBar, KeepsItsSectionWhereItIsBrittle) {
     Simulation s = make_simulation(gate::load("drawn_bar", {"materials.clay.creep=0"}));
-    step_until(s, [&] { return s.solids.cracks.any(); });
+    gate::step_until(s, [&] { return s.solids.cracks.any(); });
     ASSERT_TRUE(s.solids.cracks.any());
     // Of 3.2 % strain the sides take nu on either axis: 2 %. Slices of a regular packing differ by as much again.
     gate::expect({"brittle bar", "section lost at the first crack, over its ends", "1", 1 - least_section(s), 0, 0.05,

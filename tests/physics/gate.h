@@ -27,6 +27,16 @@ scene::Scene load(const std::string& name, const std::vector<std::string>& set =
 /// Simulates a scene to its last frame. `s` is the state there.
 Series run(Simulation& s);
 
+/// Steps until `done`, or the scene's last frame.
+template <class F>
+void step_until(Simulation& s, F&& done) {
+    while (s.clock.frame < s.problem.scene.frames.last && !done()) {
+        s.clock.next_frame = frame_time(s.problem.scene.frames, s.clock.frame + 1);
+        step(s);
+        if (s.clock.time >= s.clock.next_frame) ++s.clock.frame;
+    }
+}
+
 /// One measured law.
 struct Outcome {
     std::string law, quantity, unit;

@@ -142,6 +142,21 @@ class Command(Case):
         printed.write_text(call("thixo", "validate", SCENE, "--print").stdout)
         call("thixo", "validate", printed)
 
+    def test_validate_estimates_what_a_crack_adds(self):
+        """A plate breaks once, and another along a painted line: both are what the estimate assumes. Half to double."""
+        for name, last in (("breaking_plate", 16), ("scored_plate", 8)):
+            scene = pathlib.Path(__file__).resolve().parents[2] / "configs" / f"{name}.yaml"
+            facts = json.loads(call("thixo", "validate", scene, "--json").stdout)
+            out = self.folder / name
+            sim(out, f"--set=frames.last={last}", scene=scene)
+            rows = [json.loads(line) for line in (out / "stats.jsonl").read_text().splitlines()]
+            self.assertEqual(2, rows[-1]["cracks"]["bodies"])
+            added = rows[-1]["surfels"] - 20000
+            self.assertTrue(added / 2 <= facts["crack_surfels"] <= added * 2, (name, facts, added))
+            self.assertLessEqual(added, facts["crack_surfels_most"])
+        plain = json.loads(call("thixo", "validate", SCENE, "--json").stdout)
+        self.assertNotIn("crack_surfels", plain)
+
     def test_a_picture_is_the_same_where_a_spacing_is_a_micrometre_or_a_thousand_kilometres(self):
         """A drop over a plane; Z alone, in metres, is another. FLIP up to 0.02 is no difference that one sees."""
         def rendered(size):

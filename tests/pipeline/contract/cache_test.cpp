@@ -26,6 +26,24 @@ void continue_sample_cache(const fs::path& out, int last) {
     writer.finish();
 }
 
+TEST(FrameFacts, FrontsOfCracksComeBackAndAreAbsentWhereThereAreNone) {
+    Frame frame = sample_frame(1);
+    EXPECT_EQ(print_frame_facts(frame).find("fronts"), std::string::npos);
+    frame.fronts = {{.closed = true, .nodes = {{0.1, -2, 3e-7}, {4, 5, 6}}}, {.closed = false, .nodes = {{1, 2, 3}}}};
+    const std::string text = print_frame_facts(frame);
+    const Frame back = parse_frame_facts(text, "frame.0001.json");
+    ASSERT_EQ(back.fronts.size(), 2u);
+    for (std::size_t k = 0; k < 2; ++k) {
+        EXPECT_EQ(back.fronts[k].closed, frame.fronts[k].closed);
+        EXPECT_EQ(back.fronts[k].nodes, frame.fronts[k].nodes);
+    }
+    std::string damaged = text;
+    damaged.replace(damaged.find("\"closed\""), 8, "\"ajar\"  ");
+    EXPECT_THROW(parse_frame_facts(damaged, "frame.0001.json"), CacheError);
+    frame.fronts[0].nodes[0][1] = std::nan("");
+    EXPECT_THROW(print_frame_facts(frame), DivergedError);
+}
+
 TEST(Cache, FramesComeBackAsTheyWere) {
     const TemporaryFolder out;
     write_sample_cache(out.path(), kLast);

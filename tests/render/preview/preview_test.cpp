@@ -6,7 +6,9 @@
 
 #include "pipeline/base/error.h"
 #include "pipeline/base/random.h"
+#include "pipeline/contract/trim.h"
 #include "render/preview/colour_map.h"
+#include "render/preview/overlay.h"
 
 // Asked by the leak sanitizer: OSMesa 22.3 keeps some bookkeeping of its drawables (a few kB) for good.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa.so\n"; }
@@ -183,6 +185,54 @@ TEST_F(PreviewTest, ObstaclesStandWhereTheirTransformPutsThem) {
     EXPECT_TRUE(differs_at({0.8, 0, 0}));
     EXPECT_FALSE(differs_at({0, 0, 0}));
     EXPECT_FALSE(differs_at({-0.8, 0, 0}));
+}
+
+TEST_F(PreviewTest, FrontsOfCracksAreLinesOverTheBody) {
+    // An arc behind a ball that hides it from the camera. It is seen all the same, and so is its closing line.
+    Frame frame = particles_at({{0, 0, 0}}, {0.5f}, {0});
+    const Image8 plain = draw(frame);
+    frame.fronts = {{.closed = false, .nodes = {{-0.6, 1, 0}, {0, 1, 0.4}, {0.6, 1, 0}}}};
+    const View view = look_view(look_.camera, 0, kWidth, kHeight);
+    const auto red_at = [&](const Image8& picture, const Vec3d& x) {
+        const Vec2d at = view.project(x);
+        const Vec3f seen = pixel(picture, static_cast<int>(at.x() * kWidth), static_cast<int>(at.y() * kHeight));
+        return (seen - kFrontColour).cwiseAbs().maxCoeff() <= kOneStep;
+    };
+    const Image8 open = draw(frame);
+    for (const auto& node : frame.fronts[0].nodes) EXPECT_TRUE(red_at(open, {node[0], node[1], node[2]}));
+    EXPECT_TRUE(red_at(open, {-0.3, 1, 0.2}));
+    EXPECT_FALSE(red_at(open, {0, 1, 0}));
+    EXPECT_FALSE(red_at(plain, {-0.3, 1, 0.2}));
+    frame.fronts[0].closed = true;
+    EXPECT_TRUE(red_at(draw(frame), {0, 1, 0}));
+    // What is behind the camera, or far beside the picture, is left out.
+    frame.fronts = {{.closed = true, .nodes = {{0, -9, 0}, {1, -5, 0}, {1e9, 1, 0}}}};
+    EXPECT_EQ(draw(frame).values, plain.values);
+}
+
+TEST_F(PreviewTest, EachCrackHasAColourOnBothOfItsFaces) {
+    Frame frame;
+    frame.bodies = {{.id = 0, .parent = -1, .name = "a", .material = "stone"}};
+    frame.surfels.count = 4;
+    const std::vector<Vec3f> places{{-0.9f, 0, 0}, {-0.3f, 0, 0}, {0.3f, 0, 0}, {0.9f, 0, 0}};
+    frame.surfels.add("P", places);
+    frame.surfels.add("t1", std::vector<Vec3f>(4, {0.2f, 0, 0}));
+    frame.surfels.add("t2", std::vector<Vec3f>(4, {0, 0, 0.2f}));
+    frame.surfels.add("body", std::vector<std::int32_t>(4, 0));
+    frame.surfels.add("sheet",
+                      std::vector<std::int32_t>{3, kFirstCrackSheet, kFirstCrackSheet + 1, kFirstCrackSheet + 2});
+    options_.attribute = "sheet";
+    const Image8 picture = draw(frame);
+    const View view = look_view(look_.camera, 0, kWidth, kHeight);
+    const auto seen = [&](std::size_t k) {
+        const Vec2d at = view.project(places[k].cast<double>());
+        return pixel(picture, static_cast<int>(at.x() * kWidth), static_cast<int>(at.y() * kHeight));
+    };
+    EXPECT_LT(angle_between(seen(1), category_colour(0)), 1);
+    EXPECT_LT(angle_between(seen(2), seen(1)), 1) << "both faces of one crack";
+    EXPECT_LT(angle_between(seen(3), category_colour(1)), 1);
+    EXPECT_GT(angle_between(seen(3), seen(1)), 10);
+    EXPECT_GT(angle_between(seen(0), seen(1)), 10) << "what is no crack keeps the colour of its material";
 }
 
 TEST_F(PreviewTest, EqualInputGivesEqualBytes) {

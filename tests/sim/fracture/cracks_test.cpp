@@ -6,8 +6,11 @@
 
 #include "pipeline/contract/scene_io.h"
 #include "sim/fracture/crack_step.h"
+#include "sim/fracture/painted.h"
 #include "sim/fracture/sheets.h"
 #include "sim/fracture/sight.h"
+#include "sim/solid/elasticity.h"
+#include "sim/solid/stable_step.h"
 #include "sim/stage/frame_output.h"
 #include "tests/sim/fracture/bars.h"
 #include "tests/sim/identity.h"
@@ -114,6 +117,50 @@ TEST(Cracks, BeginWhereMatterHasBecomeHot) {
     double off = 0;
     for (const Vec3& v : s.solids.cracks.vertex) off = std::max(off, std::abs((v + origin).x() + 0.025));
     EXPECT_LT(off, 0.006 + 2 * 0.006);
+}
+
+TEST(Cracks, ThatLeaveStiffStencilsHaveTheRatesTakenAnew) {
+    // A cut below the top layer of the bar, halfway to its middle: beside it stencils are left with bonds on one side. They are
+    // stiffer than sub-steps of the rates of before can bear, which use 0.64 of the limit (stable_step.cpp).
+    scene::Scene scene = fixture::breakable_bar(1e12);
+    scene.materials[0].fracture.opacity = 0.3;
+    Simulation s = make_simulation(scene);
+    Solids& solids = s.solids;
+    fixture::steps(s, 1, 1e-5);
+    const double whole = solids.rates[0].stiffest;
+    const Breaking& breaking = solids.breaking[0];
+    const auto at = [&](Real y) -> Vec3 { return Vec3(Real(0.06), y, Real(0.009)) - breaking.origin; };
+    paint_crack({at(Real(-0.015)), at(Real(0.015))}, {Real(0.05), 1}, breaking, solids);
+    find_crossings(CrackedMatter(solids, breaking), solids.elements, 0, solids.cracks);
+    fixture::steps(s, 1, 1e-6);  // its end weakens the bonds
+    const Bonds& bonds = solids.elements.bonds;
+    EXPECT_NE(bonds.version, solids.rates_version);
+    EXPECT_EQ(bonds.weakened, 0u) << "it counts as a change that cracks make all the time";
+    set_zero_energy(solids.laws, solids.elements);
+    const double now = find_fastest_rates(solids.laws, solids.bodies, solids.elements)[0].stiffest;
+    EXPECT_GT(now, whole / 0.64);
+    fixture::steps(s, 1, 1e-6);
+    EXPECT_NEAR(solids.rates[0].stiffest / now, 1, 1e-3);
+}
+
+TEST(Cracks, AreWatchedByABoundThatNoLoadExceeds) {
+    // Loads are looked at a sub-step after the stretch that bounds them: they change by less than a fiftieth in it.
+    Simulation s = make_simulation(bar_scene());
+    int bounded = 0, looked = 0;
+    while (s.clock.time < 1 && !s.solids.cracks.any()) {
+        s.clock.next_frame = s.clock.time + 1;
+        step(s);
+        std::vector<Symmetric> stress;
+        find_stress(s.solids, stress);
+        double load = 0;
+        for (Index i = 0; i < stress.size(); ++i)
+            load =
+                std::max(load, static_cast<double>(largest_tension(stress[i]).value / s.solids.elements.strength[i]));
+        EXPECT_GE(load_now(s.solids), 0.98 * load) << s.clock.time;
+        (load < static_cast<double>(kWatched) ? bounded : looked) += 1;
+    }
+    EXPECT_GT(bounded, 0);
+    EXPECT_GT(looked, 0);
 }
 
 TEST(Cracks, SeeALoadThatComesAndGoesWithinAStep) {
@@ -271,6 +318,32 @@ TEST(Cracks, SurfelsBoundAsFrontsPassHaveTheWeightsOfThoseBoundAtOnce) {
         }
     }
     EXPECT_TRUE(s.solids.cracks.any());
+}
+
+TEST(Cracks, LoadsAndFrontsStandInTheFrame) {
+    Simulation s = make_simulation(bar_scene());
+    const auto loads = [&] { return make_frame(s, {}).particles.get<float>("load"); };
+    evaluate(s);
+    EXPECT_EQ(std::ranges::max(loads()), 0) << "before the first step nothing pulls";
+    EXPECT_TRUE(make_frame(s, {}).fronts.empty());
+    while (s.clock.time < 1 && !s.solids.cracks.any()) {
+        s.clock.next_frame = s.clock.time + 1;
+        step(s);
+    }
+    evaluate(s);
+    const Frame frame = make_frame(s, {});
+    // The crack began in this step, by a load of one strength.
+    EXPECT_NEAR(std::ranges::max(frame.particles.get<float>("load")), 1, 0.1);
+    EXPECT_GT(std::ranges::max(frame.particles.get<float>("von_mises")), 0.5 * kStrength);
+    ASSERT_EQ(frame.fronts.size(), s.solids.cracks.fronts.size());
+    ASSERT_FALSE(frame.fronts.empty());
+    for (const FrameFront& front : frame.fronts)
+        for (const auto& node : front.nodes) {
+            // The ends are drawn apart: a node at 10 mm has gone on by as large a part of its half.
+            const double drawn = 0.05 * s.clock.time;
+            EXPECT_NEAR(node[0], 0.01 * (1 + drawn / 0.05), 2 * 0.006);
+            EXPECT_LT(std::hypot(node[1], node[2]), 0.015 * std::sqrt(2.0) + 0.006);
+        }
 }
 
 TEST(Cracks, FacesStandInTheFrameWithTheirTrimTrees) {

@@ -169,9 +169,11 @@ void select_matter(const std::vector<Index>& rows, const Matter& matter) {
 
 namespace {
 
-void bind_to(std::vector<std::uint8_t> bodies, const std::vector<Index>* surfels, const Matter& matter) {
+void bind_to(const std::vector<std::uint8_t>& bodies, const std::vector<Index>* surfels, const Matter& matter) {
     Solids& solids = matter.solids;
-    for (std::size_t b = 0; b < bodies.size(); ++b) bodies[b] = bodies[b] && !solids.bodies[b].empty();
+    std::vector<std::uint8_t> drawn(bodies.size());  // those whose surfels are bound to them
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        drawn[b] = bodies[b] && !solids.bodies[b].empty() && solids.bodies[b].skin == Skin::embedded;
     EmbeddedSurface& s = matter.embedded;
     const CrackSight sight(solids);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b)
@@ -181,15 +183,15 @@ void bind_to(std::vector<std::uint8_t> bodies, const std::vector<Index>* surfels
         s.grid.resize(solids.bodies.size());
         s.trim.resize(solids.bodies.size());
         for (std::size_t b = 0; b < solids.bodies.size(); ++b)
-            if (bodies[b]) s.grid[b] = {};
+            if (drawn[b]) s.grid[b] = {};
         bind_some_surfels(solids, *surfels, s, element_sight(sight));
     } else if (s.size() > 0) {
-        bind_surfels(solids, bodies, s, element_sight(sight));
+        bind_surfels(solids, drawn, s, element_sight(sight));
     }
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         SolidBody& body = solids.bodies[b];
         if (!bodies[b] || body.empty()) continue;
-        if (!body.scene_shape) body.shape = shape_of_surfels(s, body, static_cast<std::int32_t>(b));
+        if (!body.scene_shape && !body.refrozen) body.shape = shape_of_surfels(s, body, static_cast<std::int32_t>(b));
     }
     // A lone body meets nothing and has no samples. At its first split all bodies without samples get some.
     std::vector<std::uint8_t> sampled = bodies;

@@ -54,6 +54,7 @@ ShownStress shown_stress(const Solids& solids) {
     std::vector<Mat3> gradients;
     find_gradients(e, gradients);
     parallel_for(e.size(), [&](std::size_t i) {
+        if (e.phase_of(i) != Phase::solid) return;
         const Symmetric stress = stress_of_shape(solids.laws[static_cast<std::size_t>(e.owner[i])], e, i, gradients[i]);
         shown.von_mises[i] = static_cast<float>(von_mises_of(stress));
         if (e.strength[i] < kUnbreakable)
@@ -72,7 +73,7 @@ std::vector<ShownFront> shown_fronts(const Solids& solids) {
         const CrackedMatter matter(solids, breaking);
         if (matter.elements().empty()) continue;
         for (const CrackFront& front : solids.cracks.fronts) {
-            if (solids.cracks.cracks[static_cast<std::size_t>(front.crack)].source != breaking.source) continue;
+            if (solids.cracks.cracks[static_cast<std::size_t>(front.crack)].frame != breaking.frame) continue;
             ShownFront& line = shown.emplace_back();
             line.closed = front.closed != 0;
             for (const CrackNode& node : front.nodes)

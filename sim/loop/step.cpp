@@ -217,6 +217,12 @@ void emit(Simulation& sim) {
     adopt_particles(sim.problem.materials, sim.problem.smoothing, sim.particles, sim.solids);
 }
 
+void change_phases_of(Simulation& sim) {
+    const std::vector<std::uint8_t> changed =
+        change_phases(sim.problem.materials, sim.problem.outside, sim.clock.last_dt, sim.particles, sim.solids);
+    if (!changed.empty()) bind_matter(changed, matter_of(sim));
+}
+
 /// The largest step that can follow the walls [s]. Walls are stiff springs to what a pressure p presses on them. Their
 /// frequency follows from the curvature of their share (wall_kernel.h):
 ///
@@ -367,9 +373,8 @@ Real shown_pressure(const Simulation& sim, std::size_t i) {
 }
 
 void step(Simulation& sim) {
-    emit(sim);  // sources    4.2
-    change_phases(sim.problem.materials, sim.problem.outside, sim.clock.last_dt, sim.particles,
-                  sim.solids);  // melting, freezing  6.5
+    emit(sim);              // sources    4.2
+    change_phases_of(sim);  // melting, freezing  6.5
     const Plan plan = plan_step(sim);
     sum_up(plan, sim);       // geometry, density
     find_forces(plan, sim);  // forces     4.3, 4.4.2

@@ -168,7 +168,7 @@ void leave_sheets(const Solids& solids, const SolidBody& body, BondCrossings& cr
 }
 
 /// Refreezes bodies that are solid throughout, but not wholly bound to a rest shape.
-void refreeze(Particles& particles, Solids& solids) {
+void refreeze(Particles& particles, Solids& solids, std::vector<std::uint8_t>& changed) {
     const Elements& e = solids.elements;
     std::vector<std::uint8_t> refrozen(solids.bodies.size(), 0), melted;
     bool any = false;
@@ -182,7 +182,8 @@ void refreeze(Particles& particles, Solids& solids) {
             for (std::size_t i = 0; i < e.size(); ++i) melted[i] = e.phase[i] != Phase::solid;
         }
         any = true;
-        refrozen[static_cast<std::size_t>(&body - solids.bodies.data())] = 1;
+        const auto b = static_cast<std::size_t>(&body - solids.bodies.data());
+        refrozen[b] = changed[b] = 1;
         take_shape(body, particles, solids);
         body.refrozen = true;
         body.shape.reset();
@@ -207,15 +208,18 @@ void release_rigid(Solids& solids) {
 }
 
 /// A fragment that is liquid throughout is matter of the body of the scene that it came from again.
-void return_fragments(Particles& particles, Solids& solids) {
+void return_fragments(Particles& particles, Solids& solids, std::vector<std::uint8_t>& changed) {
     Elements& e = solids.elements;
     for (SolidBody& body : solids.bodies) {
         if (body.parent < 0 || body.empty() || body.skin != Skin::animated) continue;
         if (std::ranges::any_of(body.elements, [&](Index i) { return e.phase[i] != Phase::liquid; })) continue;
         const auto root = std::ranges::find_if(
             solids.bodies, [&](const SolidBody& b) { return b.parent < 0 && b.source == body.source; });
+        const auto to = root - solids.bodies.begin();
+        changed[static_cast<std::size_t>(&body - solids.bodies.data())] = changed[static_cast<std::size_t>(to)] = 1;
+        body.shape.reset();
         for (const Index i : std::exchange(body.elements, {})) {
-            e.owner[i] = static_cast<std::int32_t>(root - solids.bodies.begin());
+            e.owner[i] = static_cast<std::int32_t>(to);
             particles.body[solids.particle_of[i]] = root->id;
             root->elements.push_back(i);
         }
@@ -298,10 +302,10 @@ void adopt_particles(const Materials& materials, const Smoothing& smoothing, con
     }
 }
 
-void change_phases(const Materials& materials, const Outside& outside, double last_dt, Particles& particles,
-                   Solids& solids) {
+std::vector<std::uint8_t> change_phases(const Materials& materials, const Outside& outside, double last_dt,
+                                        Particles& particles, Solids& solids) {
     Softening& s = solids.softening;
-    if (!s.any) return;
+    if (!s.any) return {};
     Elements& e = solids.elements;
     const Real half_step = static_cast<Real>(0.5 * last_dt);
     std::vector<std::uint8_t> seeds(e.size(), 0);
@@ -322,14 +326,17 @@ void change_phases(const Materials& materials, const Outside& outside, double la
         },
         1024);
     release_rigid(solids);
-    return_fragments(particles, solids);
+    std::vector<std::uint8_t> changed(solids.bodies.size(), 0);
+    return_fragments(particles, solids, changed);
     seed_flow(seeds, solids);
-    refreeze(particles, solids);
+    refreeze(particles, solids, changed);
     s.freezes = s.moves = false;
     for (std::size_t i = 0; i < e.size(); ++i) {
         s.freezes = s.freezes || e.phase[i] == Phase::viscoelastic || (e.phase[i] == Phase::solid && e.melt[i] > 0);
         s.moves = s.moves || is_elastic(e.phase[i]);
     }
+    const bool bind = e.breaks && std::ranges::any_of(changed, [](std::uint8_t c) { return c != 0; });
+    return bind ? changed : std::vector<std::uint8_t>();
 }
 
 const std::vector<StressLaw>& stencil_laws(const Solids& solids) {

@@ -36,9 +36,11 @@ void adopt_particles(const Materials& materials, const Smoothing& smoothing, con
 ///     m <- m + u,   u <- 0,   eps^p <- - Q (eps - eps^p) Q^T
 /// It has a frame of its own from then on. Cracks between elements that have both melted are gone. A fragment that is
 /// liquid throughout is matter of its scene body again, once its surface is that of a liquid.
-/// `outside` and `last_dt` [s] turn velocities of half a step before into present ones.
-void change_phases(const Materials& materials, const Outside& outside, double last_dt, Particles& particles,
-                   Solids& solids);
+/// `outside` and `last_dt` [s] turn velocities of half a step before into present ones. Returns 1 for each body that can
+/// break and has lost or gained matter, or has a new rest shape: these must be bound anew (fracture/fragments.h). Empty
+/// where there is none.
+std::vector<std::uint8_t> change_phases(const Materials& materials, const Outside& outside, double last_dt,
+                                        Particles& particles, Solids& solids);
 
 /// Computes rest neighbours and moments of bodies that have frozen in another shape, from that shape. A checkpoint
 /// needs it after reading. Bonds that persist keep their visibility.

@@ -80,7 +80,7 @@ double section_of(const Shape& shape) {
 double painted_area(const Cracks& cracks, std::int32_t source) {
     const CrackTriangles& t = cracks.triangles;
     return parallel_sum(t.size(), [&](std::size_t k) {
-        if (source_of(cracks, static_cast<Index>(k)) != source) return 0.0;
+        if (frame_of(cracks, static_cast<Index>(k)) != source) return 0.0;
         const Vec3 &a = cracks.vertex[t.a[k]], &b = cracks.vertex[t.b[k]], &c = cracks.vertex[t.c[k]];
         return 0.5 * static_cast<double>((b - a).cross(c - a).norm());
     });

@@ -134,7 +134,7 @@ void bond_element(Index i, Solids& solids) {
         changed[j] = 1;
     }
     pack(lists, e.bonds);
-    measure_moments(e, &changed);
+    measure_moments(e, &changed, flatness(e));
 }
 
 void bond_parts(const std::vector<Index>& origin, Solids& solids) {
@@ -166,7 +166,7 @@ void bond_parts(const std::vector<Index>& origin, Solids& solids) {
         for (const Index j : parts[origin[i]]) bond_to(j, 1);
     });
     pack(lists, e.bonds);
-    measure_moments(e, &changed);
+    measure_moments(e, &changed, flatness(e));
 }
 
 void select_elements(const std::vector<Index>& rows, Solids& solids) {
@@ -198,7 +198,7 @@ void select_elements(const std::vector<Index>& rows, Solids& solids) {
     std::ranges::sort(flat, {}, &std::pair<Index, Symmetric>::first);
     e.bonds.flat = std::move(flat);
     pack(lists, e.bonds);
-    measure_moments(e, &changed);
+    measure_moments(e, &changed, flatness(e));
 
     for (SolidBody& body : solids.bodies) {
         renumber(now, body.elements);
@@ -242,7 +242,7 @@ void part_bonds(Elements& e) {
         changed[i] = lists[i].size() < before;
     });
     pack(lists, e.bonds);
-    measure_moments(e, &changed);
+    measure_moments(e, &changed, flatness(e));
 }
 
 void choose_examples(const Elements& e, const Smoothing& smoothing, SolidBody& body) {

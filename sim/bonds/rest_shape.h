@@ -35,6 +35,10 @@ inline Real weight_unit(Real h) { return cube(power_of_two_below(h)); }
 Real rest_weight(Real hi, Real hj, Real r);
 
 inline constexpr double kFlat = 1e-3;  // eigenvalue of A in parts of the largest: squared extents
+/// The same for neighbours that do not stand on a lattice: of matter that has flowed.
+inline constexpr double kThin = 0.05;
+/// For stencils that change in mid-run.
+inline double flatness(const Elements& e) { return e.softens ? kThin : kFlat; }
 
 /// Measures the moments of all neighbourhoods from the lists and weights. Directions in which a neighbourhood reaches
 /// less than the root of `flat` (3 %) of its largest extent are left out of A+. Those elements are listed in

@@ -49,7 +49,7 @@ void weaken_bonds(const std::vector<WeakBond>& weak, Elements& e) {
     }
     if (!any) return;
     bonds.changed_by_cracks();
-    weigh_bonds(e, kFlat);
+    weigh_bonds(e, flatness(e));
 }
 
 void set_visibility(Elements& e, const std::function<Real(Index, Index)>& of) {
@@ -61,7 +61,7 @@ void set_visibility(Elements& e, const std::function<Real(Index, Index)>& of) {
             if (const Index j = bonds.neighbour[k]; j != i) bonds.visibility[k] = of(static_cast<Index>(i), j);
     });
     bonds.changed();
-    weigh_bonds(e, kFlat);
+    weigh_bonds(e, flatness(e));
 }
 
 }  // namespace thixo

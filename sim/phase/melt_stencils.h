@@ -9,9 +9,6 @@ namespace thixo {
 /// viscosity.
 void calibrate_rates(const Smoothing& smoothing, Softening& phases);
 
-/// Squared extent, relative to the largest, below which a neighbourhood of present neighbours is flat.
-inline constexpr double kThin = 0.05;
-
 /// The rotation Q of J = Q S, by Higham's iteration (1986); the identity where J is nearly singular.
 Mat3 rotation_of(const Mat3& j);
 

@@ -20,8 +20,13 @@ Real von_mises_of(const Symmetric& a) {
     return std::sqrt(Real(1.5) * (normal + 2 * (square(a.xy) + square(a.yz) + square(a.zx))));
 }
 
-Vec3 place_of(const Solids& solids, const CrackedMatter& matter, const std::vector<BodyPose>& poses,
-              const std::vector<Mat3>& gradients, const Vec3& m) {
+/// A node in the world, and the piece that carries it.
+struct ShownNode {
+    Vec3 place;
+    std::int32_t owner;
+};
+ShownNode shown_node(const Solids& solids, const CrackedMatter& matter, const std::vector<BodyPose>& poses,
+                     const std::vector<Mat3>& gradients, const Vec3& m) {
     const Elements& e = solids.elements;
     std::vector<std::pair<Real, Index>> near;
     matter.grid().nearest(m, 1, std::numeric_limits<Real>::max(), near);
@@ -40,7 +45,17 @@ Vec3 place_of(const Solids& solids, const CrackedMatter& matter, const std::vect
         sum += w.value(r2) * moved(j);
     });
     const BodyPose& pose = poses[static_cast<std::size_t>(owner)];
-    return pose.turn * (weight > 0 ? Vec3(sum / weight) : moved(nearest)) + pose.place;
+    return {pose.turn * (weight > 0 ? Vec3(sum / weight) : moved(nearest)) + pose.place, owner};
+}
+
+/// The lines of a front, one for each run of nodes in one piece.
+void show(const CrackFront& front, const std::vector<ShownNode>& nodes, std::vector<ShownFront>& shown) {
+    const bool whole = std::ranges::all_of(nodes, [&](const ShownNode& n) { return n.owner == nodes[0].owner; });
+    for (std::size_t k = 0; k < nodes.size(); ++k) {
+        if (k == 0 || nodes[k].owner != nodes[k - 1].owner)
+            shown.push_back({.closed = whole && front.closed != 0, .nodes = {}});
+        shown.back().nodes.push_back(nodes[k].place);
+    }
 }
 
 }  // namespace
@@ -74,10 +89,10 @@ std::vector<ShownFront> shown_fronts(const Solids& solids) {
         if (matter.elements().empty()) continue;
         for (const CrackFront& front : solids.cracks.fronts) {
             if (solids.cracks.cracks[static_cast<std::size_t>(front.crack)].frame != breaking.frame) continue;
-            ShownFront& line = shown.emplace_back();
-            line.closed = front.closed != 0;
+            std::vector<ShownNode> nodes;
             for (const CrackNode& node : front.nodes)
-                line.nodes.push_back(place_of(solids, matter, poses, gradients, node.tip()));
+                nodes.push_back(shown_node(solids, matter, poses, gradients, node.tip()));
+            show(front, nodes, shown);
         }
     }
     return shown;

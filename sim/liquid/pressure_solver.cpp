@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "pipeline/base/parallel.h"
+#include "pipeline/geometry/power_of_two.h"
 
 namespace thixo {
 namespace {
@@ -34,6 +35,7 @@ class BoundedConjugateGradients {
           walls_(walls),
           smoothing_(smoothing),
           tau_(static_cast<Real>(tau)),
+          per_volume_(1 / cube(power_of_two_below(smoothing.spacing))),
           system_(system),
           s_(scratch),
           p_(pressure) {}
@@ -133,8 +135,9 @@ class BoundedConjugateGradients {
                 p_[i] = std::max(p_[i] + step * s_.direction[i], Real(0));
                 s_.residual[i] -= step * s_.response[i];
                 s_.push[i] += step * Vec3(a.x, a.y, a.z);
-                const double volume = a.w, z = steepest(i), b = s_.response[i];
-                return Change{error(i), volume * z * b};
+                // In units of about the spacing: a volume times a pressure leaves the range of a float at micrometres.
+                const Real work = (per_volume_ * a.w) * steepest(i);
+                return Change{error(i), static_cast<double>(work) * static_cast<double>(s_.response[i]) / per_volume_};
             },
             Change{});
     }
@@ -151,7 +154,7 @@ class BoundedConjugateGradients {
     const NeighbourLists& neighbours_;
     const std::vector<WallEffect>& walls_;
     const Smoothing& smoothing_;
-    Real tau_;
+    Real tau_, per_volume_;  // [s^2], [1/m^3]
     PressureSystem& system_;
     SolveScratch& s_;
     std::vector<Real>& p_;

@@ -58,12 +58,14 @@ Vec3 friction_of_neighbours(std::size_t i, std::span<const Index> neighbours, co
         const Lanes r2 = x * x + y * y + z * z, near = positive(1 - r2 * kernel.h2_inv), sum = own + mu;
         const Lanes parting = (v.x - vx) * x + (v.y - vy) * y + (v.z - vz) * z;
         // Two particles in the same place have no direction to act along.
-        const Lanes along = r2 > 0 && sum > 0 ? volume * 2 * own * mu / sum * near * near * parting / r2 : Lanes{};
+        // A volume times a viscosity and a slow motion leaves the range of a float at micrometres: units cancel first.
+        const Lanes rate = kernel.scale * volume * (2 * own * mu / sum) * (parting / r2);
+        const Lanes along = r2 > 0 && sum > 0 ? rate * near * near : Lanes{};
         fx -= along * x;
         fy -= along * y;
         fz -= along * z;
     });
-    return kCentral * kernel.scale * Vec3(sum_of(fx), sum_of(fy), sum_of(fz));
+    return kCentral * Vec3(sum_of(fx), sum_of(fy), sum_of(fz));
 }
 
 }  // namespace

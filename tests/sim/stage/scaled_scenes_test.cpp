@@ -76,7 +76,7 @@ Frame last_frame(const scene::Scene& scene) {
 double unit_of(const std::string& attribute, const Scale& scale) {
     static const std::map<std::string, std::array<int, 3>> kUnits{
         {"P", {0, 1, 0}},  {"rest", {0, 1, 0}},   {"t1", {0, 1, 0}},         {"t2", {0, 1, 0}},
-        {"v", {0, 1, -1}}, {"pscale", {0, 1, 0}}, {"pressure", {1, -1, -2}},
+        {"v", {0, 1, -1}}, {"pscale", {0, 1, 0}}, {"pressure", {1, -1, -2}}, {"von_mises", {1, -1, -2}},
     };
     const auto at = kUnits.find(attribute);
     return at == kUnits.end() ? 1 : scale.of(at->second[0], at->second[1], at->second[2]);

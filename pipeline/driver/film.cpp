@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "pipeline/base/error.h"
+#include "pipeline/base/log.h"
 #include "pipeline/contract/atomic_file.h"
 #include "pipeline/contract/hash.h"
 #include "pipeline/contract/ownership.h"
@@ -180,6 +181,13 @@ void make_film(const FilmPlan& plan, const fs::path& film) {
     if (at == bytes.npos) throw InputError("ffmpeg made {} without its comment; install another ffmpeg", film.string());
     bytes.replace(at, kDigits, hash_hex(bytes));
     write_whole(film, bytes);
+}
+
+void update_film(const FilmPlan& plan, const fs::path& film) {
+    remove_stale_temporaries(film.parent_path());
+    if (film_is_current(plan, film)) return;
+    log_info("encoding {}", film.string());
+    make_film(plan, film);
 }
 
 }  // namespace thixo

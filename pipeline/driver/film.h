@@ -39,4 +39,8 @@ bool film_is_whole(const std::filesystem::path& film);
 /// in the film's place, or ffmpeg refuses, with its last words.
 void make_film(const FilmPlan& plan, const std::filesystem::path& film);
 
+/// Makes the film where it is not current. Either way nothing stays of an encoding that was killed, be it after its film
+/// was in place. Throws as make_film does.
+void update_film(const FilmPlan& plan, const std::filesystem::path& film);
+
 }  // namespace thixo

@@ -69,10 +69,7 @@ int film_verb(const Command& command) {
     const FilmPlan plan{pictures, frames_of(command, cache, pictures), command.fps > 0 ? command.fps : scene.frames.fps,
                         codec};
     const fs::path film = film_file(root, scene.name, first ? "relit" : command.look, ending_of(command, codec));
-    if (!film_is_current(plan, film)) {
-        log_info("encoding {}", film.string());
-        make_film(plan, film);
-    }
+    update_film(plan, film);
     if (command.json) print_json(nlohmann::ordered_json{{"film", film.string()}});
     if (!command.json && !command.quiet) fmt::print("{}\n", film.string());
     return kDone;

@@ -86,7 +86,7 @@ void repair_film(const Job& job) {
     const fs::path film = film_file(job.out, reader.manifest().scene, "");
     const double fps = scene::parse_cached_scene(reader.scene_text(), kManifestName).frames.fps;
     const FilmPlan plan{job.out / "frames", reader.frames(), fps};
-    if (fs::exists(film) && !film_is_current(plan, film)) make_film(plan, film);
+    if (fs::exists(film)) update_film(plan, film);
 }
 
 /// The checkpoints that are damaged serve no run; the simulation sets them aside by itself where it comes upon them.

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/base/error.h"
-#include "pipeline/base/log.h"
 #include "pipeline/contract/cache.h"
 #include "pipeline/contract/scene_io.h"
 #include "pipeline/contract/shortfall_json.h"
@@ -49,13 +48,7 @@ int run_verb(const Command& command) {
     if (const int code = conduct(stages, {.terminal = isatty(STDERR_FILENO) != 0, .quiet = command.quiet});
         code != kDone)
         return code;
-    if (!film.empty()) {
-        const FilmPlan plan{frames, CacheReader(job.out).frames(), job.scene->frames.fps};
-        if (!film_is_current(plan, film)) {
-            log_info("encoding {}", film.string());
-            make_film(plan, film);
-        }
-    }
+    if (!film.empty()) update_film({frames, CacheReader(job.out).frames(), job.scene->frames.fps}, film);
     const std::vector<Shortfall> shortfalls = shortfalls_in(job.out);
     print_result(command, job, frames, film, shortfalls);
     const int short_of = tell_shortfalls(shortfalls, command);

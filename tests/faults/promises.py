@@ -9,6 +9,7 @@ import random
 import resource
 import shutil
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -161,6 +162,15 @@ class Resuming(Copies):
             self.assert_same(out, "cache")
             render(out)
             self.assert_same(out)
+
+    def test_after_a_kill_between_the_film_and_its_last_link_nothing_stays(self):
+        out = self.copy()
+        ended = subprocess.Popen(["true"])
+        ended.wait()
+        (out / f".thixo-{ended.pid}-{socket.gethostname()}-film.tmp").mkdir()
+        call("thixo", "run", SCENE, "--out", out)
+        self.assertEqual([], [p.name for p in out.iterdir() if ".tmp" in p.name])
+        self.assert_same(out)
 
     def test_what_is_damaged_is_told_once(self):
         out = self.copy()

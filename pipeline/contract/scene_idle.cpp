@@ -65,6 +65,14 @@ void idle_of_plasticity(const Scene& scene, Lines& lines) {
     }
 }
 
+/// Without a surface there is nothing that bounds what has frozen (docs/fracture.md).
+void idle_of_frozen(const Scene& scene, Lines& lines) {
+    for (const Material& m : scene.materials)
+        if (m.fracture.any() && m.melting.any() && !scene.surface.enabled)
+            lines.push_back(fmt::format(
+                "materials.{}.fracture does nothing in matter that has melted and frozen, without a surface", m.name));
+}
+
 /// Keys that a probe's measure does not read.
 void idle_of_probes(const Scene& scene, Lines& lines) {
     const Probe plain;
@@ -175,6 +183,7 @@ std::vector<std::string> idle_keys(const Scene& scene) {
     idle_of_pressure(scene, lines);
     idle_of_steps(scene, lines);
     idle_of_plasticity(scene, lines);
+    idle_of_frozen(scene, lines);
     idle_of_probes(scene, lines);
     idle_of_lights(scene, lines);
     idle_of_glow(scene, lines);

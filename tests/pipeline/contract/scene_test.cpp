@@ -433,6 +433,21 @@ TEST(SceneWarnings, NameKeysOfLightThatDoNothing) {
             << all;
 }
 
+TEST(Scene, FractureOfFrozenMatterWithoutASurfaceIsToldOf) {
+    const auto told = [](const std::string& surface) {
+        const Scene s = parse_scene(
+            "materials: {wax: {youngs_modulus: 1.0e5, fracture: {strength: 1000}, "
+            "melting: {from: 40, to: 60}}}\nsurface: {enabled: " +
+                surface + "}\n",
+            "scene.yaml");
+        return std::ranges::count_if(idle_keys(s), [](const std::string& line) {
+            return line.starts_with("materials.wax.fracture does nothing in matter that has melted and frozen");
+        });
+    };
+    EXPECT_EQ(told("false"), 1);
+    EXPECT_EQ(told("true"), 0);
+}
+
 TEST(Scene, KeysThatAProbesMeasureDoesNotReadAreTold) {
     const auto told = [](const std::string& probe) {
         std::string all;

@@ -58,14 +58,15 @@ void refresh_strengths(const Particles& particles, Solids& solids) {
     }
 }
 
-/// Fronts end in matter that has begun to melt. Their sheets stay as they are.
-void stop_melting_fronts(Solids& solids) {
-    if (!solids.elements.softens || solids.cracks.fronts.empty()) return;
+/// Fronts end in matter that has begun to melt: of the body about their middle node. Their sheets stay as they are.
+void stop_melting_fronts(const CrackedMatter& matter, Solids& solids) {
+    if (!solids.elements.softens) return;
+    std::vector<std::pair<Real, Index>> near;
     std::erase_if(solids.cracks.fronts, [&](const CrackFront& front) {
-        const std::int32_t frame = solids.cracks.cracks[static_cast<std::size_t>(front.crack)].frame;
-        return std::ranges::any_of(solids.bodies, [&](const SolidBody& body) {
-            return body.frame == frame && !body.empty() && !solids.solid_throughout(body);
-        });
+        if (solids.cracks.cracks[static_cast<std::size_t>(front.crack)].frame != matter.breaking().frame) return false;
+        if (matter.elements().empty()) return true;
+        matter.grid().nearest(front.nodes[front.nodes.size() / 2].tip(), 1, std::numeric_limits<Real>::max(), near);
+        return !solids.solid_throughout(solids.owner(matter.elements()[near.front().second]));
     });
 }
 
@@ -124,9 +125,10 @@ double load_of(const Solids& solids, CrackScratch& scratch) {
 /// The most that the load can be by the largest stretch s of the last sub-step. The largest principal strain is e, and the
 /// trace is at most three times as large:
 ///     e = (s^2 - 1)/2,   load <= (3 lambda + 2 mu) e/strength      [1]
-/// No bound where laws are anisotropic, or matter has flowed: then it is unlimited.
+/// No bound where laws are anisotropic, or matter has flowed or may have frozen strained: then it is unlimited.
 double bound_of_load(const Solids& solids) {
     const Elements& e = solids.elements;
+    if (e.softens) return std::numeric_limits<double>::infinity();
     double modulus = 0;
     for (const StressLaw& law : solids.laws) {
         if (law.anisotropy != kNone || law.creep > 0 || law.lambda < 0) return std::numeric_limits<double>::infinity();
@@ -201,10 +203,10 @@ CrackReport advance_cracks(double time, double dt, std::uint64_t step, const Mat
     CrackReport report;
     if (solids.breaking.empty()) return report;
     refresh_strengths(matter.particles, solids);
-    stop_melting_fronts(solids);
     const double loaded = std::exchange(cracks.load, load_of(solids, scratch));
     cracks.step = step_to_the_strength(loaded, cracks.load, dt);
     see_matter(solids, scratch);
+    for (const CrackedMatter& own : scratch.matter) stop_melting_fronts(own, solids);
     const auto first = static_cast<Index>(cracks.triangles.size());
     const std::size_t before = cracks.cracks.size();
     for (const CrackedMatter& own : scratch.matter) {

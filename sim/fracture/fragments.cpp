@@ -327,7 +327,7 @@ std::size_t append_family(const SurfelCloud& cloud, const std::vector<std::int32
         s.sheet[i] = sheets[i - first];
         s.temperature[i] = temperature;
     }
-    const std::int64_t base = kFirst + kFamily * static_cast<std::int64_t>(s.families.size());
+    const std::int64_t base = kFirst + kFamily * s.families_made++;
     s.families.push_back(
         {.first = static_cast<Index>(first), .base = base, .shift = static_cast<std::int64_t>(cloud.size()) - base});
     matter.solids.altered = true;

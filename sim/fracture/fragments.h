@@ -32,8 +32,9 @@ std::size_t split_body(std::size_t b, const std::function<bool(const Vec3& m)>& 
 /// Whether a body has come apart: no bond of any weight joins some of its elements to others.
 bool has_come_apart(const SolidBody& body, const Elements& elements);
 
-/// Makes bodies of the pieces that the bodies marked by 1 have come apart into. The largest piece stays the body. Each other piece becomes a new one, as in split_body. `nearest`
-/// gives the element that a surfel moves with, by its row. Returns the number of new bodies.
+/// Makes bodies of the pieces that the bodies marked by 1 have come apart into. The largest piece stays the body. Each
+/// other piece becomes a new one, as in split_body. `nearest` gives the element that a surfel moves with, by its row.
+/// Returns the number of new bodies.
 std::size_t part_fragments(const std::vector<std::uint8_t>& bodies, const std::function<Index(Index)>& nearest,
                            const Matter& matter);
 

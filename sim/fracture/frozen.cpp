@@ -4,6 +4,7 @@
 #include <map>
 
 #include "pipeline/geometry/shapes.h"
+#include "sim/fracture/rigid_fragments.h"
 
 namespace thixo {
 namespace {
@@ -52,14 +53,16 @@ void drop_rows(std::vector<Index> gone, auto& table) {
     keep_table_rows(table, rows);
 }
 
-/// Replaces the surfels that a body had before it melted by those that it has now.
+/// Replaces the surfels that a body had before it melted by those that it has now. Those of bodies without matter go, too.
 void embed(std::size_t b, const std::vector<std::pair<Index, Index>>& rows, const Matter& matter,
            MixedSurface& surface) {
     SolidBody& body = matter.solids.bodies[b];
     EmbeddedSurface& s = matter.embedded;
     std::vector<Index> others;
-    for (Index i = 0; i < s.size(); ++i)
-        if (s.owner[i] != static_cast<std::int32_t>(b)) others.push_back(i);
+    for (Index i = 0; i < s.size(); ++i) {
+        const auto owner = static_cast<std::size_t>(s.owner[i]);
+        if (owner != b && !matter.solids.bodies[owner].empty()) others.push_back(i);
+    }
     keep_surfels(others, s);
     SurfelCloud cloud;
     std::vector<Index> animated, bound;
@@ -130,17 +133,18 @@ void make_frozen_breaking(const Matter& matter) {
 
 bool embed_frozen(const Matter& matter, MixedSurface& surface) {
     Solids& solids = matter.solids;
-    bool any = false;
+    std::vector<std::uint8_t> embedded(solids.bodies.size(), 0);
     for (std::size_t b = 0; b < solids.bodies.size(); ++b) {
         const SolidBody& body = solids.bodies[b];
         if (body.skin != Skin::rebound || !breaking_of_source(solids, body.source)) continue;
         const auto rows = bound_surfels(body, surface);
         if (rows.size() < kFewest) continue;
         embed(b, rows, matter, surface);
-        any = true;
+        embedded[b] = 1;
     }
-    if (!any) return false;
+    if (std::ranges::none_of(embedded, [](std::uint8_t e) { return e != 0; })) return false;
     solids.altered = true;
+    make_rigid(embedded, matter);
     make_frozen_breaking(matter);
     bind_matter(std::vector<std::uint8_t>(solids.bodies.size(), 1), matter);
     return true;

@@ -18,6 +18,7 @@ bool is_held(const SolidBody& body, const Solids& solids) {
 }
 
 bool is_too_small(const SolidBody& body, const Elements& e) {
+    if (body.size() >= kFewestFlat) return false;
     return body.size() < kFewestElastic ||
            std::ranges::none_of(body.elements, [&](Index i) { return e.bonds.moment[i].full; });
 }
@@ -100,7 +101,8 @@ std::vector<std::uint8_t> make_rigid(const std::vector<std::uint8_t>& bodies, co
     std::vector<Index> split;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
         SolidBody& body = solids.bodies[b];
-        if (!bodies[b] || body.empty() || body.rigid || !is_too_small(body, e) || is_held(body, solids)) continue;
+        if (!bodies[b] || body.empty() || is_held(body, solids)) continue;
+        if (!body.rigid && !is_too_small(body, e)) continue;
         body.rigid = true;
         now[b] = 1;
         for (const Index i : body.elements) {

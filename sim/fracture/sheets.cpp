@@ -140,7 +140,9 @@ void mark_passed(const CrackSight& sight, const Breaking& breaking, const Matter
 void lay_faces(const CrackSight& sight, const Matter& matter) {
     Cracks& cracks = matter.solids.cracks;
     for (const Breaking& breaking : matter.solids.breaking) {
-        if (!(breaking.surfel > 0) || !sight.matter_of(breaking.frame)) continue;
+        // Where all matter has left a frame by melting, its last rows are not drawn.
+        const CrackedMatter* own = sight.matter_of(breaking.frame);
+        if (!(breaking.surfel > 0) || !own || own->elements().empty()) continue;
         std::vector<Index> fresh;
         for (Index k = 0; k < cracks.triangles.size(); ++k)
             if (!cracks.triangles.drawn[k] && frame_of(cracks, k) == breaking.frame) fresh.push_back(k);

@@ -20,7 +20,8 @@ struct ShownFront {
     bool closed = false;
     std::vector<Vec3> nodes;  // [m]
 };
-/// Where fronts are at present. One that runs through several pieces is shown as a line in each. A node at m of the material frame is carried by the elements j about it, of the piece of the nearest one:
+/// Where fronts are at present. One that runs through several pieces is shown as a line in each. A node at m of the
+/// material frame is carried by the elements j about it, of the piece of the nearest one:
 ///     x = sum_j w_poly6(m - m_j, h) (m + u_j + H_j (m - m_j)) / sum_j w_poly6(m - m_j, h)      [m]
 /// and then by the pose of that piece.
 std::vector<ShownFront> shown_fronts(const Solids& solids);

@@ -279,8 +279,26 @@ bool CrackSight::crosses(const CrackTree& triangles, const EmbeddedSurface& embe
     return any;
 }
 
+namespace {
+
+/// The nearest element of a frame without cracks.
+Index nearest_of(const Solids& solids, std::int32_t frame, const Vec3& m) {
+    Index nearest = kNone;
+    Real least = std::numeric_limits<Real>::max();
+    for (Index i = 0; i < solids.elements.size(); ++i) {
+        const Real r2 = (xyz(solids.elements.rest[i]) - m).squaredNorm();
+        if (solids.owner(i).frame != frame || r2 >= least) continue;
+        nearest = i;
+        least = r2;
+    }
+    return nearest;
+}
+
+}  // namespace
+
 Index CrackSight::nearest_seen(std::int32_t frame, const Vec3& m, const Vec3& normal) const {
     const CrackedMatter* matter = matter_of(frame);
+    if (!matter) return nearest_of(*solids_, frame, m);
     constexpr int kTried = 32;
     std::vector<std::pair<Real, Index>> near;
     matter->grid().nearest(m, kTried, std::numeric_limits<Real>::max(), near);

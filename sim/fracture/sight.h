@@ -55,7 +55,7 @@ class CrackSight {
     bool shares(const Vec3& m, const Vec3& normal, std::span<const Index> elements, std::vector<Real>& share) const;
     /// Whether a way from a surfel to an element that moves it crosses one of these triangles of its body's cracks.
     bool crosses(const CrackTree& triangles, const EmbeddedSurface& embedded, Index surfel) const;
-    /// The nearest element that a place on the surface sees; the nearest of all where it sees none.
+    /// The nearest element that a place on the surface sees; the nearest of all where it sees none. The frame has matter.
     Index nearest_seen(std::int32_t frame, const Vec3& m, const Vec3& normal) const;
     const CrackedMatter* matter_of(std::int32_t frame) const;
 

@@ -167,15 +167,18 @@ void leave_sheets(const Solids& solids, const SolidBody& body, BondCrossings& cr
     keep_table_rows(crossings, rows);
 }
 
-/// Refreezes bodies that are solid throughout, but not wholly bound to a rest shape.
+/// Refreezes bodies that are solid throughout, but not wholly bound to a rest shape or to its surface.
 void refreeze(Particles& particles, Solids& solids, std::vector<std::uint8_t>& changed) {
     const Elements& e = solids.elements;
     std::vector<std::uint8_t> refrozen(solids.bodies.size(), 0), melted;
     bool any = false;
     for (SolidBody& body : solids.bodies) {
         const bool solid = body.shaped() && std::ranges::all_of(body.elements, [&](Index i) { return e.melt[i] == 0; });
-        if (!solid || std::ranges::none_of(body.elements, [&](Index i) { return e.phase[i] == Phase::viscoelastic; }))
-            continue;
+        // What has only softened has left no rest shape. But its surface is that of a liquid, and no crack would run.
+        const bool softened = e.breaks && body.skin == Skin::animated && !body.refrozen && !body.empty();
+        const bool flowed =
+            std::ranges::any_of(body.elements, [&](Index i) { return e.phase[i] == Phase::viscoelastic; });
+        if (!solid || !(flowed || softened)) continue;
         if (!any) {
             find_gradients(e, solids.gradients);
             melted.resize(e.size());
@@ -207,7 +210,8 @@ void release_rigid(Solids& solids) {
     }
 }
 
-/// A fragment that is liquid throughout is matter of the body of the scene that it came from again.
+/// A fragment that is liquid throughout is matter of the body of the scene that it came from again, where that melts,
+/// too. A crumb that melts beside a cold body would take its shape from it.
 void return_fragments(Particles& particles, Solids& solids, std::vector<std::uint8_t>& changed) {
     Elements& e = solids.elements;
     for (SolidBody& body : solids.bodies) {
@@ -215,6 +219,7 @@ void return_fragments(Particles& particles, Solids& solids, std::vector<std::uin
         if (std::ranges::any_of(body.elements, [&](Index i) { return e.phase[i] != Phase::liquid; })) continue;
         const auto root = std::ranges::find_if(
             solids.bodies, [&](const SolidBody& b) { return b.parent < 0 && b.source == body.source; });
+        if (root->skin != Skin::animated || solids.solid_throughout(*root)) continue;
         const auto to = root - solids.bodies.begin();
         changed[static_cast<std::size_t>(&body - solids.bodies.data())] = changed[static_cast<std::size_t>(to)] = 1;
         body.shape.reset();
@@ -267,7 +272,7 @@ void make_phases(const scene::Scene& scene, const Materials& materials, const Sm
             for (const scene::Emitter& from : scene.emitters)
                 if (from.material == scene.materials[m].name && materials[m].solid())
                     material = static_cast<std::int32_t>(m);
-        solids.bodies.push_back({.id = -1, .source = -1, .material = material});
+        solids.bodies.push_back({.id = -1, .source = -1, .frame = -1, .material = material});
     }
     calibrate_rates(smoothing, s);
 }

@@ -35,7 +35,7 @@ void adopt_particles(const Materials& materials, const Smoothing& smoothing, con
 /// shape as rest shape, with new rest neighbours. Its elastic strain stays (6.15; Q the rotation in J):
 ///     m <- m + u,   u <- 0,   eps^p <- - Q (eps - eps^p) Q^T
 /// It has a frame of its own from then on. Cracks between elements that have both melted are gone. A fragment that is
-/// liquid throughout is matter of its scene body again, once its surface is that of a liquid.
+/// liquid throughout is matter of its scene body again where that melts, too, once the surface of both is a liquid's.
 /// `outside` and `last_dt` [s] turn velocities of half a step before into present ones. Returns 1 for each body that can
 /// break and has lost or gained matter, or has a new rest shape: these must be bound anew (fracture/fragments.h). Empty
 /// where there is none.

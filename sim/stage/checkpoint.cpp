@@ -210,6 +210,7 @@ void visit_altered(Stream& stream, S& state) {
     visit_bonds(stream, solids.elements.bonds);
     visit_cracks(stream, solids.cracks);
     for_each_array(state.embedded, [&](const char* name, auto& array) { stream.array(name, array); });
+    stream.value("embedded.families_made", state.embedded.families_made);
     visit_fields(stream, "embedded.families", state.embedded.families, &SurfelFamily::first, &SurfelFamily::base,
                  &SurfelFamily::shift);
 }
@@ -344,6 +345,7 @@ void put_back(State&& from, Simulation& sim) {
     sim.embedded = std::move(from.embedded);
     sim.mixed_surface = std::move(from.mixed_surface);
     sim.surface = std::move(from.surface);
+    sim.crack_scratch.matter.clear();  // it points into what has just been replaced
 }
 
 fs::path folder_of(const fs::path& out) { return out / kFolder; }

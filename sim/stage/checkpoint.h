@@ -13,7 +13,7 @@ namespace thixo {
 
 /// Format of a checkpoint, apart from the program's version. A checkpoint of another format or of the other precision
 /// is not read. The run then starts from an earlier one, or from the beginning, and gives the same frames.
-inline constexpr std::uint32_t kCheckpointFormat = 9;
+inline constexpr std::uint32_t kCheckpointFormat = 10;
 
 /// Everything that a later step depends on: clock, ids, emitters, every array of particles and surface, bit for bit.
 std::string print_checkpoint(const Simulation& sim, const std::string& simulation_hash);

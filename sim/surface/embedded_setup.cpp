@@ -251,6 +251,7 @@ EmbeddedSurface make_embedded_surface(const scene::Scene& scene, const Solids& s
         find_edges(*body.shape, sampled.spacing, first, out);
         out.trim[b] = trim_node(*sampled.trim);
     }
+    out.families_made = 1;
     out.families = {{.first = 0, .base = 0, .shift = static_cast<std::int64_t>(out.size())}};
     bind_surfels(solids, std::vector<std::uint8_t>(solids.bodies.size(), 1), out);
     return out;
@@ -301,10 +302,12 @@ void bind_some_surfels(const Solids& solids, const std::vector<Index>& which, Em
         embedded.support[i] =
             weights_support(near[b], embedded.rest.position[i], disc_of(embedded.rest, i), near[b].cell());
     });
-    // The grid's cells must hold the widest reach.
-    for (const Index i : which) {
-        Real& reach = widest[static_cast<std::size_t>(embedded.owner[i])];
-        reach = std::max(reach, reach_of_pieces(embedded, i));
+    // The grid's cells must hold the widest reach: of all surfels of a body whose grid is made anew.
+    for (Index i = 0; i < embedded.size(); ++i) {
+        const auto b = static_cast<std::size_t>(embedded.owner[i]);
+        const bool made = embedded.grid[b].cell() > 0;
+        if (solids.bodies[b].empty() || (made && !(widest[b] > 0))) continue;
+        widest[b] = std::max(widest[b], reach_of_pieces(embedded, i));
     }
     for (std::size_t b = 0; b < solids.bodies.size(); ++b)
         if (widest[b] > 0 && !(embedded.grid[b].cell() >= widest[b]))

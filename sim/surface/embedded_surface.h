@@ -49,6 +49,7 @@ struct EmbeddedSurface {
     std::vector<Real> support;               // of its weights: the elements', larger where too few are near [m]
     std::vector<Real> temperature;           // degC
     std::vector<SurfelFamily> families;
+    std::int64_t families_made = 0;             // so far, with those of which no surfel is left
     std::vector<std::optional<TrimNode>> trim;  // by body
     std::vector<PointGrid> grid;                // of every body's elements in the rest shape, in their order
     std::vector<std::size_t> begin{0};  // of every surfel's weights, then the end; the rest shape does not change

@@ -13,28 +13,17 @@
 #include "pipeline/base/random.h"
 #include "pipeline/base/timer.h"
 #include "sim/solid/stable_step.h"
-#include "tests/sim/fixture.h"
+#include "tests/bench/beam.h"
 
 namespace {
 
 using namespace thixo;
 
-/// A beam 4 x 1 x 1, held at one end under gravity.
+/// The beam, of matter that can break but does not.
 Simulation beam(bool breaks, bool implicit) {
-    scene::Scene scene = fixture::empty_space();
-    scene.world.gravity = {0, 0, -9.81};
-    scene.materials[0].elastic.youngs_modulus = 1e6;
-    scene.materials[0].elastic.poisson_ratio = 0.33;
-    scene.materials[0].viscosity = 0;
+    scene::Scene scene = fixture::held_beam(13'000);
     if (breaks) scene.materials[0].fracture.strength = 1e12;
     if (implicit) scene.solver.solids = scene::SolidSteps::implicit_euler;
-    scene.solver.spacing = std::cbrt(4.0 / 13'000);
-    scene.bodies = {fixture::body("beam", fixture::shape_at({0, 0, 0}, scene::BoxShape{{4, 1, 1}, 0}))};
-    scene::Handle wall;
-    wall.name = "wall";
-    wall.body = "beam";
-    wall.region = fixture::shape_at({-2, 0, 0}, scene::BoxShape{{0.2, 2, 2}, 0});
-    scene.handles = {wall};
     return make_simulation(scene);
 }
 

@@ -13,29 +13,18 @@
 #include "pipeline/base/parallel.h"
 #include "pipeline/base/timer.h"
 #include "sim/state/solids.h"
-#include "tests/sim/fixture.h"
+#include "tests/bench/beam.h"
 
 namespace {
 
 using namespace thixo;
 
-/// A beam 4 x 1 x 1 of about this many particles, held at one end under gravity.
+/// The beam with surfels, or with implicit steps.
 Simulation beam(double particles, int surfels, double modulus = 1e6, bool implicit = false) {
-    scene::Scene scene = fixture::empty_space();
-    scene.world.gravity = {0, 0, -9.81};
-    scene.materials[0].elastic.youngs_modulus = modulus;
+    scene::Scene scene = fixture::held_beam(particles, modulus);
     if (implicit) scene.solver.solids = scene::SolidSteps::implicit_euler;
-    scene.materials[0].elastic.poisson_ratio = 0.33;
-    scene.materials[0].viscosity = 0;
-    scene.solver.spacing = std::cbrt(4 / particles);
-    scene.bodies = {fixture::body("beam", fixture::shape_at({0, 0, 0}, scene::BoxShape{{4, 1, 1}, 0}))};
     scene.bodies[0].surfels = surfels;
     scene.surface.enabled = surfels > 0;
-    scene::Handle wall;
-    wall.name = "wall";
-    wall.body = "beam";
-    wall.region = fixture::shape_at({-2, 0, 0}, scene::BoxShape{{0.2, 2, 2}, 0});
-    scene.handles = {wall};
     return make_simulation(scene);
 }
 

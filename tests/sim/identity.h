@@ -9,6 +9,7 @@
 #include "sim/loop/step.h"
 #include "sim/stage/checkpoint.h"
 #include "sim/stage/setup.h"
+#include "tests/sim/fixture.h"
 
 namespace thixo::fixture {
 
@@ -37,6 +38,21 @@ inline void expect_resumes(Simulation& whole, int frames) {
         advance_frame(resumed);
     }
     EXPECT_TRUE(print_checkpoint(whole, "hash") == print_checkpoint(resumed, "hash"));
+}
+
+/// What `act` does to a simulation in mid-run leads to the same state at any thread count, and after a resume.
+template <class Act>
+void expect_identity_after(const scene::Scene& scene, const Act& act) {
+    expect_same_at_any_thread_count(scene, [&](Simulation& s) {
+        fixture::steps(s, 3, 1e-3);
+        act(s);
+        fixture::steps(s, 20, 1e-3);
+    });
+    Simulation whole = make_simulation(scene);
+    advance_frame(whole);
+    act(whole);
+    advance_frame(whole);
+    expect_resumes(whole, 2);
 }
 
 }  // namespace thixo::fixture

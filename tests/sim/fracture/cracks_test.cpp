@@ -86,6 +86,29 @@ TEST_P(Bars, AreAsStrongAsTheirMaterial) {
     EXPECT_LT(strain[1], strain[2]);
 }
 
+TEST(Cracks, RunOnBesideRubberThatIsPoured) {
+    // Emitted rubber has no rest shape, and is matter of no crack.
+    scene::Scene scene = fixture::breakable_bar(kStrength);
+    scene.bodies[0].cracks = {
+        {.points = {{.at = {0, -0.015, 0.015}}, {.at = {0, 0.015, 0.015}}}, .image = {}, .depth = 0.01}};
+    scene.materials.push_back(scene.materials[0]);
+    scene.materials[1].name = "poured";
+    scene.materials[1].fracture = {};
+    scene::Emitter tap;
+    tap.name = "tap";
+    tap.material = "poured";
+    tap.position = {0, 0, -0.5};
+    tap.radius = 0.015;
+    scene.emitters = {tap};
+    Simulation s = make_simulation(scene);
+    ASSERT_FALSE(s.solids.cracks.fronts.empty());
+    const std::size_t bar = s.particles.size();
+    fixture::steps(s, 40, 5e-4);
+    EXPECT_GT(s.particles.size(), bar + 20) << "rubber is poured";
+    EXPECT_FALSE(s.solids.cracks.fronts.empty());
+    for (const CrackedMatter& matter : s.crack_scratch.matter) EXPECT_EQ(matter.elements().size(), bar);
+}
+
 TEST(Cracks, BeginAtALowerLoadInWarmMatter) {
     // The strength falls evenly to a half at 100 degC. The bounds are those of AreAsStrongAsTheirMaterial.
     double load[3];

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "pipeline/geometry/shapes.h"
 #include "sim/bonds/rest_shape.h"
 #include "sim/stage/checkpoint.h"
@@ -14,6 +16,15 @@ namespace thixo {
 namespace {
 
 using namespace fixture::melting;
+
+/// The part of the block on the +x side, which `cut_body` cuts off.
+Shape right_half() { return plane(Vec3d(-1, 0, 0), 0); }
+Shape a_corner() { return translated(sphere(0.012), Vec3d(0.03, 0.03, 0.061)); }
+
+/// A crack across the top of the block, 1 cm deep: its front is there from the start.
+scene::PaintedCrack scratch() {
+    return {.points = {{.at = {-0.02, -0.03, 0.061}}, {.at = {-0.02, 0.03, 0.061}}}, .image = {}, .depth = 0.01};
+}
 
 /// A block of wax, 6 x 6 x 6 cm, on a floor. It breaks at this tension [Pa].
 scene::Scene brittle_wax(double strength) {
@@ -106,7 +117,7 @@ TEST(Frozen, MatterThatBreaksGoesOnAlikeAfterAResume) {
 TEST(Frozen, PiecesThatMeltAreOneBodyAgainAndFreezeWhole) {
     Simulation s = make_simulation(brittle_wax(1e7));
     go_on(s, 1);
-    const std::size_t part = cut_body(0, plane(Vec3d(1, 0, 0), 0), matter_of(s));
+    const std::size_t part = cut_body(0, right_half(), matter_of(s));
     const std::vector<Index> cut_off = s.solids.bodies[part].elements;
     go_on(s, 1);
     ASSERT_EQ(bodies_with_matter(s), 2u);
@@ -132,7 +143,7 @@ TEST(Frozen, PiecesThatMeltAreOneBodyAgainAndFreezeWhole) {
 TEST(Frozen, RigidPiecesThatMeltAreLiquidAgain) {
     Simulation s = make_simulation(brittle_wax(1e7));
     go_on(s, 1);
-    const std::size_t part = cut_body(0, translated(sphere(0.012), Vec3d(0.03, 0.03, 0.061)), matter_of(s));
+    const std::size_t part = cut_body(0, a_corner(), matter_of(s));
     ASSERT_TRUE(s.solids.bodies[part].rigid);
     go_on(s, 1);
     set_temperature(s, [](const Vec3&) { return 70; });
@@ -140,6 +151,83 @@ TEST(Frozen, RigidPiecesThatMeltAreLiquidAgain) {
     EXPECT_FALSE(s.solids.bodies[part].rigid);
     EXPECT_EQ(bodies_with_matter(s), 1u);
     for (const Real q : s.solids.elements.quadrature) EXPECT_GT(q, 0);
+}
+
+TEST(Frozen, ACrumbThatMeltsBesideAColdBodyStaysItsOwn) {
+    scene::Scene scene = brittle_wax(1e7);
+    scene.bodies[0].cracks = {scratch()};
+    Simulation s = make_simulation(scene);
+    go_on(s, 1);
+    const std::size_t part = cut_body(0, a_corner(), matter_of(s));
+    const std::int32_t id = s.solids.bodies[part].id;
+    go_on(s, 1);
+    ASSERT_FALSE(s.solids.cracks.fronts.empty());
+    std::set<std::int64_t> crumb;
+    for (const Index i : s.solids.bodies[part].elements) crumb.insert(s.solids.elements.id[i]);
+    for (Index k = 0; k < s.particles.size(); ++k)
+        if (crumb.contains(s.particles.id[k])) s.particles.temperature[k] = 70;
+    go_on(s, 3);
+    EXPECT_EQ(s.solids.bodies[part].size(), crumb.size());
+    EXPECT_EQ(s.solids.bodies[part].id, id);
+    EXPECT_EQ(s.solids.bodies[0].skin, Skin::embedded) << "the cold body is what it was";
+    EXPECT_FALSE(s.solids.cracks.fronts.empty()) << "and its crack goes on";
+}
+
+TEST(Frozen, DropsThatFreezeApartAreBodiesOfTheirOwn) {
+    // One body melts and flows into two heaps. Frozen, it has come apart, in a frame without cracks beside one that has some.
+    scene::Scene scene = brittle_wax(1e7);
+    scene.bodies[0].cracks = {scratch()};
+    Simulation s = make_simulation(scene);
+    go_on(s, 1);
+    set_temperature(s, [](const Vec3&) { return 70; });
+    go_on(s, 1);
+    for (Index k = 0; k < s.particles.size(); ++k)
+        if (s.particles.position[k].x() > 0) s.particles.position[k].x() += Real(0.08);
+    go_on(s, 1);
+    set_temperature(s, [](const Vec3&) { return 20; });
+    go_on(s, 8);
+    EXPECT_EQ(bodies_with_matter(s), 2u);
+    for (const SolidBody& body : s.solids.bodies) EXPECT_FALSE(has_come_apart(body, s.solids.elements));
+}
+
+TEST(Frozen, WhatHasOnlySoftenedBreaksAgain) {
+    Simulation s = make_simulation(brittle_wax(4e3));
+    go_on(s, 1);
+    set_temperature(s, [](const Vec3& x) { return x.z() > 0.04f ? 45.0 : 30.0; });
+    go_on(s, 1);
+    ASSERT_EQ(s.solids.bodies[0].skin, Skin::animated);
+    set_temperature(s, [](const Vec3&) { return 20; });
+    go_on(s, 3);
+    EXPECT_EQ(s.solids.bodies[0].skin, Skin::embedded);
+    EXPECT_FALSE(s.solids.bodies[0].refrozen);
+    EXPECT_LT(s.solids.elements.strength[s.solids.bodies[0].typical], kUnbreakable);
+}
+
+TEST(Frozen, IdsOfSurfelsAreUniqueAndNeverGivenAgain) {
+    // Both bodies have surfels of a cut. Each time that one freezes, its old ones are dropped, and it gets new ones.
+    scene::Scene scene = brittle_wax(1e7);
+    scene.bodies.push_back(scene.bodies[0]);
+    scene.bodies[1].name = "other";
+    scene.bodies[1].shape.translate = {0.2, 0, 0.031};
+    Simulation s = make_simulation(scene);
+    go_on(s, 1);
+    cut_body(0, right_half(), matter_of(s));
+    cut_body(1, plane(Vec3d(-1, 0, 0), -0.2), matter_of(s));
+    go_on(s, 1);
+    std::set<std::int64_t> before(s.surface.id.begin(), s.surface.id.end());
+    for (int k = 0; k < 2; ++k) {
+        set_temperature(s, [](const Vec3& x) { return x.x() < 0.1f ? 70.0 : 20.0; });
+        go_on(s, 3);
+        set_temperature(s, [](const Vec3&) { return 20; });
+        go_on(s, 5);
+        ASSERT_EQ(s.solids.bodies[0].skin, Skin::embedded);
+        std::set<std::int64_t> now;
+        for (std::size_t i = 0; i < s.surface.size(); ++i) {
+            EXPECT_TRUE(now.insert(s.surface.id[i]).second) << s.surface.id[i];
+            EXPECT_FALSE(s.surface.body[i] == s.solids.bodies[0].id && before.contains(s.surface.id[i]));
+        }
+        before.insert(now.begin(), now.end());
+    }
 }
 
 }  // namespace
